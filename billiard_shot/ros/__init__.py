@@ -1,0 +1,1 @@
+"""ROS 2 nodes: each a thin adapter that converts, calls the library and converts back."""

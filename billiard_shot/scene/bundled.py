@@ -1,0 +1,35 @@
+"""
+Where the scenes that come with the package are.
+
+They are written in config/scenes. `pip install` and `colcon build` copy that folder into the
+package as `billiard_shot/scenes`; a source checkout (also `pip install -e`) reads it in place.
+"""
+from pathlib import Path
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_FOLDERS = (_PACKAGE / 'scenes', _PACKAGE.parent / 'config' / 'scenes')
+
+
+def scene_names() -> list[str]:
+    """Names of the bundled scenes, in alphabetical order."""
+    return sorted(path.stem for path in _folder().glob('*.yaml'))
+
+
+def scene_path(name: str) -> Path:
+    """
+    File of the bundled scene `name`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such scene; the message names those there are.
+
+    """
+    names = scene_names()
+    if name not in names:
+        raise ValueError(f'scene: no bundled scene {name!r}; there are: {", ".join(names)}')
+    return _folder() / f'{name}.yaml'
+
+
+def _folder() -> Path:
+    return next((folder for folder in _FOLDERS if folder.is_dir()), _FOLDERS[-1])

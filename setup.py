@@ -1,0 +1,46 @@
+"""
+Packaging for `colcon build` and for `pip install .` alike.
+
+The metadata stand here and not in a `[project]` table of pyproject.toml, which colcon reads
+instead of the entry points below and so drops them.
+"""
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = 'billiard_shot'
+
+setup(
+    name=package_name,
+    version='0.1.0',
+    description='Predicts what a billiard cue does to the ball',
+    license='Apache-2.0',
+    maintainer='billiard_shot maintainers',
+    maintainer_email='maintainers@billiard-shot.example',
+    python_requires='>=3.11',
+    # The bundled scenes live in config/scenes and are installed inside the package,
+    # where billiard_shot.scene.bundled finds them.
+    packages=[*find_packages(include=[package_name, f'{package_name}.*']),
+              f'{package_name}.scenes'],
+    package_dir={f'{package_name}.scenes': 'config/scenes'},
+    package_data={package_name: ['py.typed'], f'{package_name}.scenes': ['*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
+        (f'share/{package_name}', ['package.xml']),
+        (f'share/{package_name}/config', glob('config/*.*')),
+        (f'share/{package_name}/launch', glob('launch/*.launch.py')),
+    ],
+    install_requires=['numba>=0.59', 'numpy>=1.26', 'pyyaml>=6.0', 'setuptools'],
+    extras_require={
+        'plot': ['matplotlib>=3.8'],
+        'test': ['hypothesis>=6.100', 'import-linter>=2.0', 'mypy>=1.10', 'pytest>=8.0',
+                 'pytest-xdist>=3.5', 'ruff>=0.6', 'scipy>=1.11', 'types-PyYAML'],
+    },
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'billiard-shot = billiard_shot.cli:main',
+            'predictor = billiard_shot.ros.predictor:main',
+        ],
+    },
+)
