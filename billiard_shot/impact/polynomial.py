@@ -1,0 +1,139 @@
+"""The first root of a polynomial on an interval: how every event of a collision is located."""
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import compiled
+
+NO_ROOT = -1.0
+
+
+@compiled
+def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
+    """Value at x of the polynomial with coefficients c[0..degree], lowest first."""
+    value = c[degree]
+    for k in range(degree - 1, -1, -1):
+        value = value * x + c[k]
+    return value
+
+
+@compiled
+def sign_changes(
+    c: NDArray[np.float64], degree: int, low: float, high: float, work: NDArray[np.float64]
+) -> int:
+    """
+    Count the sign changes of the polynomial's Bernstein coefficients on [low, high].
+
+    Zero means that there is no root inside, one means exactly one (variation diminishing property
+    of the Bernstein basis; Farin, Curves and Surfaces for CAGD, ch. 5).
+    """
+    width = high - low
+    for k in range(degree + 1):
+        work[k] = c[k]
+    if low != 0.0:  # Taylor shift to the interval's start
+        for i in range(degree):
+            for k in range(degree - 1, i - 1, -1):
+                work[k] += low * work[k + 1]
+    power = 1.0
+    binomial = 1.0
+    for k in range(degree + 1):
+        work[k] *= power / binomial
+        power *= width
+        binomial = binomial * (degree - k) / (k + 1)
+    for i in range(1, degree + 1):
+        for k in range(degree, i - 1, -1):
+            work[k] += work[k - 1]
+    changes = 0
+    last = work[0]
+    for k in range(1, degree + 1):
+        if work[k] != 0.0:
+            if last * work[k] < 0.0:
+                changes += 1
+            last = work[k]
+    return changes
+
+
+@compiled
+def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> float:
+    """Root between low (polynomial positive) and high (not positive): Newton inside a bracket."""
+    x = 0.5 * (low + high)
+    for _ in range(80):
+        value = c[degree]
+        slope = 0.0
+        for k in range(degree - 1, -1, -1):
+            slope = slope * x + value
+            value = value * x + c[k]
+        if value == 0.0:
+            return x
+        if value > 0.0:
+            low = x
+        else:
+            high = x
+        step = x - value / slope if slope < 0.0 else high
+        if abs(step - x) <= 2e-16 * x:
+            return x
+        x = step if low < step < high else 0.5 * (low + high)
+        if high - low <= 2e-16 * high:
+            return high
+    return x
+
+
+@compiled
+def first_root(
+    c: NDArray[np.float64],
+    degree: int,
+    sign: float,
+    offset: float,
+    fired: bool,
+    end: float,
+    work: NDArray[np.float64],
+) -> float:
+    """
+    First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.
+
+    The function is positive at 0 by construction, or exactly zero because it fired there (`fired`):
+    then that root is divided out, and a negative leading coefficient is an immediate event, 0.
+    `work` needs two rows of degree + 1.
+    """
+    p = work[0]
+    first = 1 if fired else 0
+    size = 0.0
+    power = 1.0
+    for k in range(degree + 1):
+        size += abs(c[k]) * power
+        power *= end
+    if not fired and sign * c[0] - offset <= 0.0:
+        return 0.0
+    power = 1.0
+    while first <= degree and fired and abs(c[first]) * end**first <= 1e-15 * size:
+        first += 1  # a coefficient that is rounding noise has no sign
+    if first > degree:
+        return NO_ROOT
+    degree -= first
+    bound = 0.0
+    for k in range(degree + 1):
+        p[k] = sign * c[k + first]
+        if k == 0 and not fired:
+            p[0] -= offset
+        bound += p[k] * power if k == 0 else min(p[k], 0.0) * power
+        power *= end
+    if p[0] < 0.0:
+        return 0.0
+    if bound > 0.0:
+        return NO_ROOT
+    low = 0.0
+    width = end
+    while low < end:
+        high = min(low + width, end)
+        changes = sign_changes(p, degree, low, high, work[1])
+        if changes == 0:
+            if evaluate(p, degree, high) <= 0.0:
+                return high
+            low = high
+            width *= 2.0
+        elif changes == 1:
+            return refine(p, degree, low, high)
+        elif width < 1e-13 * end:
+            low = high  # a double root: the polynomial touches zero and turns back
+        else:
+            width *= 0.5
+    return NO_ROOT

@@ -1,0 +1,30 @@
+"""How a computation ended: one enumeration for the library, the command line and the ROS interfaces."""
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """
+    Outcome of a collision, a shot or a simulation.
+
+    The numbers are part of the interface: the constants of `billiard_shot_msgs/srv/PredictShot`
+    map to them one to one. Zero is success; from 100 on the request itself was refused.
+    """
+
+    OK = 0
+    MISCUE = 1  # the tip still slid when it left the ball; every result is filled in
+    INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was ended by the energy floor
+    NEGATIVE_ENERGY = 3  # law `poisson` drove an elastic energy below zero
+    NEVER_RESTS = 4  # nothing on this cloth brings the ball to rest
+    TOLERANCE_NOT_REACHED = 5  # the result is the best there is, its error estimate says how good
+    BUDGET_EXCEEDED = 6  # too many states or steps
+    OFF_TABLE = 7
+    MISS = 100  # the cue does not meet the ball
+    NEGATIVE_ELEVATION = 101  # the stroke points up
+    CUE_THROUGH_CLOTH = 102  # the cue would have to pass through the cloth
+    INVALID_STROKE = 103  # a direction, point or speed that is not finite, zero or negative
+    INVALID_REQUEST = 104  # any other field of a request
+
+    @property
+    def refused(self) -> bool:
+        """Whether nothing was computed, because the request could not be met."""
+        return self >= 100
