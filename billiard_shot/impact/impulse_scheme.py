@@ -48,7 +48,7 @@ class ImpulseRun:
     lost : float
         Kinetic energy lost in the whole collision [J].
     curve : (rows, 4) float array
-        The impulse curve I1, I2 [N s] and the elastic energies E1, E2 [J] along it, evenly thinned.
+        The impulse curve I1, I2 [N s] and the elastic energies E1, E2 [J] along it, thinned.
     steps : int
         Steps taken.
     """
@@ -156,7 +156,7 @@ def strike(
         raise ValueError(f'velocity must be three finite numbers, not all zero, got {velocity!r}')
     n /= np.linalg.norm(n)
     if n @ v_c >= 0.0:
-        raise ValueError(f'velocity must point into the ball, got {velocity!r} at normal {normal!r}')
+        raise ValueError(f'velocity must point into the ball, got {velocity!r} at {normal!r}')
     _check(step=step, ratio=ratio, cue_mass=cue_mass, ball_mass=ball_mass, radius=radius)
     speed = float(np.linalg.norm(v_c))
     c, z = v_c / speed, np.array([0.0, 0.0, 1.0])
@@ -262,9 +262,8 @@ def friction_impulses(
             for i in range(6):
                 bx += response[n + 1, i] * push[i]
                 by += response[n + 2, i] * push[i]
-            push[n + 1], push[n + 2] = disc(
-                response[n + 1, n + 1], response[n + 1, n + 2], response[n + 2, n + 2], bx, by, radius
-            )
+            axx, axy, ayy = response[n + 1, n + 1], response[n + 1, n + 2], response[n + 2, n + 2]
+            push[n + 1], push[n + 2] = disc(axx, axy, ayy, bx, by, radius)
             moved = max(moved, abs(push[n + 1] - x), abs(push[n + 2] - y))
         if moved <= scale:
             break
@@ -311,7 +310,7 @@ def increments(
     push: NDArray[np.float64],
 ) -> None:
     """
-    Impulses of one step: the primary one grows by `step`, the secondary one by (10), (21) times it.
+    Impulses of one step: the primary one grows by `step`, the other by (10), (21) times it.
 
     Where the primary energy vanishes the slope has no bound: then both grow by less. A primary
     contact without energy that restores nevertheless (law poisson) is served alone.
@@ -369,8 +368,8 @@ def update_phase(
     """
     Note the end of compression, or a new compression; whether the contact has finished.
 
-    `memory`: (contacts, 2): the impulse as the contact began, and what ends its restitution: an energy
-    (section 2.2) or an impulse (section 2.1).
+    `memory`: (contacts, 2): the impulse as the contact began, and what ends its restitution: an
+    energy (section 2.2) or an impulse (section 2.1).
     """
     if phase[contact] == COMPRESSING and u >= 0.0:
         phase[contact] = RESTORING
@@ -465,7 +464,8 @@ def integrate(
         idle = False
         ended = 0
         for j in range(2):
-            if update_phase(law, restitution[j], j, u[3 * j], impulse[3 * j], phase, energy, memory):
+            e = restitution[j]
+            if update_phase(law, e, j, u[3 * j], impulse[3 * j], phase, energy, memory):
                 ended += 1 + j
         if ended != 0:
             record(log, states, active, impulse, energy)
