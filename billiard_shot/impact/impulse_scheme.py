@@ -383,8 +383,8 @@ def update_phase(
     if phase[contact] != RESTORING:
         return False
     if law == POISSON:
-        return impulse >= memory[contact, 1]
-    return energy[contact] <= memory[contact, 1]
+        return bool(impulse >= memory[contact, 1])
+    return bool(energy[contact] <= memory[contact, 1])
 
 
 @compiled
@@ -406,7 +406,7 @@ def record(
 @compiled
 def thin_out(curve: NDArray[np.float64]) -> int:
     """Drop every second row of a full curve, and return how many are left."""
-    half = curve.shape[0] // 2
+    half = int(curve.shape[0] // 2)
     for row in range(half):
         curve[row] = curve[2 * row]
     return half
