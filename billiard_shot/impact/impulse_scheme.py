@@ -294,7 +294,7 @@ def first_slope(
     root = q * q + 4.0 * p * s
     if s <= 0.0 or root < 0.0 or q + np.sqrt(root) <= 0.0:
         return 0.0
-    return 2.0 * s / (q + np.sqrt(root))
+    return float(2.0 * s / (q + np.sqrt(root)))
 
 
 @compiled
