@@ -1,0 +1,112 @@
+"""
+What the ROS service costs, against the simplest service there is, in the same run.
+
+Two processes, real middleware. Fails where a limit is not kept:
+- p50 of a PredictShot round trip with a 200-point trajectory at most 4 times that of
+  std_srvs/SetBool, calls taken in turns;
+- 10,000 calls in a row: every one answered, the node's resident memory grows by less than 5 MB.
+
+    python benchmarks/service.py [--calls N]
+"""
+import argparse
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+from time import perf_counter
+
+from billiard_shot import Scene, Status
+from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
+from billiard_shot.ros.demo import quiet_environment
+from billiard_shot_msgs.srv import PredictShot
+from domain_coordinator import domain_id
+import numpy as np
+import rclpy
+from std_srvs.srv import SetBool
+
+YARDSTICK = """
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from std_srvs.srv import SetBool
+try:
+    with rclpy.init():
+        node = rclpy.create_node('yardstick')
+        node.create_service(SetBool, 'yardstick', lambda request, response: response)
+        rclpy.spin(node)
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+MAX_RATIO = 4.0
+MAX_GROWTH = 5.0  # MB
+
+
+def resident(process):
+    """Resident memory of a process, in MB."""
+    lines = Path(f'/proc/{process.pid}/status').read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) / 1000
+
+
+def ratio(node, predictor, yardstick, request, rounds=2000):
+    """Ratio of the medians of both services' round trips, called in turns."""
+    times = {predictor: [], yardstick: []}
+    for _ in range(rounds):
+        for client, message in ((predictor, request), (yardstick, SetBool.Request())):
+            start = perf_counter()
+            call(node, client, message)
+            times[client].append(1e3 * (perf_counter() - start))
+    medians = []
+    for client in times:
+        p50, p99 = np.percentile(times[client][rounds // 10:], (50, 99))
+        print(f'{client.service_name:16} p50 {p50:6.3f} ms   p99 {p99:6.3f} ms')
+        medians.append(p50)
+    return medians[0] / medians[1]
+
+
+def growth(node, client, process, requests, calls):
+    """Growth of the process's memory, in MB, over `calls` calls that are all answered."""
+    for i in range(500):
+        call(node, client, requests[i % len(requests)])
+    before, start = resident(process), perf_counter()
+    for i in range(calls):
+        answer = call(node, client, requests[i % len(requests)])
+        assert answer.status == Status.OK, answer.message
+        assert len(answer.trajectory.times) == 200
+    seconds, grown = perf_counter() - start, resident(process) - before
+    print(f'{calls} calls answered in {seconds:.1f} s; resident memory {before:.1f} MB, '
+          f'grown by {grown:.2f} MB')
+    return grown
+
+
+def main():
+    """Run both measurements; exit code 1 where a limit is not kept."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--calls', type=int, default=10_000)
+    calls = parser.parse_args().calls
+    with domain_id() as domain:
+        os.environ.update(quiet_environment(domain))
+        processes = [
+            subprocess.Popen([sys.executable, '-m', 'billiard_shot.ros.predictor']),
+            subprocess.Popen([sys.executable, '-c', YARDSTICK]),
+        ]
+        try:
+            with rclpy.init():
+                node = rclpy.create_node('benchmark')
+                predictor = node.create_client(PredictShot, 'predict_shot')
+                yardstick = node.create_client(SetBool, 'yardstick')
+                assert predictor.wait_for_service(60.0)
+                assert yardstick.wait_for_service(60.0)
+                radius = Scene.load('paper').ball.radius
+                requests = [request_for(*shot, radius) for shot in PAPER_SHOTS.values()]
+                measured = ratio(node, predictor, yardstick, requests[0])
+                print(f'ratio {measured:.2f} (limit {MAX_RATIO})')
+                grown = growth(node, predictor, processes[0], requests, calls)
+        finally:
+            for process in processes:
+                process.send_signal(signal.SIGINT)
+                process.wait(timeout=10)
+    sys.exit(measured > MAX_RATIO or grown > MAX_GROWTH)
+
+
+if __name__ == '__main__':
+    main()

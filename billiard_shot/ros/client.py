@@ -1,0 +1,112 @@
+"""
+Asks a running predictor for the four shots of the paper, and prints what comes back.
+
+    python -m billiard_shot.ros.client
+
+Needs no `ros2` command. The shots are those of Jia, Mason, Erdmann (WAFR 2008), Table 1, the jump
+with its normal corrected.
+"""
+from collections.abc import Sequence
+import math
+import sys
+from typing import TypeVar
+
+from billiard_shot_msgs.srv import PredictShot
+import numpy as np
+import rclpy
+from rclpy.client import Client
+from rclpy.node import Node
+
+from billiard_shot import Scene, Status
+from billiard_shot.ros import conversions
+from billiard_shot.ros.conversions import Triple
+
+PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
+    'vertical': ((-1.0, -2.0, 1.0), (0.0, 0.0, -2.0)),
+    'horizontal': ((-1.0, -1.0, 0.0), (0.8, 0.0, 0.0)),
+    'jump': ((-1.0, 0.0, 1.0), (1.0, 0.0, -1.0)),
+    'massé': ((-2.0, -1.0, 12.0), (4.0, 0.0, -16.0)),
+}
+"""Outward normal at the point the tip meets (any length), and velocity of the cue (m/s)."""
+
+RETREAT = 0.05
+"""Metres from the ball to where the tip starts."""
+
+MOTIONS = ('rest', 'slide', 'roll', 'spin', 'flight')
+
+Answer = TypeVar('Answer')
+
+
+def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.Request:
+    """Request for the stroke that meets a ball at the origin of the table at `normal`."""
+    n = np.asarray(normal) / np.linalg.norm(normal)
+    speed = float(np.linalg.norm(velocity))
+    direction = np.asarray(velocity) / speed
+    contact = radius * n + (0.0, 0.0, radius)
+    # Turn +x up or down to the elevation, about y, and then about z to the azimuth.
+    azimuth = math.atan2(direction[1], direction[0]) / 2
+    elevation = math.atan2(-direction[2], math.hypot(direction[0], direction[1])) / 2
+    quaternion = (
+        -math.sin(azimuth) * math.sin(elevation), math.cos(azimuth) * math.sin(elevation),
+        math.sin(azimuth) * math.cos(elevation), math.cos(azimuth) * math.cos(elevation),
+    )
+    return conversions.make_request(contact - RETREAT * direction, quaternion, speed)
+
+
+def call(node: Node, client: Client, request: object, timeout: float = 10.0) -> Answer:
+    """
+    Answer of a service.
+
+    Raises
+    ------
+    TimeoutError
+        If there is none within `timeout` seconds.
+
+    """
+    future = client.call_async(request)
+    rclpy.spin_until_future_complete(node, future, timeout_sec=timeout)
+    if not future.done():
+        raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
+    return future.result()
+
+
+def report(response: PredictShot.Response, rows: int = 7) -> str:
+    """Lines for people: outcome, ball, cue, and `rows` samples of the trajectory."""
+    lines = [f'  {Status(response.status).name}: {response.message}']
+    if Status(response.status).refused:
+        return lines[0]
+    for name, vector, unit in (('velocity', response.velocity, 'm/s'),
+                               ('spin', response.spin, 'rad/s')):
+        lines.append(
+            f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
+    lines.append(f'  cue speed     {response.cue_speed:11.4f}{"":24}m/s')
+    lines.append('  trajectory     t (s)      x (m)      y (m)      z (m)    v (m/s)  motion')
+    trajectory = response.trajectory
+    positions = conversions.vectors(trajectory.positions)
+    speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
+    for i in np.linspace(0, len(trajectory.times) - 1, rows).round().astype(int):
+        numbers = (trajectory.times[i], *positions[i], speeds[i])
+        lines.append(f'{"":11}' + ''.join(f'{number:11.4f}' for number in numbers)
+                     + f'  {MOTIONS[trajectory.motion[i]]}')
+    return '\n'.join(lines)
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Call `predict_shot` for every shot; exit code 1 where one is refused or not answered."""
+    radius = Scene.load('paper').ball.radius
+    with rclpy.init(args=args):
+        node = Node('paper_shots')
+        client = node.create_client(PredictShot, 'predict_shot')
+        if not client.wait_for_service(timeout_sec=10.0):
+            sys.exit(f'no service {client.service_name}: is the predictor running?')
+        for name, (normal, velocity) in PAPER_SHOTS.items():
+            response: PredictShot.Response = call(
+                node, client, request_for(normal, velocity, radius))
+            print(f'{name}: cue {velocity} m/s against the ball at normal {normal}')
+            print(report(response), end='\n\n')
+            if Status(response.status).refused:
+                sys.exit(1)
+
+
+if __name__ == '__main__':
+    main()

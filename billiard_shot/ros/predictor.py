@@ -1,0 +1,108 @@
+"""The node `predictor`: answers what a stroke does to the ball, and shows the last answer."""
+from collections.abc import Sequence
+import sys
+
+from billiard_shot_msgs.msg import BallTrajectory, TableState
+from billiard_shot_msgs.srv import PredictShot
+from nav_msgs.msg import Path
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from visualization_msgs.msg import MarkerArray
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.ros import conversions, display, parameters
+
+SHOW_DELAY = 0.05
+"""Seconds from an answer to its path and markers; answers in between share one showing."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Predictor(Node):
+    """
+    Node with the service `predict_shot` (billiard_shot_msgs/srv/PredictShot).
+
+    Publishes the last trajectory, latched, from a timer and after the answer, on `~/path`
+    (nav_msgs/msg/Path) and `~/markers` (visualization_msgs/msg/MarkerArray). Subscribes to
+    `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
+    `use_table_state`. Its parameters are `parameters.PREDICTOR`.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('predictor')
+        parameters.declare(self, parameters.PREDICTOR)
+        self.add_post_set_parameters_callback(lambda _: self._configure())
+        self._configure()
+        self._table: TableState | None = None
+        self._shown: BallTrajectory | None = None
+
+        self._path = self.create_publisher(Path, '~/path', LATCHED)
+        self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
+        self._show_timer = self.create_timer(
+            SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
+        self._warm_up()
+        self.create_service(PredictShot, 'predict_shot', self._predict_shot)
+        self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
+
+    def _configure(self) -> None:
+        """Take over the parameters, all checked by now."""
+        self._scene = Scene.load(self.get_parameter('scene').value)
+        self._tolerance = self.get_parameter('tolerance').value
+        self._sample_count = self.get_parameter('sample_count').value
+
+    def _keep_table(self, message: TableState) -> None:
+        self._table = message
+
+    def _predict_shot(
+        self, request: PredictShot.Request, _: PredictShot.Response,
+    ) -> PredictShot.Response:
+        try:
+            conversions.check_common(request)
+            ball = conversions.ball_of(request, self._scene.ball.radius, self._table)
+            stroke = conversions.stroke_of(request, ball)
+        except conversions.BadRequestError as error:
+            return conversions.refusal(error.status, str(error))
+        shot = predict(
+            self._scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
+        response = conversions.response_of(shot, request.sample_count or self._sample_count)
+        if response.trajectory.times:
+            self._shown = response.trajectory
+            # The executor sends the answer when this callback returns, and only then gets to the
+            # timer. One that already runs is left alone, or a stream of requests would hold it up.
+            if self._show_timer.is_canceled():
+                self._show_timer.reset()
+        return response
+
+    def _show(self) -> None:
+        self._show_timer.cancel()
+        stamp = self.get_clock().now().to_msg()
+        self._path.publish(display.path_of(self._shown, stamp))
+        self._markers.publish(
+            display.markers_of(self._shown, self._scene.ball.radius, stamp))
+
+    def _warm_up(self) -> None:
+        """Predict once, so that compiling or loading the library does not fall to a request."""
+        stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
+        conversions.response_of(predict(self._scene, stroke), self._sample_count)
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the node until SIGINT or SIGTERM; a bad parameter is one clear line and exit code 1."""
+    try:
+        with rclpy.init(args=args):
+            try:
+                node = Predictor()
+            except ParameterException as error:
+                sys.exit(f'predictor: {error}')
+            rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+
+
+if __name__ == '__main__':
+    main()

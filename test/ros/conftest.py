@@ -1,0 +1,80 @@
+"""Real processes and the real middleware, in a ROS domain of their own."""
+from collections.abc import Callable, Iterator
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.is_relative_to(os.path.dirname(__file__)):
+            item.add_marker(pytest.mark.ros)
+
+
+@pytest.fixture(scope='session')
+def domain() -> Iterator[None]:
+    """Set a private ROS domain for this process and those that it starts."""
+    from domain_coordinator import domain_id
+
+    from billiard_shot.ros.demo import quiet_environment
+    with domain_id() as number, pytest.MonkeyPatch.context() as patch:
+        for name, value in quiet_environment(number).items():
+            patch.setenv(name, value)
+        yield
+
+
+@pytest.fixture(scope='session')
+def start(domain: None) -> Iterator[Start]:
+    """Start predictors: `start('-p', 'scene:=paper')`; they are stopped in the end."""
+    with contextlib.ExitStack() as stack:
+        def start_predictor(*arguments: str) -> subprocess.Popen[str]:
+            process = subprocess.Popen(
+                [sys.executable, '-m', 'billiard_shot.ros.predictor', '--ros-args', *arguments],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            stack.callback(stop, process)
+            return process
+        yield start_predictor
+
+
+def stop(process: subprocess.Popen[str]) -> None:
+    if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+    try:
+        process.wait(timeout=10)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+    process.stdout.close()
+
+
+@pytest.fixture(scope='session')
+def node(domain: None) -> Iterator[Any]:
+    """Return a node of this process, to call and listen with."""
+    import rclpy
+    with rclpy.init():
+        yield rclpy.create_node('tester')
+
+
+@pytest.fixture(scope='session')
+def predictor(start: Start) -> subprocess.Popen[str]:
+    """Return the process of a predictor with its default parameters."""
+    return start()
+
+
+@pytest.fixture(scope='session')
+def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
+    """Return a function that sends a request to the predictor and returns its answer."""
+    from billiard_shot_msgs.srv import PredictShot
+
+    from billiard_shot.ros.client import call
+    client = node.create_client(PredictShot, 'predict_shot')
+    # Long enough for a library that is not in numba's cache yet.
+    assert client.wait_for_service(timeout_sec=60.0), 'the predictor did not come up'
+    return lambda request: call(node, client, request)

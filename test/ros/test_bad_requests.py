@@ -1,0 +1,80 @@
+"""Every kind of bad request: its status, a message that names the field, and a node that lives."""
+import math
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot import Scene, Status
+from billiard_shot.ros.client import PAPER_SHOTS, request_for
+
+RADIUS = Scene.load('paper').ball.radius
+NAN, INF = math.nan, math.inf
+
+# what is set, to what, status, what the message must say
+BAD = [
+    ('speed', 0.0, Status.INVALID_STROKE, 'speed is 0.0'),
+    ('speed', -1.0, Status.INVALID_STROKE, 'speed is -1.0'),
+    ('speed', NAN, Status.INVALID_STROKE, 'speed is nan'),
+    ('speed', INF, Status.INVALID_STROKE, 'speed is inf'),
+    ('cue_pose.position.x', NAN, Status.INVALID_STROKE, 'cue_pose.position.x is nan'),
+    ('cue_pose.position.z', -INF, Status.INVALID_STROKE, 'cue_pose.position.z is -inf'),
+    ('cue_pose.orientation.w', NAN, Status.INVALID_STROKE, 'cue_pose.orientation.w is nan'),
+    ('cue_pose.orientation.y', INF, Status.INVALID_STROKE, 'cue_pose.orientation.y is inf'),
+    ('cue_pose.orientation', (0.0, 0.0, 0.0, 0.0), Status.INVALID_STROKE, 'cue_pose.orientation'),
+    ('cue_pose.position.y', 0.1, Status.MISS, ''),
+    ('cue_pose.position.x', 0.1, Status.MISS, ''),
+    ('cue_pose.position.x', 1e300, Status.MISS, ''),
+    ('cue_pose.orientation', (0.0, -0.2, 0.0, 1.0), Status.NEGATIVE_ELEVATION, 'elevation'),
+    ('cue_pose.position.z', 0.002, Status.CUE_THROUGH_CLOTH, 'cloth'),
+    ('ball_position.x', NAN, Status.INVALID_REQUEST, 'ball_position.x is nan'),
+    ('ball_position.z', -0.01, Status.INVALID_REQUEST, 'ball_position.z is -0.01'),
+    ('ball_position.z', 0.01, Status.INVALID_REQUEST, 'below the cloth'),
+    ('ball_position.z', 1.0, Status.INVALID_REQUEST, 'above it'),
+    ('header.frame_id', 'map', Status.INVALID_REQUEST, "header.frame_id is 'map'"),
+    ('tolerance', -1e-4, Status.INVALID_REQUEST, 'tolerance is -0.0001'),
+    ('tolerance', NAN, Status.INVALID_REQUEST, 'tolerance is nan'),
+    ('tolerance', INF, Status.INVALID_REQUEST, 'tolerance is inf'),
+    ('sample_count', 4_000_000_000, Status.INVALID_REQUEST, 'sample_count is 4000000000'),
+]
+
+
+def put(message, path, value):
+    *parents, field = path.split('.')
+    for parent in parents:
+        message = getattr(message, parent)
+    if isinstance(value, tuple):
+        message = getattr(message, field)
+        message.x, message.y, message.z, message.w = value
+    else:
+        setattr(message, field, value)
+
+
+def level_shot():
+    return request_for((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), RADIUS)
+
+
+@pytest.mark.parametrize(('path', 'value', 'status', 'words'), BAD)
+def test_bad_request(ask, path, value, status, words):
+    good = level_shot()
+    assert ask(good).status in (Status.OK, Status.MISCUE), 'before'
+    request = level_shot()
+    put(request, path, value)
+    answer = ask(request)
+    assert Status(answer.status) is status, answer.message
+    assert words in answer.message
+    assert answer.message
+    assert not answer.trajectory.times
+    assert not answer.effects
+    assert ask(good).status in (Status.OK, Status.MISCUE), 'the node keeps answering'
+
+
+@pytest.mark.parametrize('value', [1e-300, 1e-12, 1e12, 1e300])
+def test_absurd_speeds_get_finite_answers(ask, value):
+    request = request_for(*PAPER_SHOTS['massé'], RADIUS)
+    request.speed = value
+    answer = ask(request)
+    numbers = [answer.velocity.x, answer.spin.y, answer.cue_speed, answer.error_estimate,
+               *answer.trajectory.positions, *answer.trajectory.velocities]
+    assert all(map(math.isfinite, numbers))
+    assert answer.message or answer.status == Status.OK

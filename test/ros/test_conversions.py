@@ -1,0 +1,74 @@
+"""Messages to the library and back, without any middleware."""
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from builtin_interfaces.msg import Time
+from hypothesis import given
+from hypothesis import strategies as st
+
+from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot.ros import conversions, display
+from billiard_shot.ros.client import PAPER_SHOTS, request_for
+
+SCENE = Scene.load('paper')
+RADIUS = SCENE.ball.radius
+unit = st.floats(-1.0, 1.0)
+
+
+@given(azimuth=st.floats(-3.0, 3.0), elevation=st.floats(0.1, 1.5), a=st.floats(-0.4, 0.4),
+       x=unit, y=unit, speed=st.floats(0.05, 10.0))
+def test_stroke_survives_the_round_trip(azimuth, elevation, a, x, y, speed):
+    """Normal and velocity -> cue pose in a message -> the same normal and velocity."""
+    first = Stroke.from_offsets(a=a, b=0.1, elevation=elevation, azimuth=azimuth, speed=speed)
+    request = request_for(tuple(first.normal), tuple(first.velocity), RADIUS)
+    request.cue_pose.position.x += x
+    request.cue_pose.position.y += y
+    second = conversions.stroke_of(request, (x, y, RADIUS))
+    np.testing.assert_allclose(second.normal, first.normal, atol=1e-9)
+    np.testing.assert_allclose(second.velocity, first.velocity, rtol=1e-9, atol=1e-9)
+
+
+def test_trajectory_survives_the_round_trip():
+    normal, velocity = PAPER_SHOTS['massé']
+    shot = predict(SCENE, Stroke(normal=normal, velocity=velocity))
+    message = conversions.response_of(shot, 33).trajectory
+    state = shot.trajectory.at(np.asarray(message.times))
+    np.testing.assert_array_equal(conversions.vectors(message.positions), state.position)
+    np.testing.assert_array_equal(conversions.vectors(message.velocities), state.velocity)
+    np.testing.assert_array_equal(conversions.vectors(message.spins), state.spin)
+    np.testing.assert_array_equal(message.motion, state.motion)
+    assert message.times[0] == 0.0
+    assert message.times[-1] == shot.trajectory.duration
+
+
+def test_request_round_trip():
+    request = conversions.make_request(
+        (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(.1, .2, 0), tolerance=1e-5, sample_count=9)
+    conversions.check_common(request)
+    assert conversions.ball_of(request, RADIUS, None) == (.1, .2, RADIUS)
+    assert (request.speed, request.tolerance, request.sample_count) == (1.5, 1e-5, 9)
+    assert request.cue_pose.orientation.w == 2.0
+
+
+def test_numbers_that_are_not_finite_never_leave():
+    shot = predict(SCENE, Stroke(normal=(-1, 0, 0), velocity=(1, 0, 0)))
+    broken = SimpleNamespace(**{
+        name: getattr(shot, name) for name in (
+            'status', 'message', 'spin', 'cue_speed', 'trajectory', 'effects', 'error_estimate',
+            'wall_time')}, velocity=np.array([np.nan, 0.0, 0.0]))
+    answer = conversions.response_of(broken, 5)
+    assert answer.status == Status.INVALID_REQUEST
+    assert answer.velocity.x == 0.0
+
+
+def test_path_stamps_carry_over_seconds():
+    shot = predict(SCENE, Stroke(normal=(-1, 0, 0), velocity=(1, 0, 0)))
+    message = conversions.response_of(shot, 5).trajectory
+    path = display.path_of(message, Time(sec=7, nanosec=999_999_999))
+    assert path.poses[0].header.stamp == Time(sec=7, nanosec=999_999_999)
+    last = path.poses[-1].header.stamp
+    assert last.sec + last.nanosec * 1e-9 == pytest.approx(8.0 + message.times[-1], abs=1e-6)

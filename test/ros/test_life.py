@@ -1,0 +1,90 @@
+"""How a predictor starts and how it ends."""
+import signal
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.srv import PredictShot
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import DescribeParameters, SetParameters
+
+from billiard_shot.ros import parameters
+from billiard_shot.ros.client import call
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_it_with_exit_code_0(start, node, number):
+    process = start('-r', f'__ns:=/end_{number}')
+    client = node.create_client(PredictShot, f'/end_{number}/predict_shot')
+    assert client.wait_for_service(timeout_sec=60.0)
+    process.send_signal(number)
+    assert process.wait(timeout=10) == 0
+    assert 'Traceback' not in process.stdout.read()
+
+
+@pytest.mark.parametrize(('setting', 'words'), [
+    ('scene:=no_such_scene', 'no_such_scene'),
+    ('tolerance:=0.0', 'tolerance'),
+    ('tolerance:=.nan', 'tolerance'),
+    ('tolerance:=1', 'tolerance'),
+    ('sample_count:=1', 'sample_count'),
+])
+def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
+    process = start('-p', setting)
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert words in said
+    assert 'Traceback' not in said
+
+
+def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
+    from billiard_shot.scene.bundled import scene_path
+    text = scene_path('paper').read_text()
+    assert 'law: energetic' in text
+    scene = tmp_path / 'scene.yaml'
+    scene.write_text(text.replace('law: energetic', 'law: wishful'))
+    process = start('-p', f'scene:={scene}')
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert 'law' in said
+    assert 'wishful' in said
+    assert 'Traceback' not in said
+
+
+def test_parameters_are_described_and_checked_when_set(ask, node):
+    describe = node.create_client(DescribeParameters, '/predictor/describe_parameters')
+    set_them = node.create_client(SetParameters, '/predictor/set_parameters')
+    assert describe.wait_for_service(timeout_sec=10.0)
+    assert set_them.wait_for_service(timeout_sec=10.0)
+    names = [parameter.name for parameter in parameters.PREDICTOR]
+    for descriptor in call(node, describe, DescribeParameters.Request(names=names)).descriptors:
+        assert descriptor.description.endswith('.')
+
+    def put(name, kind, **value):
+        parameter = ParameterMessage(name=name, value=ParameterValue(type=kind, **value))
+        return call(node, set_them, SetParameters.Request(parameters=[parameter])).results[0]
+    integer, double, string = 2, 3, 4
+    assert not put('scene', string, string_value='no_such_scene').successful
+    assert 'no_such_scene' in put('scene', string, string_value='no_such_scene').reason
+    assert not put('tolerance', double, double_value=-1.0).successful
+    assert not put('tolerance', double, double_value=float('nan')).successful
+    assert not put('sample_count', integer, integer_value=10**9).successful
+    assert put('sample_count', integer, integer_value=77).successful
+    from billiard_shot.ros.client import PAPER_SHOTS, request_for
+    request = request_for(*PAPER_SHOTS['horizontal'], 0.0286)
+    assert len(ask(request).trajectory.times) == 77
+    assert put('sample_count', integer, integer_value=200).successful
+
+
+def test_demo_prints_the_four_shots(domain):
+    done = subprocess.run(
+        [sys.executable, '-m', 'billiard_shot.ros.demo'], capture_output=True, text=True,
+        timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    for name in ('vertical', 'horizontal', 'jump', 'massé'):
+        assert f'{name}: cue' in done.stdout
+    assert done.stdout.count('ball velocity') == 4

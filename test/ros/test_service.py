@@ -1,0 +1,163 @@
+"""The service between two processes: what the library says is what comes back."""
+import numpy as np
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.msg import BallState, BallTrajectory, TableState
+from billiard_shot_msgs.srv import PredictShot
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Path
+import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from visualization_msgs.msg import MarkerArray
+
+from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot.ros import conversions
+from billiard_shot.ros.client import call, PAPER_SHOTS, report, request_for
+
+SCENE = Scene.load('paper')
+RADIUS = SCENE.ball.radius
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def spin_until(node, condition, seconds=10.0):
+    deadline = node.get_clock().now().nanoseconds + seconds * 1e9
+    while not condition() and node.get_clock().now().nanoseconds < deadline:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    return condition()
+
+
+def components(vector):
+    return [vector.x, vector.y, vector.z]
+
+
+@pytest.mark.parametrize('name', PAPER_SHOTS)
+def test_answer_is_the_librarys(ask, name):
+    normal, velocity = PAPER_SHOTS[name]
+    shot = predict(SCENE, Stroke(normal=normal, velocity=velocity))
+    answer = ask(request_for(normal, velocity, RADIUS))
+    assert answer.status == shot.status == Status.OK
+    np.testing.assert_allclose(components(answer.velocity), shot.velocity, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(components(answer.spin), shot.spin, rtol=1e-6, atol=1e-7)
+    assert answer.cue_speed == pytest.approx(shot.cue_speed, rel=1e-6)
+    trajectory = answer.trajectory
+    assert len(trajectory.times) == len(trajectory.motion) == 200
+    assert np.ptp(np.diff(trajectory.times)) < 1e-9
+    positions = conversions.vectors(trajectory.positions)
+    np.testing.assert_allclose(positions[0], (0, 0, RADIUS), atol=1e-9)
+    np.testing.assert_allclose(positions[-1], shot.trajectory.rest, atol=1e-4)
+    assert trajectory.motion[-1] == BallTrajectory.REST
+    assert {effect.name for effect in answer.effects} == {e.name for e in shot.effects}
+    assert 0.0 <= answer.error_estimate <= 1e-4
+    assert answer.compute_time > 0.0
+    assert f'{answer.velocity.x:.4f}' in report(answer)
+
+
+def test_paper_reference_values(ask):
+    """paper: the horizontal shot as the model says it, not as Table 1 prints it."""
+    answer = ask(request_for(*PAPER_SHOTS['horizontal'], RADIUS))
+    np.testing.assert_allclose(
+        components(answer.velocity), [.6335672927, .4653476309, 0], atol=2e-5)
+    np.testing.assert_allclose(components(answer.spin), [0, 0, 10.39766290], atol=2e-3)
+
+
+def test_sample_count_tolerance_and_ball_position(ask):
+    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    at_origin = ask(request)
+    request.sample_count = 50
+    request.tolerance = 1e-6
+    for point in (request.cue_pose.position, request.ball_position):
+        point.x += 0.3
+        point.y -= 0.2
+    answer = ask(request)
+    assert answer.status == Status.OK
+    assert len(answer.trajectory.times) == 50
+    assert answer.error_estimate <= 1e-6
+    np.testing.assert_allclose(
+        conversions.vectors(answer.trajectory.positions)[-1],
+        conversions.vectors(at_origin.trajectory.positions)[-1] + (0.3, -0.2, 0), atol=2e-4)
+
+
+def test_ball_height_may_be_given_in_full(ask):
+    request = request_for(*PAPER_SHOTS['jump'], RADIUS)
+    short = ask(request)
+    request.ball_position.z = RADIUS
+    assert ask(request).velocity == short.velocity
+
+
+def test_ball_from_the_table_state(ask, node):
+    request = request_for(*PAPER_SHOTS['vertical'], RADIUS)
+    request.use_table_state = True
+    answer = ask(request)
+    assert answer.status == Status.INVALID_REQUEST
+    assert 'table_state' in answer.message
+
+    publisher = node.create_publisher(TableState, 'table_state', LATCHED)
+    request.cue_pose.position.x += 0.4
+    request.cue_pose.position.y += 0.1
+
+    def answer_comes(words, *balls):
+        """Publish `balls`, and ask until the answer says so: state and request travel apart."""
+        publisher.publish(TableState(balls=list(balls)))
+        return spin_until(node, lambda: words in str(ask(request)))
+
+    cue = BallState(id='cue', position=Point(x=0.4, y=0.1))
+    other = BallState(id='8')
+    assert answer_comes('status=0', other, cue)
+    np.testing.assert_allclose(
+        conversions.vectors(ask(request).trajectory.positions)[0], (0.4, 0.1, RADIUS))
+    assert answer_comes('pocketed', BallState(id='cue', pocketed=True))
+    assert answer_comes('has 0 balls', other)
+    assert answer_comes('below the cloth', BallState(id='cue', position=Point(z=-1.0)))
+    node.destroy_publisher(publisher)
+
+
+def test_path_and_markers_come_after_the_answer(start, node):
+    start('-r', '__ns:=/display')
+    client = node.create_client(PredictShot, '/display/predict_shot')
+    assert client.wait_for_service(timeout_sec=60.0)
+    arrived = []
+    for kind, topic in ((Path, 'path'), (MarkerArray, 'markers')):
+        node.create_subscription(
+            kind, f'/display/predictor/{topic}',
+            lambda message, topic=topic: arrived.append((topic, message)), LATCHED)
+    assert not spin_until(node, lambda: arrived, seconds=0.5), 'nothing to show yet'
+
+    future = client.call_async(request_for(*PAPER_SHOTS['massé'], RADIUS))
+    future.add_done_callback(lambda future: arrived.append(('answer', future.result())))
+    assert spin_until(node, lambda: len(arrived) == 3)
+    assert arrived[0][0] == 'answer'
+    messages = dict(arrived)
+    path, trajectory = messages['path'], messages['answer'].trajectory
+    assert path.header.frame_id == 'table'
+    np.testing.assert_array_equal(
+        [components(pose.pose.position) for pose in path.poses],
+        conversions.vectors(trajectory.positions))
+    stamps = [pose.header.stamp.sec + pose.header.stamp.nanosec * 1e-9 for pose in path.poses]
+    np.testing.assert_allclose(np.diff(stamps), np.diff(trajectory.times), atol=1e-5)
+    line = messages['markers'].markers[0]
+    assert len(line.points) == len(line.colors) == len(path.poses)
+
+    late = []
+    node.create_subscription(Path, '/display/predictor/path', late.append, LATCHED)
+    assert spin_until(node, lambda: late), 'latched: who comes later sees it too'
+
+    refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
+    refused.speed = 0.0
+    assert call(node, client, refused).status == Status.INVALID_STROKE
+    assert not spin_until(node, lambda: len(arrived) > 3, seconds=0.5), 'a refusal shows nothing'
+
+
+def test_many_calls_leave_nothing_behind(ask, predictor):
+    def resident():
+        with open(f'/proc/{predictor.pid}/status') as status:
+            return next(int(line.split()[1]) for line in status if line.startswith('VmRSS'))
+
+    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    for _ in range(300):
+        ask(request)
+    before = resident()
+    for _ in range(1000):
+        assert ask(request).status == Status.OK
+    assert resident() - before < 5_000, 'kB'
