@@ -1,0 +1,12 @@
+"""What there is on and around the table: data read from YAML and checked, no behaviour."""
+from billiard_shot.scene.scene import (
+    Ball,
+    Cloth,
+    ContactParameters,
+    Contacts,
+    Cue,
+    Effects,
+    Scene,
+)
+
+__all__ = ['Ball', 'Cloth', 'ContactParameters', 'Contacts', 'Cue', 'Effects', 'Scene']
