@@ -4,8 +4,8 @@ A slow second opinion on `collide`: the same model, solved in the least clever w
 Fixed small steps in time: springs by leapfrog, friction by projecting onto the Coulomb discs
 contact after contact until nothing moves, so that stick, slide, onset and reversal need no cases.
 Ends of compression and restitution and new contacts are bisected within the step. Three step sizes
-are extrapolated (Richardson); their spread says how good the result is. Nothing here is shared with
-the library.
+are extrapolated (Richardson); their spread says how good the result is. Nothing here is shared
+with the library.
 """
 from dataclasses import dataclass
 
@@ -93,9 +93,8 @@ def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000):
     friction = np.array([float(c.get('friction', 0.0)) for c in contacts])
     restitution = np.array([float(c.get('restitution', 1.0)) for c in contacts])
     stiffness = np.array([float(c.get('stiffness', 1.0)) for c in contacts])
-    model = (
-        response, friction, restitution, stiffness / stiffness.max(), LAWS.index(law), float(exponent)
-    )
+    springs = stiffness / stiffness.max()
+    model = (response, friction, restitution, springs, LAWS.index(law), float(exponent))
     runs, finished = [], True
     for factor in (1, 2, 4):
         log = np.zeros((2000, len(contacts)), np.bool_)
