@@ -27,7 +27,9 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
-        (f'share/{package_name}/config', glob('config/*.*')),
+        (f'share/{package_name}/config', glob('config/*.yaml') + glob('config/*.xml')),
+        # For people who look there; and `colcon build --symlink-install` needs the folder.
+        (f'share/{package_name}/config/scenes', glob('config/scenes/*.yaml')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
     ],
     install_requires=['numba>=0.59', 'numpy>=1.26', 'pyyaml>=6.0', 'setuptools'],

@@ -16,14 +16,15 @@ import subprocess
 import sys
 from time import perf_counter
 
-from billiard_shot import Scene, Status
-from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
-from billiard_shot.ros.demo import quiet_environment
 from billiard_shot_msgs.srv import PredictShot
 from domain_coordinator import domain_id
 import numpy as np
 import rclpy
 from std_srvs.srv import SetBool
+
+from billiard_shot import Scene, Status
+from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
+from billiard_shot.ros.demo import quiet_environment
 
 YARDSTICK = """
 import rclpy
@@ -44,7 +45,7 @@ MAX_GROWTH = 5.0  # MB
 def resident(process):
     """Resident memory of a process, in MB."""
     lines = Path(f'/proc/{process.pid}/status').read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) / 1000
+    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) * 1024 / 1e6
 
 
 def ratio(node, predictor, yardstick, request, rounds=2000):

