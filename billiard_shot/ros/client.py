@@ -20,6 +20,7 @@ from rclpy.node import Node
 from billiard_shot import Scene, Status
 from billiard_shot.ros import conversions
 from billiard_shot.ros.conversions import Triple
+from billiard_shot.table.motion import Motion
 
 PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
     'vertical': ((-1.0, -2.0, 1.0), (0.0, 0.0, -2.0)),
@@ -31,8 +32,6 @@ PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
 
 RETREAT = 0.05
 """Metres from the ball to where the tip starts."""
-
-MOTIONS = ('rest', 'slide', 'roll', 'spin', 'flight')
 
 Answer = TypeVar('Answer')
 
@@ -87,7 +86,7 @@ def report(response: PredictShot.Response, rows: int = 7) -> str:
     for i in np.linspace(0, len(trajectory.times) - 1, rows).round().astype(int):
         numbers = (trajectory.times[i], *positions[i], speeds[i])
         lines.append(f'{"":11}' + ''.join(f'{number:11.4f}' for number in numbers)
-                     + f'  {MOTIONS[trajectory.motion[i]]}')
+                     + f'  {Motion(trajectory.motion[i]).name.lower()}')
     return '\n'.join(lines)
 
 

@@ -7,6 +7,7 @@ from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Status
+from billiard_shot.table.motion import Motion
 
 
 def constants(interface):
@@ -19,5 +20,4 @@ def test_status_constants_are_the_status_enum():
 
 
 def test_motion_constants_are_the_motion_codes():
-    assert constants(BallTrajectory) == {
-        'REST': 0, 'SLIDE': 1, 'ROLL': 2, 'SPIN': 3, 'FLIGHT': 4}
+    assert constants(BallTrajectory) == {motion.name: motion.value for motion in Motion}
