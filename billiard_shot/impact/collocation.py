@@ -6,16 +6,19 @@ the slip goes to zero: explicit steps would have to be as small as the slip. Rad
 (Hairer, Wanner, Solving ODEs II, IV.5) with the slip in polar form has no such bound, and starts from
 slip exactly zero, whether it then grows as t or as t^2.
 """
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
-from billiard_shot.impact.friction import SLIDING
 from billiard_shot.impact.linear import solve_in_place
-from billiard_shot.impact.series import accelerate, lean
+from billiard_shot.impact.series import integrate, lean
+from billiard_shot.impact.state import INACTIVE, SLIDING, Model, State, slip_speed
 
 STAGES = 8
 ITERATIONS = 25
+SHORTEST = 1e-14  # step below which the slip is taken not to begin at all
 
 
 def _tableau(stages: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -40,83 +43,73 @@ def _tableau(stages: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDA
 NODES, INTEGRAL, MONOMIAL = _tableau(STAGES)
 
 
+class Nodes(NamedTuple):
+    """The unknowns at the collocation nodes."""
+
+    u: NDArray[np.float64]  # (3 N, STAGES)
+    y: NDArray[np.float64]  # (N, STAGES)
+    force: NDArray[np.float64]  # (3 N, STAGES)
+    angle: NDArray[np.float64]  # (N, STAGES) of the young contacts' slip
+    size: NDArray[np.float64]  # (N, STAGES) of the young contacts' slip
+    slope: NDArray[np.float64]  # (STAGES,) scratch
+
+
 @compiled
-def nodal_forces(
-    gain: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
-    exponent: float,
-    active: NDArray[np.bool_],
-    grip: NDArray[np.int64],
-    young: NDArray[np.bool_],
-    angle: NDArray[np.float64],
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> None:
+def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
     """Forces at the nodes: springs from y, friction from the slip's direction."""
-    for j in range(friction.shape[0]):
-        if not active[j]:
+    for j in range(m.friction.shape[0]):
+        if s.phase[j] == INACTIVE:
             continue
         n = 3 * j
         for i in range(STAGES):
-            force[n, i] = stiffness[j] * max(y[j, i], 0.0) ** exponent
-            if grip[j] == SLIDING:
-                if young[j]:
-                    dx, dy = np.cos(angle[j, i]), np.sin(angle[j, i])
+            normal = m.stiffness[j] * max(nodes.y[j, i], 0.0) ** m.exponent
+            nodes.force[n, i] = normal
+            if s.grip[j] == SLIDING:
+                if s.young[j]:
+                    x, y = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
                 else:
-                    size = np.sqrt(u[n + 1, i] ** 2 + u[n + 2, i] ** 2)
-                    dx, dy = u[n + 1, i] / size, u[n + 2, i] / size
-                force[n + 1, i] = -friction[j] * force[n, i] * dx
-                force[n + 2, i] = -friction[j] * force[n, i] * dy
-    lean(gain, friction, active, grip, STAGES, force)
+                    x, y = nodes.u[n + 1, i], nodes.u[n + 2, i]
+                    size = np.sqrt(x * x + y * y)
+                    x, y = x / size, y / size
+                nodes.force[n + 1, i] = -m.friction[j] * normal * x
+                nodes.force[n + 2, i] = -m.friction[j] * normal * y
+    lean(s, nodes.force.shape[1], nodes.force)
 
 
 @compiled
-def nodal_motion(
-    effective: NDArray[np.float64],
-    rate: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    scale: float,
-    start_u: NDArray[np.float64],
-    start_y: NDArray[np.float64],
-    force: NDArray[np.float64],
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-) -> None:
-    """Contact velocities and compressions at the nodes, integrated from the nodal forces."""
-    acceleration = np.zeros(STAGES)
-    for row in range(u.shape[0]):
+def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
+    """
+    Contact velocities and compressions at the nodes, integrated from the nodal forces.
+
+    Returns the largest change of a velocity since the last time.
+    """
+    change = 0.0
+    rows = s.u.shape[0]
+    for row in range(rows):
         for i in range(STAGES):
-            total = 0.0
-            for column in range(u.shape[0]):
-                if active[column // 3]:
-                    total += effective[row, column] * force[column, i]
-            acceleration[i] = total
+            nodes.slope[i] = 0.0
+            for column in range(rows):
+                if s.phase[column // 3] != INACTIVE:
+                    nodes.slope[i] += s.effective[row, column] * nodes.force[column, i]
         for i in range(STAGES):
-            total = 0.0
-            for m in range(STAGES):
-                total += INTEGRAL[i, m] * acceleration[m]
-            u[row, i] = start_u[row] + scale * total
-    for j in range(start_y.shape[0]):
-        if active[j]:
+            value = s.u[row, 0]
+            for k in range(STAGES):
+                value += scale * INTEGRAL[i, k] * nodes.slope[k]
+            change = max(change, abs(value - nodes.u[row, i]))
+            nodes.u[row, i] = value
+    for j in range(s.y.shape[0]):
+        if s.phase[j] != INACTIVE:
             for i in range(STAGES):
-                total = 0.0
-                for m in range(STAGES):
-                    total += INTEGRAL[i, m] * u[3 * j, m]
-                y[j, i] = start_y[j] - rate[j] * scale * total
+                value = s.y[j, 0]
+                for k in range(STAGES):
+                    value -= scale * s.rate[j] * INTEGRAL[i, k] * nodes.u[3 * j, k]
+                nodes.y[j, i] = value
+    return change
 
 
 @compiled
 def polar_newton(
-    effective: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    scale: float,
-    members: NDArray[np.int64],
-    force: NDArray[np.float64],
-    u: NDArray[np.float64],
-    angle: NDArray[np.float64],
-    size: NDArray[np.float64],
+    m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int64]
 ) -> float:
     """
     One Newton step on slip(t_i) = size_i (cos angle_i, sin angle_i) at all nodes of the young contacts.
@@ -126,128 +119,113 @@ def polar_newton(
     count = members.shape[0]
     dimension = 2 * STAGES * count
     matrix = np.zeros((dimension, dimension))
-    residual = np.empty(dimension)
-    for a in range(count):
-        j = members[a]
-        for i in range(STAGES):
-            row = 2 * (a * STAGES + i)
-            c, s = np.cos(angle[j, i]), np.sin(angle[j, i])
-            residual[row] = size[j, i] * c - u[3 * j + 1, i]
-            residual[row + 1] = size[j, i] * s - u[3 * j + 2, i]
-            matrix[row, row] -= c
-            matrix[row + 1, row] -= s
-            matrix[row, row + 1] += size[j, i] * s
-            matrix[row + 1, row + 1] -= size[j, i] * c
-            for b in range(count):
-                k = members[b]
-                for m in range(STAGES):
-                    column = 2 * (b * STAGES + m) + 1
-                    push = -scale * INTEGRAL[i, m] * friction[k] * force[3 * k, m]
-                    dx, dy = -np.sin(angle[k, m]) * push, np.cos(angle[k, m]) * push
-                    for t in range(2):
-                        matrix[row + t, column] += (
-                            effective[3 * j + 1 + t, 3 * k + 1] * dx
-                            + effective[3 * j + 1 + t, 3 * k + 2] * dy
-                        )
-    if not solve_in_place(matrix, residual, dimension):
+    residual = np.zeros(dimension)
+    for row in range(dimension):
+        j, i, t = members[row // (2 * STAGES)], (row // 2) % STAGES, row % 2
+        c, d = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
+        along, across = (c, -d) if t == 0 else (d, c)
+        residual[row] = nodes.size[j, i] * along - nodes.u[3 * j + 1 + t, i]
+        matrix[row, 2 * (row // 2)] -= along
+        matrix[row, 2 * (row // 2) + 1] -= nodes.size[j, i] * across
+        for column in range(1, dimension, 2):
+            b, k = members[column // (2 * STAGES)], (column // 2) % STAGES
+            push = -scale * INTEGRAL[i, k] * m.friction[b] * nodes.force[3 * b, k]
+            x, y = -np.sin(nodes.angle[b, k]) * push, np.cos(nodes.angle[b, k]) * push
+            matrix[row, column] += s.effective[3 * j + 1 + t, 3 * b + 1] * x
+            matrix[row, column] += s.effective[3 * j + 1 + t, 3 * b + 2] * y
+    if not solve_in_place(matrix, residual):
         return np.inf
     largest = 0.0
-    for a in range(count):
-        j = members[a]
-        for i in range(STAGES):
-            row = 2 * (a * STAGES + i)
-            size[j, i] += residual[row]
-            turn = residual[row + 1]
-            largest = max(largest, abs(turn))
-            angle[j, i] += min(max(turn, -1.0), 1.0)
+    for row in range(0, dimension, 2):
+        j, i = members[row // (2 * STAGES)], (row // 2) % STAGES
+        turn = residual[row + 1]
+        largest = max(largest, abs(turn))
+        nodes.size[j, i] += residual[row]
+        nodes.angle[j, i] += min(max(turn, -1.0), 1.0)
     return largest
 
 
 @compiled
-def collocate(
-    effective: NDArray[np.float64],
-    gain: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
-    exponent: float,
-    rate: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    grip: NDArray[np.int64],
-    young: NDArray[np.bool_],
-    direction: NDArray[np.float64],
-    scale: float,
-    tolerance: float,
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> float:
+def solve_nodes(
+    m: Model, s: State, nodes: Nodes, scale: float, tolerance: float, members: NDArray[np.int64]
+) -> bool:
     """
-    Fill the step's polynomials on x = time / scale in [0, 1], from column 0 of u and y.
+    Iterate to the collocation solution; False where it is not found or the slip reverses.
 
-    force[:, :STAGES], u[:, :STAGES + 1] and y[:, :STAGES + 1] hold power series like those of
-    `series.expand`. Returns the estimated error of the velocities, infinity where the equations could
-    not be solved or the slip does not stay positive: then the step must be shortened.
+    Newton's method for the stiff part, the direction of the young slip; plain substitution for
+    the rest, which changes little within a step.
     """
-    count = friction.shape[0]
-    members = np.empty(count, np.int64)
-    young_count = 0
-    for j in range(count):
-        if active[j] and grip[j] == SLIDING and young[j]:
-            members[young_count] = j
-            young_count += 1
-    members = members[:young_count]
-    start_u, start_y = u[:, 0].copy(), y[:, 0].copy()
-    nodes_u, nodes_y = np.empty((3 * count, STAGES)), np.zeros((count, STAGES))
-    nodes_force = np.zeros((3 * count, STAGES))
-    angle, size = np.zeros((count, STAGES)), np.zeros((count, STAGES))
     for i in range(STAGES):
-        nodes_u[:, i] = start_u
-        for j in range(count):
-            nodes_y[j, i] = start_y[j] - rate[j] * scale * NODES[i] * start_u[3 * j]
-            angle[j, i] = np.arctan2(direction[2 * j + 1], direction[2 * j])
-    previous = 1.0
-    for iteration in range(ITERATIONS):
-        nodal_forces(
-            gain, friction, stiffness, exponent, active, grip, young, angle, nodes_u, nodes_y, nodes_force
-        )
-        nodal_motion(effective, rate, active, scale, start_u, start_y, nodes_force, nodes_u, nodes_y)
-        if iteration == 0:
-            for j in members:
-                for i in range(STAGES):
-                    c, s = np.cos(angle[j, i]), np.sin(angle[j, i])
-                    size[j, i] = max(nodes_u[3 * j + 1, i] * c + nodes_u[3 * j + 2, i] * s, 0.0)
-            continue
-        change = polar_newton(effective, friction, scale, members, nodes_force, nodes_u, angle, size)
-        if not change < 10.0:
-            return np.inf
-        if change <= 1e-13 or (change < 1e-9 and change >= 0.3 * previous):
-            break
-        previous = change
-        if iteration == ITERATIONS - 1:
-            return np.inf
+        for row in range(s.u.shape[0]):
+            nodes.u[row, i] = s.u[row, 0]
+        for j in range(s.y.shape[0]):
+            nodes.y[j, i] = s.y[j, 0] - s.rate[j] * scale * NODES[i] * s.u[3 * j, 0]
+            nodes.angle[j, i] = np.arctan2(s.direction[j, 1], s.direction[j, 0])
+    nodal_forces(m, s, nodes)
+    nodal_motion(s, nodes, scale)
     for j in members:
         for i in range(STAGES):
-            if not size[j, i] > 0.0:
-                return np.inf
-    nodal_forces(
-        gain, friction, stiffness, exponent, active, grip, young, angle, nodes_u, nodes_y, nodes_force
-    )
-    for row in range(3 * count):
-        if active[row // 3]:
-            for k in range(STAGES):
-                total = 0.0
+            c, d = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
+            nodes.size[j, i] = max(nodes.u[3 * j + 1, i] * c + nodes.u[3 * j + 2, i] * d, 0.0)
+    previous = np.inf
+    for _ in range(ITERATIONS):
+        nodal_forces(m, s, nodes)
+        moved = nodal_motion(s, nodes, scale)
+        change = max(moved, polar_newton(m, s, nodes, scale, members))
+        if not change < 10.0:
+            return False
+        if change <= 1e-15 or (change < 0.01 * tolerance and change >= 0.3 * previous):
+            for j in members:
                 for i in range(STAGES):
-                    total += MONOMIAL[k, i] * nodes_force[row, i]
-                force[row, k] = total
+                    if not nodes.size[j, i] > 0.0:
+                        return False
+            nodal_forces(m, s, nodes)
+            return True
+        previous = change
+    return False
+
+
+@compiled
+def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
+    """
+    Fill the step's polynomials on x in [0, 1] like `series.expand`, with order STAGES.
+
+    Returns the estimated error of the velocities, infinity where the step must be shortened.
+    """
+    count = m.friction.shape[0]
+    nodes = Nodes(
+        np.zeros((3 * count, STAGES)), np.zeros((count, STAGES)), np.zeros((3 * count, STAGES)),
+        np.zeros((count, STAGES)), np.zeros((count, STAGES)), np.zeros(STAGES),
+    )
+    if not solve_nodes(m, s, nodes, scale, tolerance, np.flatnonzero(s.young)):
+        return np.inf
+    for row in range(3 * count):
+        for k in range(STAGES):
+            s.force[row, k] = 0.0
+            for i in range(STAGES):
+                s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
     for k in range(STAGES):
-        accelerate(effective, friction, active, grip, scale, k, u, force)
-        for j in range(count):
-            if active[j]:
-                y[j, k + 1] = -rate[j] * scale * u[3 * j, k] / (k + 1)
+        integrate(m, s, scale, k)
     # The last coefficients, taken back to the Legendre basis, say what the next one would change:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0
     for row in range(3 * count):
-        error = max(error, abs(u[row, STAGES]) * (STAGES / 3432.0))
-        error = max(error, abs(u[row, STAGES - 1]) * (0.05 * (STAGES - 1) / 924.0))
+        error = max(error, abs(s.u[row, STAGES]) * (STAGES / 3432.0))
+        error = max(error, abs(s.u[row, STAGES - 1]) * (0.05 * (STAGES - 1) / 924.0))
     return error
+
+
+@compiled
+def implicit_step(m: Model, s: State, scale: float, tolerance: float) -> tuple[float, float]:
+    """Collocate, with shorter and shorter steps until one is good; return its length and error."""
+    for j in range(m.friction.shape[0]):
+        if s.young[j] and not s.onset[j]:
+            size = slip_speed(s, j)
+            s.direction[j, 0] = s.u[3 * j + 1, 0] / size
+            s.direction[j, 1] = s.u[3 * j + 2, 0] / size
+    while scale > SHORTEST:
+        error = collocate(m, s, scale, tolerance)
+        if error <= tolerance:
+            return scale, error
+        scale *= max(0.7 * (tolerance / error) ** (1.0 / STAGES), 0.1) if error < 1e300 else 0.25
+    return 0.0, 0.0

@@ -1,12 +1,17 @@
-"""What can happen within a step: the first event on the step's polynomials, and the step's length."""
-import numpy as np
-from numpy.typing import NDArray
-
+"""What can happen within a step: the first event on its polynomials."""
 from billiard_shot.compiled import compiled
-from billiard_shot.impact.friction import SLIDING, STICKING
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.polynomial import NO_ROOT, first_root
-from billiard_shot.impact.series import COLUMNS
+from billiard_shot.impact.polynomial import NO_ROOT, POSITIVE, first_root
+from billiard_shot.impact.state import (
+    COMPRESSING,
+    INACTIVE,
+    RESTORING,
+    SLIDING,
+    STICKING,
+    Model,
+    State,
+    slip_speed,
+)
 
 NOTHING = 0  # the step ends for accuracy's sake
 TURN = 1  # compression ends, or begins anew
@@ -20,162 +25,115 @@ SLIP_KEPT = 0.2  # a step may not use up more of the slip: its series would step
 
 
 @compiled
-def step_size(
-    friction: NDArray[np.float64],
-    grip: NDArray[np.int64],
-    active: NDArray[np.bool_],
-    order: int,
-    tolerance: float,
-    u: NDArray[np.float64],
-) -> float:
-    """Length of a Taylor step, in units of its scale, from the last two coefficients of u."""
-    last = 0.0
-    before = 0.0
-    for row in range(u.shape[0]):
-        if row % 3 == 0 or friction[row // 3] > 0.0:
-            last = max(last, abs(u[row, order]))
-            before = max(before, abs(u[row, order - 1]))
-    if not (last < 1e200 and before < 1e200):
-        return 0.0
-    x = 1e3
-    if last > 0.0:
-        x = min(x, (tolerance / last) ** (1.0 / order))
-    if before > 0.0:
-        x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
-    return 0.9 * x
-
-
-@compiled
-def cone_root(
-    friction: float,
-    force: NDArray[np.float64],
-    order: int,
-    end: float,
-    work: NDArray[np.float64],
-) -> float:
-    """First x at which a sticking contact's force (rows N, x, y) leaves the friction cone."""
-    normal = 0.0
+def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) -> float:
+    """First x at which a sticking contact's force leaves the friction cone."""
+    n = 3 * j
+    largest = 0.0
     tangential = 0.0
     power = 1.0
     for k in range(order):
-        normal += (abs(force[0, k]) if k == 0 else -abs(force[0, k])) * power
-        tangential += (abs(force[1, k]) + abs(force[2, k])) * power
+        largest += abs(s.force[n, k]) * power
+        tangential += (abs(s.force[n + 1, k]) + abs(s.force[n + 2, k])) * power
         power *= end
-    if friction * normal > tangential or tangential == 0.0:
+    mu = m.friction[j]
+    smallest = 2.0 * abs(s.force[n, 0]) - largest
+    if mu * smallest > tangential or tangential == 0.0:
         return NO_ROOT
-    c = work[2]
+    scratch = s.work[4 * m.friction.shape[0] :]
+    c = scratch[2]
     for k in range(order):
-        total = 0.0
+        c[k] = 0.0
         for i in range(k + 1):
-            total += friction * friction * force[0, i] * force[0, k - i]
-            total -= force[1, i] * force[1, k - i] + force[2, i] * force[2, k - i]
-        c[k] = total
-    on_rim = c[0] <= 1e-13 * (friction * force[0, 0]) ** 2
-    return first_root(c, order - 1, 1.0, 0.0, on_rim, end, work)
+            c[k] += mu * mu * s.force[n, i] * s.force[n, k - i]
+            c[k] -= s.force[n + 1, i] * s.force[n + 1, k - i]
+            c[k] -= s.force[n + 2, i] * s.force[n + 2, k - i]
+    noise *= (mu * largest) ** 2
+    return first_root(c, order - 1, 1.0, 0.0, noise if c[0] <= noise else POSITIVE, end, scratch)
 
 
 @compiled
-def slip_root(
-    s: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    order: int,
-    kept: float,
-    fired: bool,
-    end: float,
-    work: NDArray[np.float64],
-) -> float:
-    """First x at which the slip along its first direction has fallen to `kept`."""
-    c = work[2]
-    for k in range(order + 1):
-        c[k] = s[0, k] * direction[0] + s[1, k] * direction[1]
-    return first_root(c, order, 1.0, kept, fired, end, work)
+def slip_root(m: Model, s: State, j: int, order: int, noise: float, end: float) -> tuple[float, int]:
+    """
+    First x at which a contact's sliding has stopped, or has used up its share of slip.
+
+    Where the slip turns, a step may not come too near to its end: the series of 1/|slip| would step
+    over the stop unseen. Where it is straight to within the tolerance, the stop is a plain root.
+    """
+    scratch = s.work[4 * m.friction.shape[0] :]
+    c = scratch[2]
+    dx, dy = s.direction[j, 0], s.direction[j, 1]
+    turning = 0.0
+    power = end
+    c[0] = s.u[3 * j + 1, 0] * dx + s.u[3 * j + 2, 0] * dy
+    for k in range(1, order + 1):
+        c[k] = s.u[3 * j + 1, k] * dx + s.u[3 * j + 2, k] * dy
+        turning += abs(s.u[3 * j + 2, k] * dx - s.u[3 * j + 1, k] * dy) * power
+        power *= end
+    if m.straight or s.young[j] or turning <= 1e-3 * m.tolerance:
+        x = first_root(c, order, 1.0, 0.0, noise if s.onset[j] else POSITIVE, end, scratch)
+        return x, SLIP_STOP
+    x = first_root(c, order, 1.0, SLIP_KEPT * slip_speed(s, j), POSITIVE, end, scratch)
+    return x, NOTHING
 
 
 @compiled
-def impulse_root(
-    remaining: float,
-    scale: float,
-    force: NDArray[np.float64],
-    order: int,
-    end: float,
-    work: NDArray[np.float64],
-) -> float:
-    """First x at which a contact's normal impulse has grown by `remaining`."""
-    c = work[2]
-    c[0] = remaining
+def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: float) -> float:
+    """First x at which a contact's normal impulse has reached its goal (law poisson)."""
+    scratch = s.work[4 * m.friction.shape[0] :]
+    c = scratch[2]
+    c[0] = s.goal[j] - s.impulse[3 * j]
     for k in range(order):
-        c[k + 1] = -scale * force[k] / (k + 1)
-    return first_root(c, order, 1.0, 0.0, False, end, work)
+        c[k + 1] = -scale * s.force[3 * j, k] / (k + 1)
+    return first_root(c, order, 1.0, 0.0, POSITIVE, end, scratch)
 
 
 @compiled
 def first_event(
-    law: int,
-    friction: NDArray[np.float64],
-    phase: NDArray[np.int64],
-    grip: NDArray[np.int64],
-    young: NDArray[np.bool_],
-    straight: bool,
-    direction: NDArray[np.float64],
-    fired: NDArray[np.bool_],
-    light: NDArray[np.bool_],
-    heavy: NDArray[np.float64],
-    goal: NDArray[np.float64],
-    impulse: NDArray[np.float64],
-    scale: float,
-    order: int,
-    end: float,
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-    force: NDArray[np.float64],
-    work: NDArray[np.float64],
+    m: Model, s: State, scale: float, order: int, noise: float, end: float
 ) -> tuple[float, int, int]:
     """
     Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` where there is none.
 
-    `fired[j]`: normal velocity and slip of contact j are exactly zero at the start; `goal`: the
-    compression (law poisson: the impulse) at which restitution ends; `heavy`: the compression at
-    which a light contact's force begins to count.
+    `noise`: how well the polynomials are known. Of simultaneous events the last one found comes
+    first; the others follow at once, in steps of zero length.
     """
     event = NOTHING
     contact = -1
-    for j in range(friction.shape[0]):
-        n = 3 * j
-        if phase[j] == 0:
-            x = first_root(u[n], order, 1.0, 0.0, fired[j, 0], end, work)
-            if x != NO_ROOT:
-                end, event, contact = x, JOIN, j
-            continue
-        sign = -1.0 if phase[j] == 1 else 1.0
-        x = first_root(u[n], order, sign, 0.0, fired[j, 0], end, work)
+    scratch = s.work[4 * m.friction.shape[0] :]
+    for j in range(m.friction.shape[0]):
+        opening = s.u[3 * j]
+        sign = -1.0 if s.phase[j] == COMPRESSING else 1.0
+        known = noise if s.still[j] else POSITIVE
+        x = first_root(opening, order, sign, 0.0, known, end, scratch)
         if x != NO_ROOT:
-            end, event, contact = x, TURN, j
-        if phase[j] == 2:
-            if law == POISSON:
-                x = impulse_root(goal[j] - impulse[n], scale, force[n], order, end, work)
+            end, event, contact = x, JOIN if s.phase[j] == INACTIVE else TURN, j
+        if s.phase[j] == INACTIVE:
+            continue
+        if s.phase[j] == RESTORING:
+            goal = 0.0 if m.law == POISSON else s.goal[j]
+            x = first_root(s.y[j], order, 1.0, goal, POSITIVE, end, scratch)
+            if x != NO_ROOT:
+                end, event, contact = x, EMPTY if m.law == POISSON else END, j
+            if m.law == POISSON:
+                x = impulse_root(m, s, j, scale, order, end)
                 if x != NO_ROOT:
                     end, event, contact = x, END, j
-                x = first_root(y[j], order, 1.0, 0.0, False, end, work)
-                if x != NO_ROOT and (event != END or contact != j or x < end):
-                    end, event, contact = x, EMPTY, j
-            else:
-                x = first_root(y[j], order, 1.0, goal[j], False, end, work)
-                if x != NO_ROOT:
-                    end, event, contact = x, END, j
-        elif light[j]:
-            x = first_root(y[j], order, -1.0, -heavy[j], False, end, work)
+        elif s.light[j]:
+            x = first_root(s.y[j], order, -1.0, -heavy(m, j), POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j
-        if grip[j] == SLIDING:
-            slip = u[n + 1 : n + 3]
-            kept = 0.0
-            if not straight and not young[j]:
-                kept = SLIP_KEPT * np.sqrt(slip[0, 0] ** 2 + slip[1, 0] ** 2)
-            x = slip_root(slip, direction[2 * j : 2 * j + 2], order, kept, fired[j, 1], end, work)
+        if s.grip[j] == SLIDING:
+            x, kind = slip_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
-                end, event, contact = x, NOTHING if kept > 0.0 else SLIP_STOP, j
-        elif grip[j] == STICKING:
-            x = cone_root(friction[j], force[n : n + 3], order, end, work)
+                end, event, contact = x, kind, j
+        elif s.grip[j] == STICKING:
+            x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
     return end, event, contact
+
+
+@compiled
+def heavy(m: Model, j: int) -> float:
+    """Compression below which a contact's force is negligible, so that it need not be expanded."""
+    return float((1e-3 * m.tolerance / m.stiffness[j]) ** (1.0 / m.exponent))

@@ -9,18 +9,23 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.linear import pseudo_inverse
+from billiard_shot.impact.state import (
+    FRICTIONLESS,
+    INACTIVE,
+    SLIDING,
+    STICKING,
+    Model,
+    State,
+    slip_speed,
+    stop_slip,
+)
 
-FRICTIONLESS, SLIDING, STICKING = 0, 1, 2
+SWEEPS = 2000
+NO_SLIP = 1e-3  # slip below this part of the tolerance is none
 
 
 @compiled
-def hold(
-    response: NDArray[np.float64],
-    grip: NDArray[np.int64],
-    active: NDArray[np.bool_],
-    effective: NDArray[np.float64],
-    gain: NDArray[np.float64],
-) -> None:
+def hold(m: Model, s: State) -> None:
     """
     Eliminate the sticking contacts' friction: it is whatever keeps their slip at zero.
 
@@ -28,42 +33,42 @@ def hold(
     F_S = gain F (least norm where contacts share a constraint), and the contact velocities follow
     u' = effective F, effective = W + W_.S gain. Columns of S are zero: F holds the other forces.
     """
-    size = response.shape[0]
+    size = m.response.shape[0]
     stuck = np.empty(size, np.int64)
     count = 0
-    for j in range(size // 3):
-        if active[j] and grip[j] == STICKING:
-            stuck[count] = 3 * j + 1
-            stuck[count + 1] = 3 * j + 2
-            count += 2
+    for row in range(size):
+        j = row // 3
+        if row != 3 * j and s.phase[j] != INACTIVE and s.grip[j] == STICKING:
+            stuck[count] = row
+            count += 1
     for i in range(size):
         for j in range(size):
-            effective[i, j] = response[i, j]
-            gain[i, j] = 0.0
+            s.effective[i, j] = m.response[i, j]
+            s.gain[i, j] = 0.0
     if count == 0:
         return
     block = np.empty((count, count))
     inverse = np.empty((count, count))
     for a in range(count):
         for b in range(count):
-            block[a, b] = response[stuck[a], stuck[b]]
-    pseudo_inverse(block, count, inverse)
+            block[a, b] = m.response[stuck[a], stuck[b]]
+    pseudo_inverse(block, inverse)
     for a in range(count):
         for j in range(size):
             for b in range(count):
-                gain[stuck[a], j] -= inverse[a, b] * response[stuck[b], j]
+                s.gain[stuck[a], j] -= inverse[a, b] * m.response[stuck[b], j]
     for a in range(count):
         for b in range(count):
-            gain[stuck[a], stuck[b]] = 0.0
-    for j in range(size):
-        for a in range(count):
-            if gain[stuck[a], j] != 0.0:
+            s.gain[stuck[a], stuck[b]] = 0.0
+    for a in range(count):
+        for j in range(size):
+            if s.gain[stuck[a], j] != 0.0:
                 for i in range(size):
-                    effective[i, j] += response[i, stuck[a]] * gain[stuck[a], j]
+                    s.effective[i, j] += m.response[i, stuck[a]] * s.gain[stuck[a], j]
     for a in range(count):
         for i in range(size):
-            effective[i, stuck[a]] = 0.0
-            effective[stuck[a], i] = 0.0
+            s.effective[i, stuck[a]] = 0.0
+            s.effective[stuck[a], i] = 0.0
 
 
 @compiled
@@ -118,75 +123,103 @@ def disc(
 
 
 @compiled
-def release(
-    response: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    grip: NDArray[np.int64],
-    active: NDArray[np.bool_],
-    normal: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    onset: NDArray[np.bool_],
-) -> None:
+def slip_acceleration(
+    m: Model, row: int, force: NDArray[np.float64], without: int
+) -> tuple[float, float]:
+    """Acceleration of one contact velocity under the forces, and its rounding scale."""
+    total = 0.0
+    scale = 0.0
+    for i in range(force.shape[0]):
+        if i != without and i != without + 1:
+            total += m.response[row, i] * force[i]
+            scale += abs(m.response[row, i] * force[i])
+    return total, scale
+
+
+@compiled
+def release(m: Model, s: State, force: NDArray[np.float64]) -> None:
     """
     Decide which of the contacts without slip hold, and in which direction the others start.
 
     Gauss's principle of least constraint: among the friction forces inside their discs, the real
     ones minimise F.W.F/2 + b.F (a convex problem, b the slip acceleration without them). Solved
-    contact by contact until nothing moves. `normal`: the normal forces (or, where all are still
-    zero, their rates). Contacts that start to slide become SLIDING, with `onset` set.
+    contact by contact until nothing moves. `force`: normal and sliding forces (or, where all are
+    still zero, their rates). Contacts that start to slide become SLIDING, at their onset.
     """
-    count = friction.shape[0]
-    force = np.zeros(3 * count)
-    waiting = 0
-    for j in range(count):
-        if active[j]:
-            force[3 * j] = normal[j]
-            if grip[j] == SLIDING:
-                force[3 * j + 1] = -friction[j] * normal[j] * direction[2 * j]
-                force[3 * j + 2] = -friction[j] * normal[j] * direction[2 * j + 1]
-            elif grip[j] == STICKING:
-                waiting += 1
-    size = 0.0
-    for i in range(3 * count):
-        size = max(size, abs(force[i]))
-    bx = 0.0
-    by = 0.0
-    for sweep in range(2000):
+    count = m.friction.shape[0]
+    largest = 0.0
+    for i in range(force.shape[0]):
+        largest = max(largest, abs(force[i]))
+    for _ in range(SWEEPS):
         moved = 0.0
         for j in range(count):
-            if active[j] and grip[j] == STICKING:
+            if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
                 x, y = 3 * j + 1, 3 * j + 2
-                old_x, old_y = force[x], force[y]
-                force[x] = 0.0
-                force[y] = 0.0
-                bx = 0.0
-                by = 0.0
-                for i in range(3 * count):
-                    bx += response[x, i] * force[i]
-                    by += response[y, i] * force[i]
-                force[x], force[y] = disc(
-                    response[x, x], response[x, y], response[y, y], bx, by, friction[j] * normal[j]
+                bx, _scale = slip_acceleration(m, x, force, x)
+                by, _scale = slip_acceleration(m, y, force, x)
+                fx, fy = disc(
+                    m.response[x, x], m.response[x, y], m.response[y, y], bx, by,
+                    m.friction[j] * force[3 * j],
                 )
-                moved = max(moved, abs(force[x] - old_x), abs(force[y] - old_y))
-        if moved <= 1e-16 * size or (waiting == 1 and sweep == 0):
+                moved = max(moved, abs(fx - force[x]), abs(fy - force[y]))
+                force[x], force[y] = fx, fy
+        if moved <= 1e-16 * largest:
             break
     for j in range(count):
-        if active[j] and grip[j] == STICKING:
+        if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
             x, y = 3 * j + 1, 3 * j + 2
-            ax = 0.0
-            ay = 0.0
-            noise = 0.0
-            for i in range(3 * count):
-                ax += response[x, i] * force[i]
-                ay += response[y, i] * force[i]
-                noise += abs(response[x, i] * force[i]) + abs(response[y, i] * force[i])
-            rim = friction[j] * normal[j]
+            ax, scale_x = slip_acceleration(m, x, force, -2)
+            ay, scale_y = slip_acceleration(m, y, force, -2)
+            size = np.sqrt(ax * ax + ay * ay)
             used = np.sqrt(force[x] * force[x] + force[y] * force[y])
-            speed = np.sqrt(ax * ax + ay * ay)
-            if used >= rim * (1.0 - 1e-12) and speed > 1e-12 * noise:
-                onset[j] = True
-                direction[2 * j] = ax / speed
-                direction[2 * j + 1] = ay / speed
+            rim = m.friction[j] * force[3 * j]
+            if used >= rim * (1.0 - 1e-12) and size > 1e-12 * (scale_x + scale_y):
+                s.onset[j] = True
+                s.direction[j, 0] = ax / size
+                s.direction[j, 1] = ay / size
     for j in range(count):
-        if onset[j]:
-            grip[j] = SLIDING
+        if s.onset[j] and s.grip[j] == STICKING:
+            s.grip[j] = SLIDING
+            s.young[j] = not m.straight
+
+
+@compiled
+def settle(m: Model, s: State) -> None:
+    """
+    Give every active contact its mode of friction, and eliminate the friction of those that stick.
+
+    Contacts that slide keep sliding. The others hold or start to slide as the forces of this moment
+    ask, or, where all springs are still empty, the forces of the next moment.
+    """
+    count = m.friction.shape[0]
+    force = np.zeros(3 * count)
+    loaded = False
+    waiting = False
+    for j in range(count):
+        loaded = loaded or (s.phase[j] != INACTIVE and s.y[j, 0] > 0.0)
+    for j in range(count):
+        if s.phase[j] == INACTIVE:
+            s.young[j] = False
+            s.onset[j] = False
+            continue
+        pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
+        force[3 * j] = m.stiffness[j] * pressed**m.exponent
+        if m.friction[j] == 0.0:
+            s.grip[j] = FRICTIONLESS
+            continue
+        slip = slip_speed(s, j)
+        if slip > NO_SLIP * m.tolerance:
+            s.grip[j] = SLIDING
+            s.direction[j, 0] = s.u[3 * j + 1, 0] / slip
+            s.direction[j, 1] = s.u[3 * j + 2, 0] / slip
+        elif not s.onset[j]:
+            stop_slip(s, j)
+            s.grip[j] = STICKING
+            s.young[j] = False
+            waiting = True
+        if s.grip[j] == SLIDING:
+            force[3 * j + 1] = -m.friction[j] * force[3 * j] * s.direction[j, 0]
+            force[3 * j + 2] = -m.friction[j] * force[3 * j] * s.direction[j, 1]
+    if waiting:
+        release(m, s, force)
+    hold(m, s)

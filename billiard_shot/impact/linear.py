@@ -8,13 +8,14 @@ RANK = 1e-12  # eigenvalues below this part of the largest count as zero
 
 
 @compiled
-def pseudo_inverse(a: NDArray[np.float64], n: int, inverse: NDArray[np.float64]) -> None:
+def pseudo_inverse(a: NDArray[np.float64], inverse: NDArray[np.float64]) -> None:
     """
-    Write the Moore-Penrose inverse of the symmetric, positive semidefinite a[:n, :n].
+    Write the Moore-Penrose inverse of a symmetric, positive semidefinite matrix, which is used up.
 
     Cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5). For contacts that
     share one constraint this is the least-norm solution, which no numbering of contacts changes.
     """
+    n = a.shape[0]
     v = np.zeros((n, n))
     for i in range(n):
         v[i, i] = 1.0
@@ -30,7 +31,7 @@ def pseudo_inverse(a: NDArray[np.float64], n: int, inverse: NDArray[np.float64])
         for p in range(n - 1):
             for q in range(p + 1, n):
                 if a[p, q] != 0.0:
-                    rotate(a, v, n, p, q)
+                    rotate(a, v, p, q)
     largest = 0.0
     for i in range(n):
         largest = max(largest, a[i, i])
@@ -45,8 +46,9 @@ def pseudo_inverse(a: NDArray[np.float64], n: int, inverse: NDArray[np.float64])
 
 
 @compiled
-def rotate(a: NDArray[np.float64], v: NDArray[np.float64], n: int, p: int, q: int) -> None:
+def rotate(a: NDArray[np.float64], v: NDArray[np.float64], p: int, q: int) -> None:
     """Zero a[p, q] by a rotation in the plane of p and q, accumulated in v."""
+    n = a.shape[0]
     theta = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
     t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
     if theta < 0.0:
@@ -66,8 +68,9 @@ def rotate(a: NDArray[np.float64], v: NDArray[np.float64], n: int, p: int, q: in
 
 
 @compiled
-def solve_in_place(a: NDArray[np.float64], b: NDArray[np.float64], n: int) -> bool:
-    """Solve a[:n, :n] x = b by Gaussian elimination with row pivoting; False where singular."""
+def solve_in_place(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Solve a x = b by Gaussian elimination with row pivoting; False where a is singular."""
+    n = b.shape[0]
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):

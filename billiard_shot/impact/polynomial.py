@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled
 
 NO_ROOT = -1.0
+POSITIVE = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
 @compiled
@@ -68,7 +69,7 @@ def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> floa
             low = x
         else:
             high = x
-        step = x - value / slope if slope < 0.0 else high
+        step = x - value / slope if slope < 0.0 else np.inf
         if abs(step - x) <= 2e-16 * x:
             return x
         x = step if low < step < high else 0.5 * (low + high)
@@ -83,29 +84,25 @@ def first_root(
     degree: int,
     sign: float,
     offset: float,
-    fired: bool,
+    noise: float,
     end: float,
     work: NDArray[np.float64],
 ) -> float:
     """
     First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.
 
-    The function is positive at 0 by construction, or exactly zero because it fired there (`fired`):
-    then that root is divided out, and a negative leading coefficient is an immediate event, 0.
-    `work` needs two rows of degree + 1.
+    The function is POSITIVE at 0, or exactly zero because an event happened there: then that root is
+    divided out, as are coefficients that move the function by less than `noise` and so have no sign,
+    and a negative leading coefficient is an immediate event, 0. `work` needs two rows of degree + 1.
     """
     p = work[0]
+    fired = noise >= 0.0
     first = 1 if fired else 0
-    size = 0.0
-    power = 1.0
-    for k in range(degree + 1):
-        size += abs(c[k]) * power
-        power *= end
     if not fired and sign * c[0] - offset <= 0.0:
         return 0.0
     power = 1.0
-    while first <= degree and fired and abs(c[first]) * end**first <= 1e-15 * size:
-        first += 1  # a coefficient that is rounding noise has no sign
+    while first <= degree and fired and abs(c[first]) * end**first <= noise:
+        first += 1
     if first > degree:
         return NO_ROOT
     degree -= first

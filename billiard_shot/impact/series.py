@@ -1,16 +1,14 @@
 """
 One step of a collision as a Taylor series: all forces and contact velocities, order by order.
 
-Within a step the state is u(x), y(x) with x = time / scale. Powers of y and 1/|slip| follow from
-recurrences (Knuth, TAOCP vol. 2, 4.7), so that a step of any order costs one pass of convolutions.
+Powers of y and 1/|slip| follow from recurrences (Knuth, The Art of Computer Programming, vol. 2,
+section 4.7), so that a step of any order costs one pass of convolutions.
 """
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
-from billiard_shot.impact.friction import SLIDING
-
-COLUMNS = 26  # room for the highest order's coefficients
+from billiard_shot.impact.state import INACTIVE, SLIDING, STICKING, Model, State
 
 
 @compiled
@@ -29,24 +27,15 @@ def normal_coefficient(
 
 
 @compiled
-def slide_coefficient(
-    s: NDArray[np.float64],
-    q: NDArray[np.float64],
-    r: NDArray[np.float64],
-    d: NDArray[np.float64],
-    force: NDArray[np.float64],
-    k: int,
-    friction: float,
-) -> None:
-    """
-    Coefficient k of the sliding friction force = -friction N s/|s|.
-
-    s, d: rows of two components; q = s.s, r = 1/|s|, d = s r; force: rows N, x, y, of which N is
-    known to order k.
-    """
+def slide_coefficient(s: State, contact: int, k: int, friction: float) -> None:
+    """Coefficient k of the sliding friction -friction N slip/|slip|, N being known to order k."""
+    n = 3 * contact
+    q, r = s.work[4 * contact], s.work[4 * contact + 1]  # slip.slip and 1/|slip|
+    dx, dy = s.work[4 * contact + 2], s.work[4 * contact + 3]  # slip/|slip|
+    sx, sy, normal = s.u[n + 1], s.u[n + 2], s.force[n]
     total = 0.0
     for i in range(k + 1):
-        total += s[0, i] * s[0, k - i] + s[1, i] * s[1, k - i]
+        total += sx[i] * sx[k - i] + sy[i] * sy[k - i]
     q[k] = total
     if k == 0:
         r[0] = 1.0 / np.sqrt(total)
@@ -58,118 +47,97 @@ def slide_coefficient(
     x = 0.0
     y = 0.0
     for i in range(k + 1):
-        x += s[0, i] * r[k - i]
-        y += s[1, i] * r[k - i]
-    d[0, k] = x
-    d[1, k] = y
+        x += sx[i] * r[k - i]
+        y += sy[i] * r[k - i]
+    dx[k] = x
+    dy[k] = y
     x = 0.0
     y = 0.0
     for i in range(k + 1):
-        x += force[0, i] * d[0, k - i]
-        y += force[0, i] * d[1, k - i]
-    force[1, k] = -friction * x
-    force[2, k] = -friction * y
+        x += normal[i] * dx[k - i]
+        y += normal[i] * dy[k - i]
+    s.force[n + 1, k] = -friction * x
+    s.force[n + 2, k] = -friction * y
 
 
 @compiled
-def expand(
-    effective: NDArray[np.float64],
-    gain: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
-    exponent: float,
-    rate: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    grip: NDArray[np.int64],
-    light: NDArray[np.bool_],
-    straight: bool,
-    direction: NDArray[np.float64],
-    scale: float,
-    order: int,
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-    force: NDArray[np.float64],
-    work: NDArray[np.float64],
-) -> None:
-    """
-    Fill the coefficients: force[:, :order], u[:, :order + 1], y[:, :order + 1], from column 0 of u and y.
-
-    `rate`: of the springs (law); `light`: contacts whose force is still negligible (exponent > 1);
-    `straight`: all slip keeps its `direction`; work: (4 N, columns).
-    """
-    count = friction.shape[0]
+def expand(m: Model, s: State, scale: float, order: int) -> None:
+    """Fill the step's coefficients: force[:, :order], u and y[:, :order + 1], from column 0."""
+    count = m.friction.shape[0]
     for k in range(order):
         for j in range(count):
-            if not active[j]:
+            if s.phase[j] == INACTIVE:
                 continue
             n = 3 * j
-            if light[j]:
-                force[n, k] = 0.0
+            if s.light[j]:
+                s.force[n, k] = 0.0
             else:
-                force[n, k] = normal_coefficient(y[j], force[n], k, stiffness[j], exponent)
-            if grip[j] == SLIDING:
-                if straight:
-                    force[n + 1, k] = -friction[j] * force[n, k] * direction[2 * j]
-                    force[n + 2, k] = -friction[j] * force[n, k] * direction[2 * j + 1]
+                s.force[n, k] = normal_coefficient(
+                    s.y[j], s.force[n], k, m.stiffness[j], m.exponent
+                )
+            if s.grip[j] == SLIDING:
+                if m.straight:
+                    s.force[n + 1, k] = -m.friction[j] * s.force[n, k] * s.direction[j, 0]
+                    s.force[n + 2, k] = -m.friction[j] * s.force[n, k] * s.direction[j, 1]
                 else:
-                    slide_coefficient(
-                        u[n + 1 : n + 3], work[4 * j], work[4 * j + 1], work[4 * j + 2 : 4 * j + 4],
-                        force[n : n + 3], k, friction[j],
-                    )
-        accelerate(effective, friction, active, grip, scale, k, u, force)
-        for j in range(count):
-            if active[j]:
-                y[j, k + 1] = -rate[j] * scale * u[3 * j, k] / (k + 1)
-    lean(gain, friction, active, grip, order, force)
+                    slide_coefficient(s, j, k, m.friction[j])
+        integrate(m, s, scale, k)
+    lean(s, order, s.force)
 
 
 @compiled
-def accelerate(
-    effective: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    grip: NDArray[np.int64],
-    scale: float,
-    k: int,
-    u: NDArray[np.float64],
-    force: NDArray[np.float64],
-) -> None:
-    """Coefficient k + 1 of the contact velocities from coefficient k of the forces: u' = W F."""
-    count = friction.shape[0]
+def integrate(m: Model, s: State, scale: float, k: int) -> None:
+    """Coefficients k + 1 of u and y from coefficients k: u' = W F, y' = -rate u_n."""
+    count = m.friction.shape[0]
     factor = scale / (k + 1)
     for row in range(3 * count):
-        if row % 3 != 0 and friction[row // 3] == 0.0:
+        if row % 3 != 0 and m.friction[row // 3] == 0.0:
             continue
         total = 0.0
         for j in range(count):
-            if active[j]:
-                total += effective[row, 3 * j] * force[3 * j, k]
-                if grip[j] == SLIDING:
-                    total += effective[row, 3 * j + 1] * force[3 * j + 1, k]
-                    total += effective[row, 3 * j + 2] * force[3 * j + 2, k]
-        u[row, k + 1] = factor * total
+            if s.phase[j] != INACTIVE:
+                total += s.effective[row, 3 * j] * s.force[3 * j, k]
+                if s.grip[j] == SLIDING:
+                    total += s.effective[row, 3 * j + 1] * s.force[3 * j + 1, k]
+                    total += s.effective[row, 3 * j + 2] * s.force[3 * j + 2, k]
+        s.u[row, k + 1] = factor * total
+    for j in range(count):
+        if s.phase[j] != INACTIVE:
+            s.y[j, k + 1] = -s.rate[j] * factor * s.u[3 * j, k]
 
 
 @compiled
-def lean(
-    gain: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    grip: NDArray[np.int64],
-    order: int,
-    force: NDArray[np.float64],
-) -> None:
-    """Fill in the friction of the sticking contacts: F_S = gain F."""
-    count = friction.shape[0]
+def lean(s: State, columns: int, force: NDArray[np.float64]) -> None:
+    """Fill in the friction of the sticking contacts, gain F, in the leading columns of `force`."""
+    count = s.phase.shape[0]
     for j in range(count):
-        if active[j] and grip[j] != SLIDING and friction[j] > 0.0:
-            for row in range(3 * j + 1, 3 * j + 3):
-                for k in range(order):
-                    force[row, k] = 0.0
-                for i in range(count):
-                    if active[i]:
-                        for column in range(3 * i, 3 * i + (3 if grip[i] == SLIDING else 1)):
-                            factor = gain[row, column]
-                            if factor != 0.0:
-                                for k in range(order):
-                                    force[row, k] += factor * force[column, k]
+        if s.phase[j] == INACTIVE or s.grip[j] != STICKING:
+            continue
+        for row in range(3 * j + 1, 3 * j + 3):
+            for k in range(columns):
+                force[row, k] = 0.0
+            for column in range(3 * count):
+                i = column // 3
+                if s.gain[row, column] != 0.0 and s.phase[i] != INACTIVE:
+                    if column == 3 * i or s.grip[i] == SLIDING:
+                        for k in range(columns):
+                            force[row, k] += s.gain[row, column] * force[column, k]
+
+
+@compiled
+def step_size(m: Model, s: State, order: int, tolerance: float) -> float:
+    """Length of a Taylor step in units of its scale, from u's last two coefficients; 0: overflow."""
+    last = 0.0
+    before = 0.0
+    for row in range(s.u.shape[0]):
+        if row % 3 == 0 or m.friction[row // 3] > 0.0:
+            last = max(last, abs(s.u[row, order]))
+            before = max(before, abs(s.u[row, order - 1]))
+    if not (last < 1e200 and before < 1e200):
+        return 0.0
+    x = 1e3
+    if last > 0.0:
+        x = min(x, (tolerance / last) ** (1.0 / order))
+    if before > 0.0:
+        x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
+    return 0.9 * x
