@@ -63,8 +63,11 @@ lint: setup
 test: lint
 	$(BIN)/pytest -n 2
 
+BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/service.py),\
+                           $(wildcard benchmarks/*.py))
+
 bench: setup
-	@set -e; for file in benchmarks/*.py; do echo "== $$file"; $(BIN)/python $$file; done
+	@set -e; for file in $(BENCHMARKS); do echo "== $$file"; $(BIN)/python $$file; done
 
 clean:
 	rm -rf $(VENV) build install log dist *.egg-info .hypothesis .*_cache

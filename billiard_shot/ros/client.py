@@ -69,10 +69,11 @@ def call(node: Node, client: Client, request: object, timeout: float = 10.0) -> 
     return future.result()
 
 
-def report(response: PredictShot.Response, rows: int = 7) -> str:
-    """Lines for people: outcome, ball, cue, and `rows` samples of the trajectory."""
-    lines = [f'  {Status(response.status).name}: {response.message}']
-    if Status(response.status).refused:
+def report(response: PredictShot.Response) -> str:
+    """Lines for people: outcome, ball, cue, and the samples that tell the trajectory."""
+    status = Status(response.status)
+    lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
+    if status.refused:
         return lines[0]
     for name, vector, unit in (('velocity', response.velocity, 'm/s'),
                                ('spin', response.spin, 'rad/s')):
@@ -83,11 +84,18 @@ def report(response: PredictShot.Response, rows: int = 7) -> str:
     trajectory = response.trajectory
     positions = conversions.vectors(trajectory.positions)
     speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
-    for i in np.linspace(0, len(trajectory.times) - 1, rows).round().astype(int):
+    for i in telling_samples(trajectory.motion):
         numbers = (trajectory.times[i], *positions[i], speeds[i])
         lines.append(f'{"":11}' + ''.join(f'{number:11.4f}' for number in numbers)
                      + f'  {Motion(trajectory.motion[i]).name.lower()}')
     return '\n'.join(lines)
+
+
+def telling_samples(motion: Sequence[int]) -> list[int]:
+    """Sample numbers: five evenly spaced ones, and the first of every new kind of motion."""
+    even = np.linspace(0, len(motion) - 1, 5).round().astype(int)
+    changes = np.flatnonzero(np.diff(motion)) + 1
+    return sorted({*even.tolist(), *changes.tolist()})
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -101,8 +109,8 @@ def main(args: Sequence[str] | None = None) -> None:
         for name, (normal, velocity) in PAPER_SHOTS.items():
             response: PredictShot.Response = call(
                 node, client, request_for(normal, velocity, radius))
-            print(f'{name}: cue {velocity} m/s against the ball at normal {normal}')
-            print(report(response), end='\n\n')
+            print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
+            print(report(response), end='\n\n', flush=True)
             if Status(response.status).refused:
                 sys.exit(1)
 

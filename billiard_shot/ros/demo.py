@@ -27,6 +27,9 @@ def main() -> None:
     """Start the node, run the client, stop the node; the exit code is that of the worse."""
     with domain_id() as domain:
         environment = quiet_environment(domain)
+        print(f'A predictor and its client, two processes in the ROS domain {domain}.\n'
+              'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
+              flush=True)
         module = [sys.executable, '-m']
         node = subprocess.Popen(
             [*module, 'billiard_shot.ros.predictor', '--ros-args', '-p', 'scene:=paper'],

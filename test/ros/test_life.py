@@ -86,5 +86,5 @@ def test_demo_prints_the_four_shots(domain):
         timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
-        assert f'{name}: cue' in done.stdout
+        assert f'{name}: cue velocity' in done.stdout
     assert done.stdout.count('ball velocity') == 4

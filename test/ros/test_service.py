@@ -37,7 +37,8 @@ def test_answer_is_the_librarys(ask, name):
     normal, velocity = PAPER_SHOTS[name]
     shot = predict(SCENE, Stroke(normal=normal, velocity=velocity))
     answer = ask(request_for(normal, velocity, RADIUS))
-    assert answer.status == shot.status == Status.OK
+    assert answer.status == shot.status
+    assert answer.message == shot.message
     np.testing.assert_allclose(components(answer.velocity), shot.velocity, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(components(answer.spin), shot.spin, rtol=1e-6, atol=1e-7)
     assert answer.cue_speed == pytest.approx(shot.cue_speed, rel=1e-6)
@@ -104,7 +105,7 @@ def test_ball_from_the_table_state(ask, node):
 
     cue = BallState(id='cue', position=Point(x=0.4, y=0.1))
     other = BallState(id='8')
-    assert answer_comes('status=0', other, cue)
+    assert answer_comes('velocities=[0.', other, cue)
     np.testing.assert_allclose(
         conversions.vectors(ask(request).trajectory.positions)[0], (0.4, 0.1, RADIUS))
     assert answer_comes('pocketed', BallState(id='cue', pocketed=True))
@@ -159,5 +160,5 @@ def test_many_calls_leave_nothing_behind(ask, predictor):
         ask(request)
     before = resident()
     for _ in range(1000):
-        assert ask(request).status == Status.OK
+        assert not Status(ask(request).status).refused
     assert resident() - before < 5_000, 'kB'
