@@ -191,7 +191,7 @@ def march(model, start, steps, log):
     h = period / steps
     phases, idle, lasted = 0, True, 0.0
     last = 1.0
-    for _ in range(200 * steps):
+    for _ in range(60 * steps):
         if not active.any():
             return 0, impulse, phases
         for i in range(3 * count):

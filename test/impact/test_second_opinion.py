@@ -1,0 +1,112 @@
+"""`collide` against the slow check, and against itself at other tolerances."""
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from setups import chain, difference, random_shot, run, shot, SHOTS, two_balls
+from slow_check import slow_collide
+from test_properties import random_bodies
+
+from billiard_shot.status import Status
+
+LAWS = ('bistiffness', 'energetic')
+
+
+def agree(setup, bound, **options):
+    """Compare with the slow check, which says itself how far it can be trusted."""
+    result = run(setup, tolerance=1e-9, **options)
+    if not result.phases:
+        return  # nothing approaches
+    for steps in (500, 4000):
+        slow = slow_collide(*setup, steps=steps, **options)
+        error = difference(setup, result, slow)
+        if slow.finished and error < bound:
+            return
+    assert not slow.finished or slow.spread > 1e-5, f'off by {error:.1e}'
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('end_mass', [False, True])
+def test_random_strokes(law, end_mass):
+    rng = np.random.default_rng(1)
+    for _ in range(120):
+        agree(random_shot(rng, end_mass=end_mass), 3e-6, law=law)
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_random_bodies(law, count):
+    rng = np.random.default_rng(2)
+    for _ in range(40):
+        agree(random_bodies(rng, count), 1e-5, law=law)
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_hertz_contacts(law):
+    rng = np.random.default_rng(3)
+    for _ in range(30):
+        agree(random_shot(rng), 1e-5, law=law, exponent=1.5)
+    agree(chain(5), 1e-6, law=law, exponent=1.5)
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('name', SHOTS)
+def test_paper_shots_agree(law, name):
+    setup = shot(*SHOTS[name])
+    slow = slow_collide(*setup, law=law, steps=4000)
+    assert difference(setup, run(setup, law=law, tolerance=1e-10), slow) < 1e-7
+    assert [tuple(p.active) for p in run(setup, law=law).phases] == list(slow.states)
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('planar', [False, True])
+def test_errors_stay_within_the_tolerance(law, planar):
+    rng = np.random.default_rng(4)
+    worst = dict.fromkeys((1e-4, 1e-6, 1e-8, 1e-10), 0.0)
+    for _ in range(300):
+        if planar:
+            angle = rng.uniform(-0.2, 1.3)
+            setup = shot((-np.cos(angle), 0, np.sin(angle)), (1, 0, -rng.uniform(0, 2)))
+        else:
+            setup = random_shot(rng)
+        exact = run(setup, law=law, tolerance=1e-12)
+        if exact.status != Status.OK:
+            continue
+        for tolerance in worst:
+            result = run(setup, law=law, tolerance=tolerance)
+            if [p.active for p in result.phases] == [p.active for p in exact.phases]:
+                error = difference(setup, result, exact)
+                worst[tolerance] = max(worst[tolerance], error / tolerance)
+    assert max(worst.values()) < 5.0, worst
+
+
+def test_two_balls_with_any_ratio_of_stiffness():
+    for ratio in np.geomspace(0.01, 100.0, 41):
+        setup = two_balls(ratio=float(ratio))
+        agree(setup, 3e-6, law='bistiffness')
+
+
+def test_same_numbers_without_the_compiler():
+    program = (
+        'import sys; sys.path.insert(0, "test/impact")\n'
+        'from setups import *\n'
+        'for law in ("bistiffness", "energetic"):\n'
+        '    r = run(shot(*SHOTS["vertical"]), law=law, tolerance=1e-6)\n'
+        '    print(*[x.hex() for x in (*r.velocities[1], *r.spins[1])])\n'
+        'r = run(shot((-.8, .3, .4), (2, .5, -1), end_mass=.01), tolerance=1e-6)\n'
+        'print(*[x.hex() for x in (*r.velocities[1], *r.spins[1])])\n'
+    )
+    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+    answers = []
+    for off in ('0', '1'):
+        environment = {**os.environ, 'NUMBA_DISABLE_JIT': off, 'PYTHONPATH': root}
+        done = subprocess.run(
+            [sys.executable, '-c', program], cwd=root, env=environment, text=True,
+            capture_output=True, check=True, timeout=300,
+        )  # fmt: skip
+        lines = done.stdout.splitlines()
+        answers.append([[float.fromhex(x) for x in line.split()] for line in lines])
+    for compiled, plain in zip(*answers, strict=True):
+        np.testing.assert_allclose(plain, compiled, rtol=1e-10, atol=1e-10)
