@@ -1,0 +1,45 @@
+"""Predicts what a billiard cue does to the ball: impact, flight, slide, roll, rest."""
+from importlib import import_module
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from billiard_shot.scene import Scene
+    from billiard_shot.shot.effects import Effect
+    from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.shot import Shot
+    from billiard_shot.shot.stroke import Stroke
+    from billiard_shot.status import Status
+    from billiard_shot.table.motion import Motion
+    from billiard_shot.table.trajectory import BallState, Trajectory
+
+__all__ = [
+    'Scene', 'Stroke', 'predict', 'predict_batch', 'Shot', 'BatchResult', 'Status', 'Effect',
+    'Trajectory', 'BallState', 'Motion',
+]
+
+# Imported when first used: `import billiard_shot` alone must not wait for numba.
+_HOMES = {
+    'Scene': 'scene',
+    'Stroke': 'shot.stroke',
+    'predict': 'shot.predict',
+    'predict_batch': 'shot.predict',
+    'BatchResult': 'shot.predict',
+    'Shot': 'shot.shot',
+    'Effect': 'shot.effects',
+    'Status': 'status',
+    'Motion': 'table.motion',
+    'Trajectory': 'table.trajectory',
+    'BallState': 'table.trajectory',
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    value = getattr(import_module(f'{__name__}.{_HOMES[name]}'), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

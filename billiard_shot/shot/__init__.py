@@ -1,0 +1,1 @@
+"""From a stroke to what the ball does: contact geometry, impact, motion on the table."""

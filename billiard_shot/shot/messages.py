@@ -1,0 +1,59 @@
+"""The outcome of a shot in one line of plain text."""
+import math
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+from billiard_shot.table.trajectory import Trajectory
+
+
+def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory) -> str:
+    """Say what happened; for a refused stroke: field, value and allowed range."""
+    x, y, z = stroke.velocity
+    elevation = math.degrees(math.atan2(-z, math.hypot(x, y)))
+    match status:
+        case Status.OK:
+            return f'at rest after {trajectory.duration:.3g} s'
+        case Status.MISCUE:
+            return 'the tip still slid when it left the ball'
+        case Status.NEVER_RESTS:
+            return (
+                f'nothing stops the ball: its last motion, from {trajectory.duration:.3g} s on, '
+                'is endless'
+            )
+        case Status.INFINITE_SEQUENCE:
+            return 'an endless, dying sequence of impacts was ended by the energy floor'
+        case Status.NEGATIVE_ENERGY:
+            return 'law: poisson drove an elastic energy below zero; take another law'
+        case Status.TOLERANCE_NOT_REACHED:
+            return 'tolerance: finer than can be computed; see error_estimate'
+        case Status.BUDGET_EXCEEDED:
+            return 'the impact or the bounces take too many steps; the result is incomplete'
+        case Status.MISS:
+            return stroke.miss or (
+                f'normal: {_vector(stroke.normal)} is not allowed; it must point against the '
+                f'stroke, here its cosine is {_cosine(stroke):.3g}, which must be below 0'
+            )
+        case Status.NEGATIVE_ELEVATION:
+            return (
+                f'velocity: {_vector(stroke.velocity)} is not allowed; its elevation, '
+                f'{elevation:.3g} degrees, must be 0 to 90 (z at most 0)'
+            )
+        case Status.CUE_THROUGH_CLOTH:
+            height = scene.ball.radius * (1.0 + stroke.normal[2])
+            needed = scene.cue.tip_radius * math.cos(math.radians(elevation))
+            return (
+                f'normal: {_vector(stroke.normal)} is not allowed; the tip hits the ball '
+                f'{1e3 * height:.3g} mm above the cloth, and the cue would go through it below '
+                f'{1e3 * needed:.3g} mm'
+            )
+    return status.name.lower().replace('_', ' ')
+
+
+def _vector(values: tuple[float, ...]) -> str:
+    return '(' + ', '.join(f'{value:.4g}' for value in values) + ')'
+
+
+def _cosine(stroke: Stroke) -> float:
+    pairs = zip(stroke.normal, stroke.velocity, strict=True)
+    return sum(n * v for n, v in pairs) / stroke.speed

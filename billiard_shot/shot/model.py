@@ -1,0 +1,50 @@
+"""A scene's numbers in the form that compiled code takes."""
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact.laws import LAWS
+from billiard_shot.scene import Scene
+from billiard_shot.table.surface import AUTO, OFF, ON, Surface
+
+TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
+_WISHES = {'auto': AUTO, 'on': ON, 'off': OFF}
+
+
+class Model(NamedTuple):
+    """What a strike depends on, beside the stroke."""
+
+    cue_mass: float  # kg
+    softness: float  # 1/kg, of the tip's sideways motion: one over the end mass, 0 if guided
+    tip_radius: float  # m
+    friction: NDArray[np.float64]  # (2,), of TIP and TABLE, like the next two
+    restitution: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    law: int
+    exponent: float
+    surface: Surface  # the ball's own numbers are here
+
+
+def model_of(scene: Scene) -> Model:
+    """Collect the numbers of a scene."""
+    tip, table = scene.contacts.cue_ball, scene.contacts.ball_table
+    ball, cloth = scene.ball, scene.cloth
+    law = LAWS[scene.law]
+    return Model(
+        cue_mass=scene.cue.mass,
+        softness=1.0 / scene.cue.end_mass,
+        tip_radius=scene.cue.tip_radius,
+        friction=np.array([tip.friction, table.friction]),
+        restitution=np.array([tip.restitution, table.restitution]),
+        stiffness=np.array([tip.stiffness, table.stiffness]),
+        law=law,
+        exponent=scene.exponent,
+        surface=Surface(
+            mass=ball.mass, radius=ball.radius, inertia=ball.inertia, gravity=cloth.gravity,
+            sliding=cloth.sliding_friction, rolling=cloth.rolling_resistance,
+            spin_deceleration=cloth.spin_deceleration, restitution=table.restitution,
+            friction=table.friction, law=law, exponent=scene.exponent,
+            flight=_WISHES[scene.effects.flight], bounce=_WISHES[scene.effects.bounce],
+        ),
+    )

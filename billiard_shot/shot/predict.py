@@ -1,0 +1,166 @@
+"""predict() and predict_batch(): what a stroke, or many, does to the cue ball."""
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import math
+import os
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot import row as at
+from billiard_shot.shot.model import model_of
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.strike import shoot, shoot_each
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table import motion
+from billiard_shot.table.trajectory import Trajectory
+
+DEFAULT_TOLERANCE = 1e-4  # m
+_PHASES, _SEGMENTS = 16, 24  # room that is enough for nearly every shot
+
+
+def predict(
+    scene: Scene,
+    stroke: Stroke,
+    tolerance: float = DEFAULT_TOLERANCE,
+    position: Sequence[float] | NDArray[np.float64] | None = None,
+) -> Shot:
+    """
+    Predict what a stroke does to the cue ball, from the impact to rest.
+
+    Parameters
+    ----------
+    scene : Scene
+    stroke : Stroke
+    tolerance : float
+        Largest error of the trajectory [m], above 0.
+    position : (2,) or (3,) array_like, optional
+        Where the cue ball lies on the cloth (x, y) [m]; by default where the scene has it. A third
+        number, its height, must be 0 or the radius.
+
+    Raises
+    ------
+    ValueError
+        If `tolerance` or `position` make no sense. A stroke that cannot be played is no error: see
+        `Shot.status` and `Shot.message`.
+
+    """
+    begin = perf_counter()
+    _check_tolerance(tolerance)
+    centre = _centre(scene, position)
+    model = model_of(scene)
+    normal, velocity = np.array(stroke.normal), np.array(stroke.velocity)
+    row = np.empty(at.COLUMNS)
+    phases, segments = _PHASES, _SEGMENTS
+    while True:
+        log, rows = np.empty((phases, 12)), np.empty((segments, motion.COLUMNS))
+        shoot(model, normal, velocity, centre, tolerance, row, log, rows)
+        needed = int(row[at.PHASES]), int(row[at.SEGMENTS])
+        if needed[0] <= phases and needed[1] <= segments:
+            break
+        phases, segments = needed
+    row.flags.writeable = False
+    return Shot(
+        scene, stroke, tolerance, perf_counter() - begin, Trajectory(rows[: needed[1]]),
+        row, log[: needed[0]],
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class BatchResult:
+    """Predictions of n strokes; row by row what `predict` gives."""
+
+    velocity: NDArray[np.float64]  # (n, 3) m/s, at the end of the strike
+    spin: NDArray[np.float64]  # (n, 3) rad/s
+    cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
+    rest: NDArray[np.float64]  # (n, 3) m
+    duration: NDArray[np.float64]  # (n,) s until rest
+    status: NDArray[np.uint16]  # (n,) Status
+    dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
+    evaluations: NDArray[np.int64]  # (n,) steps of the impact
+    error_estimate: NDArray[np.float64]  # (n,) m
+
+
+def predict_batch(
+    scene: Scene,
+    normals: ArrayLike,
+    velocities: ArrayLike,
+    tolerance: float = DEFAULT_TOLERANCE,
+    position: Sequence[float] | NDArray[np.float64] | None = None,
+) -> BatchResult:
+    """
+    Predict many strokes at once, on all cores.
+
+    Parameters
+    ----------
+    scene, tolerance, position
+        As for `predict`.
+    normals, velocities : (n, 3) array_like
+        As of `Stroke`. A row that is none (not finite, or zero) gets the status INVALID_STROKE.
+
+    """
+    _check_tolerance(tolerance)
+    centre = _centre(scene, position)
+    n, v = _rows('normals', normals), _rows('velocities', velocities)
+    if len(n) != len(v):
+        raise ValueError(
+            f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
+        )
+    model = model_of(scene)
+    rows = np.empty((len(n), at.COLUMNS))
+    workers = os.cpu_count() or 1
+    size = max(1, math.ceil(len(n) / (8 * workers)))  # small parts, because strokes differ in cost
+
+    def play(begin: int) -> None:
+        part = slice(begin, begin + size)
+        shoot_each(model, n[part], v[part], centre, tolerance, rows[part])
+
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in pool.map(play, range(0, len(n), size)):
+            pass
+    return BatchResult(
+        velocity=rows[:, at.VELOCITY],
+        spin=rows[:, at.SPIN],
+        cue_speed=rows[:, at.CUE_SPEED],
+        rest=rows[:, at.REST],
+        duration=rows[:, at.DURATION],
+        status=rows[:, at.STATUS].astype(np.uint16),
+        dissipated=rows[:, at.LOSS].reshape(-1, 2, 2),
+        evaluations=rows[:, at.EVALUATIONS].astype(np.int64),
+        error_estimate=rows[:, at.ERROR],
+    )
+
+
+def _check_tolerance(tolerance: float) -> None:
+    if not 0.0 < tolerance < math.inf:
+        raise ValueError(
+            f'tolerance: {tolerance!r} is not allowed; it must be finite and above 0 (m)'
+        )
+
+
+def _centre(
+    scene: Scene, position: Sequence[float] | NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    radius = scene.ball.radius
+    if position is None:
+        return np.array(scene.cue_ball)
+    place = np.array(position, dtype=float)
+    on_cloth = place.shape == (2,) or (
+        place.shape == (3,) and (place[2] == 0.0 or abs(place[2] - radius) <= 1e-6 * radius)
+    )
+    if not on_cloth or not np.isfinite(place).all():
+        raise ValueError(
+            f'position: {position!r} is not allowed; it must be finite (x, y) or (x, y, z), '
+            f'z 0 or the radius, {radius:g} (m)'
+        )
+    return np.array([place[0], place[1], radius])
+
+
+def _rows(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    rows = np.ascontiguousarray(values, dtype=float)
+    if rows.ndim != 2 or rows.shape[1] != 3:
+        raise ValueError(f'{name}: shape {rows.shape} is not allowed; it must be (n, 3)')
+    return rows

@@ -1,0 +1,41 @@
+"""How the place of rest depends on the stroke, by differences."""
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot import row as at
+from billiard_shot.shot.model import model_of
+from billiard_shot.shot.strike import shoot_each
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+
+STEP = 1e-4  # in radii, radians and parts of the speed
+TOLERANCE = 1e-9  # m
+
+
+def sensitivity_of(
+    scene: Scene, stroke: Stroke, position: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """
+    Derivative of the place of rest (x, y) by (a, b, elevation, azimuth, speed), (2, 5).
+
+    Central differences; one-sided where only one of the two neighbours can be played, and zero
+    where neither can, or the stroke itself cannot. `position` is the ball's before the strike [m].
+    """
+    base = np.array(stroke.offsets)
+    steps = np.full(5, STEP)
+    steps[4] *= base[4]
+    changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
+    strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
+    rows = np.empty((len(strokes), at.COLUMNS))
+    shoot_each(
+        model_of(scene), np.array([s.normal for s in strokes]),
+        np.array([s.velocity for s in strokes]), position, TOLERANCE, rows,
+    )
+    played = rows[:, at.STATUS] < Status.MISS  # it and all above are refusals
+    if not played[0]:
+        return np.zeros((2, 5))
+    rest = np.where(played[:, np.newaxis], rows[:, at.REST], rows[0, at.REST])[:, :2]
+    reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
+    span = reach[1:6] - reach[6:]
+    return ((rest[1:6] - rest[6:]) / np.where(span > 0.0, span, 1.0)[:, np.newaxis]).T

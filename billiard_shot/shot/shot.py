@@ -1,0 +1,103 @@
+"""What a prediction gives back."""
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot import row as at
+from billiard_shot.shot.effects import Effect, effects_of
+from billiard_shot.shot.messages import message_of
+from billiard_shot.shot.phases import Phase, phases_of
+from billiard_shot.shot.sensitivity import sensitivity_of
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+from billiard_shot.table.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Impact:
+    """The impact between cue, ball (contact 0) and table (contact 1)."""
+
+    dissipated: NDArray[np.float64]  # (2, 2) J: a row a contact: restitution, friction
+    _log: NDArray[np.float64] = field(repr=False)
+
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """Phases in order: which contacts were active, and how it stood when the phase ended."""
+        return phases_of(self._log)
+
+
+@dataclass(frozen=True)
+class Shot:
+    """
+    A predicted shot. Numbers are in SI units and the frame `table`; arrays cannot be changed.
+
+    If `status.refused`, the stroke was not played: the ball stays where it is.
+    """
+
+    scene: Scene
+    stroke: Stroke
+    tolerance: float  # m
+    wall_time: float  # s that the prediction took
+    trajectory: Trajectory  # of the cue ball, from the end of the strike
+    _row: NDArray[np.float64] = field(repr=False)
+    _log: NDArray[np.float64] = field(repr=False)
+
+    @cached_property
+    def status(self) -> Status:
+        """How it ended."""
+        return Status(int(self._row[at.STATUS]))
+
+    @cached_property
+    def message(self) -> str:
+        """The outcome in one line; for a refused stroke, what is wrong with it."""
+        return message_of(self.status, self.scene, self.stroke, self.trajectory)
+
+    @property
+    def velocity(self) -> NDArray[np.float64]:
+        """Velocity of the ball's centre at the end of the strike (3,) [m/s]."""
+        return self._row[at.VELOCITY]
+
+    @property
+    def spin(self) -> NDArray[np.float64]:
+        """Angular velocity of the ball at the end of the strike (3,) [rad/s]."""
+        return self._row[at.SPIN]
+
+    @property
+    def cue_speed(self) -> float:
+        """Cue speed along the stroke at the end of the strike [m/s], negative if it recoils."""
+        return float(self._row[at.CUE_SPEED])
+
+    @cached_property
+    def impact(self) -> Impact:
+        """The impact in detail."""
+        return Impact(self._row[at.LOSS].reshape(2, 2), self._log)
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """Every effect the library knows: whether it was simulated, and why."""
+        return effects_of(self.scene, self._row, self.trajectory)
+
+    @property
+    def error_estimate(self) -> float:
+        """Estimated largest error of the trajectory [m]."""
+        return float(self._row[at.ERROR])
+
+    @property
+    def evaluations(self) -> int:
+        """Steps that the impact took."""
+        return int(self._row[at.EVALUATIONS])
+
+    @cached_property
+    def sensitivity(self) -> NDArray[np.float64]:
+        """
+        How the place of rest (x, y) changes with the stroke (2, 5).
+
+        Per radius of a and of b, radian of elevation and of azimuth, and m/s of speed: all in m.
+        Computed when first asked for.
+        """
+        return sensitivity_of(self.scene, self.stroke, self.trajectory.at(0.0).position)

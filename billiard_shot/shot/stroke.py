@@ -1,0 +1,177 @@
+"""A stroke: where the cue hits the ball and how it moves, stated in one of three ways."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+import math
+from numbers import Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = tuple[float, float, float]
+Numbers = Sequence[float] | NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Stroke:
+    """
+    A stroke of the cue at a ball at rest.
+
+    Parameters
+    ----------
+    normal : (3,) array_like
+        Outward normal of the ball where the tip hits it, frame `table`; any length but 0.
+    velocity : (3,) array_like
+        Velocity of the cue [m/s], frame `table`; not 0.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a vector is zero or of the wrong length. A stroke that cannot
+        be played is no error: `predict` says what is wrong with it.
+
+    """
+
+    normal: Vector  # of length 1
+    velocity: Vector
+    # How the tip passes the ball, in the terms in which the stroke was stated; empty if it hits.
+    miss: str = field(compare=False, repr=False)
+
+    def __init__(self, normal: Numbers, velocity: Numbers, *, miss: str = '') -> None:
+        x, y, z = _direction('normal', normal, 3)
+        u, v, w = _numbers('velocity', velocity, 3)
+        if u == v == w == 0.0:
+            raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
+        object.__setattr__(self, 'normal', (x, y, z))
+        object.__setattr__(self, 'velocity', (u, v, w))
+        object.__setattr__(self, 'miss', miss)
+
+    @classmethod
+    def from_offsets(
+        cls, a: float, b: float, elevation: float, azimuth: float, speed: float
+    ) -> Stroke:
+        """
+        State a stroke as players do.
+
+        Parameters
+        ----------
+        a, b : float
+            Where the tip hits, to the right and up as seen along the stroke, in ball radii.
+        elevation : float
+            Angle by which the stroke points down [rad].
+        azimuth : float
+            Direction of its horizontal part, counter-clockwise from +x [rad].
+        speed : float
+            Of the cue [m/s], above 0.
+
+        """
+        for name, value in (('a', a), ('b', b), ('elevation', elevation), ('azimuth', azimuth)):
+            _number(name, value)
+        _positive('speed', speed, 'm/s')
+        right, up, along = axes(elevation, azimuth)
+        depth = 1.0 - a * a - b * b
+        miss = ''
+        if depth <= 0.0:
+            miss = f'a, b: ({a:g}, {b:g}) is not allowed; a² + b² must be below 1'
+        normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
+        return cls(normal, speed * along, miss=miss)
+
+    @classmethod
+    def from_pose(
+        cls, position: Numbers, quaternion: Numbers, speed: float, ball: Numbers
+    ) -> Stroke:
+        """
+        Find where a tip that moves straight ahead meets the ball.
+
+        Parameters
+        ----------
+        position : (3,) array_like
+            Of the tip [m], frame `table`.
+        quaternion : (4,) array_like
+            Orientation of the tip frame, x y z w, any length but 0; +x points along the stroke.
+        speed : float
+            Of the cue along +x [m/s], above 0.
+        ball : (3,) array_like
+            Centre of the ball [m]; it lies on the cloth, so that z is its radius.
+
+        """
+        centre = np.array(_numbers('ball', ball, 3))
+        away = np.array(_numbers('position', position, 3)) - centre
+        x, y, z, w = _direction('quaternion', quaternion, 4)
+        radius = _positive('ball', centre[2].item(), 'm; z, the radius')
+        _positive('speed', speed, 'm/s')
+        along = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
+        ahead = -(away @ along)  # distance to the point of the path next to the ball's centre
+        aside = away + ahead * along
+        distance = math.hypot(*aside)
+        if distance >= radius:
+            return cls(aside, speed * along, miss=(
+                f'position, quaternion: the axis of the tip is not allowed to pass the centre of '
+                f'the ball at {distance:.4g} m; that must be below the radius, {radius:.4g} m'
+            ))
+        depth = math.sqrt(radius * radius - distance * distance)
+        if ahead - depth < -1e-9 * radius:  # less is rounding of a tip that touches the ball
+            # ahead of it is at most the point where its axis leaves the ball
+            return cls(aside + depth * along, speed * along, miss=(
+                f'position: {tuple(position)} is not allowed; the tip must start in front of the '
+                f'ball, but is {depth - ahead:.4g} m past where it would meet it'
+            ))
+        return cls(aside - depth * along, speed * along)
+
+    @property
+    def speed(self) -> float:
+        """Speed of the cue [m/s]."""
+        return math.hypot(*self.velocity)
+
+    @property
+    def offsets(self) -> tuple[float, float, float, float, float]:
+        """The arguments of `from_offsets` that make this stroke; azimuth 0 if it is vertical."""
+        x, y, z = self.velocity
+        elevation = math.atan2(-z, math.hypot(x, y))
+        azimuth = math.atan2(y, x)
+        right, up, _ = axes(elevation, azimuth)
+        return (
+            float(right @ self.normal), float(up @ self.normal), elevation, azimuth, self.speed
+        )
+
+
+def axes(
+    elevation: float, azimuth: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Unit vectors to the right, up and along a stroke, as seen by who plays it."""
+    level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
+    right = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
+    vertical = np.array([0.0, 0.0, 1.0])
+    up = math.sin(elevation) * level + math.cos(elevation) * vertical
+    along = math.cos(elevation) * level - math.sin(elevation) * vertical
+    return right, up, along
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
+        raise ValueError(f'{name}: {value!r} is not allowed; it must be a finite number')
+    return float(value)
+
+
+def _positive(name: str, value: float, unit: str) -> float:
+    if not _number(name, value) > 0.0:
+        raise ValueError(f'{name}: {value!r} is not allowed; it must be above 0 ({unit})')
+    return value
+
+
+def _numbers(name: str, values: Numbers, count: int) -> list[float]:
+    if isinstance(values, str) or not hasattr(values, '__len__') or len(values) != count:
+        raise ValueError(f'{name}: {values!r} is not allowed; it must be {count} finite numbers')
+    return [_number(name, value) for value in values]
+
+
+def _direction(name: str, values: Numbers, count: int) -> list[float]:
+    found = _numbers(name, values, count)
+    # scaled first: the squares of very large or small components would not be finite, or zero
+    largest = max(map(abs, found))
+    if largest == 0.0:
+        raise ValueError(f'{name}: {values!r} is not allowed; it must not be zero')
+    scaled = [value / largest for value in found]
+    length = math.hypot(*scaled)
+    return [value / length for value in scaled]

@@ -1,0 +1,82 @@
+"""Strokes as people write them down: a YAML list, each in one of the three forms of `Stroke`."""
+from collections.abc import Mapping
+import difflib
+import math
+from pathlib import Path
+from typing import Any
+
+from billiard_shot.scene.yaml_file import read_yaml
+from billiard_shot.shot.stroke import Stroke
+
+FORMS: tuple[tuple[str, ...], ...] = (
+    ('normal', 'velocity'),
+    ('a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'),  # all but the speed are 0 by default
+    ('position', 'quaternion', 'speed'),
+)
+
+
+def read_strokes(path: Path, ball: tuple[float, float, float]) -> dict[str, Stroke]:
+    """
+    Read named strokes from a YAML file.
+
+    Parameters
+    ----------
+    path : Path
+        Of a list of mappings, each with the keys of one of `FORMS` and perhaps a `name`.
+    ball : (3,) tuple of float
+        Centre of the cue ball [m], for strokes that are stated as a pose.
+
+    Raises
+    ------
+    ValueError
+        Listing every mistake in the file.
+
+    """
+    data = read_yaml(path)
+    if not isinstance(data, list) or not data:
+        raise ValueError(f'{path}: must hold a list of strokes, such as [{{a: 0.2, speed: 1.5}}]')
+    strokes: dict[str, Stroke] = {}
+    mistakes = []
+    for number, entry in enumerate(data, 1):
+        name = str(entry.get('name', number)) if isinstance(entry, Mapping) else str(number)
+        if name in strokes:
+            mistakes.append(f'stroke {number}: name: {name!r} is there twice')
+        try:
+            strokes[name] = stroke_from(entry, ball)
+        except ValueError as mistake:
+            mistakes.append(f'stroke {name}: {mistake}')
+    if mistakes:
+        raise ValueError('\n  '.join([f'{path}: {len(mistakes)} wrong', *mistakes]))
+    return strokes
+
+
+def stroke_from(entry: object, ball: tuple[float, float, float]) -> Stroke:
+    """Make one stroke of a mapping with the keys of one of `FORMS`, and perhaps a `name`."""
+    if not isinstance(entry, Mapping):
+        raise ValueError(f'{entry!r} is not allowed; it must be a mapping')
+    given: dict[str, Any] = {str(key): value for key, value in entry.items() if key != 'name'}
+    known = sorted({key for form in FORMS for key in form})
+    for key in given:
+        if key not in known:
+            nearest = difflib.get_close_matches(key, known, 1, 0.0)[0]
+            raise ValueError(f'{key}: unknown key; the nearest known one is {nearest}')
+    if given.keys() == {'normal', 'velocity'}:
+        return Stroke(**given)
+    if given.keys() == {'position', 'quaternion', 'speed'}:
+        return Stroke.from_pose(**given, ball=ball)
+    if 'speed' in given and given.keys() <= set(FORMS[1]):
+        angles = {}
+        for key in ('elevation_deg', 'azimuth_deg'):
+            try:
+                angles[key.removesuffix('_deg')] = math.radians(given.get(key, 0.0))
+            except TypeError:
+                raise ValueError(
+                    f'{key}: {given[key]!r} is not allowed; it must be a finite number'
+                ) from None
+        return Stroke.from_offsets(
+            a=given.get('a', 0.0), b=given.get('b', 0.0), speed=given['speed'], **angles
+        )
+    raise ValueError(
+        f'keys {", ".join(given)} are not allowed; they must be those of one form: '
+        + '; '.join(', '.join(form) for form in FORMS)
+    )

@@ -1,0 +1,22 @@
+"""Numbers that the motion on the table depends on, in the form that compiled code takes."""
+from typing import NamedTuple
+
+AUTO, ON, OFF = 0, 1, 2
+
+
+class Surface(NamedTuple):
+    """A ball and the cloth it is on."""
+
+    mass: float  # kg
+    radius: float  # m
+    inertia: float  # kg m^2
+    gravity: float  # m/s^2
+    sliding: float  # coefficient of friction while it slides
+    rolling: float  # deceleration while it rolls, in units of gravity
+    spin_deceleration: float  # of the spin about the vertical, rad/s^2
+    restitution: float  # of a bounce
+    friction: float  # of a bounce
+    law: int  # of a bounce, see billiard_shot.impact.laws
+    exponent: float  # of a bounce
+    flight: int  # AUTO, ON or OFF
+    bounce: int  # AUTO, ON or OFF

@@ -1,0 +1,156 @@
+"""The motion of one ball, as people use it: its state at any time, its segments and events."""
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.table.motion import (
+    ACCELERATION,
+    ANGULAR,
+    ANGULAR_ACCELERATION,
+    COLUMNS,
+    MOTION,
+    Motion,
+    POSITION,
+    TIME,
+    VELOCITY,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BallState:
+    """State of a ball; at many times, all arrays have the axes of the times in front."""
+
+    position: NDArray[np.float64]  # (..., 3) centre [m]
+    velocity: NDArray[np.float64]  # (..., 3) [m/s]
+    spin: NDArray[np.float64]  # (..., 3) [rad/s]
+    motion: NDArray[np.uint8]  # (...) a Motion
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A stretch of one kind of motion at constant acceleration, [start, end] in s."""
+
+    start: float
+    end: float  # inf: endless
+    motion: Motion
+    position: NDArray[np.float64]  # the rest: at the start, in m, s and rad
+    velocity: NDArray[np.float64]
+    acceleration: NDArray[np.float64]
+    spin: NDArray[np.float64]
+    angular_acceleration: NDArray[np.float64]
+
+
+class EventKind(StrEnum):
+    """What happens where one segment meets the next."""
+
+    BOUNCE = 'bounce'
+    LAND = 'land'  # comes down to the cloth and stays on it
+    ROLL = 'roll'  # stops slipping
+    SPIN = 'spin'  # stands still, but for the spin about the vertical
+    SPIN_END = 'spin_end'  # the spin about the vertical is used up; slides or rolls on
+    REST = 'rest'
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happens to the ball at a time [s], its centre at a position [m]."""
+
+    time: float
+    kind: EventKind
+    position: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """
+    Motion of one ball from time 0 on, exact between its events.
+
+    Parameters
+    ----------
+    rows : (n, COLUMNS) float array
+        Segments as in motion.py.
+
+    """
+
+    rows: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if self.rows.ndim != 2 or self.rows.shape[1] != COLUMNS or len(self.rows) == 0:
+            raise ValueError(
+                f'rows: shape {self.rows.shape} is not allowed; it must be (n, {COLUMNS}), n > 0'
+            )
+        self.rows.flags.writeable = False
+
+    @property
+    def rests(self) -> bool:
+        """Whether the ball comes to rest."""
+        return bool(self.rows[-1, MOTION] == Motion.REST)
+
+    @property
+    def duration(self) -> float:
+        """Time at which the ball rests or, if it never does, its last motion begins [s]."""
+        return float(self.rows[-1, TIME])
+
+    @property
+    def rest(self) -> NDArray[np.float64]:
+        """Centre of the ball at `duration` (3,) [m]."""
+        return self.rows[-1, POSITION:VELOCITY]
+
+    def at(self, time: ArrayLike) -> BallState:
+        """
+        State at one time or many [s].
+
+        Before 0 it is the one at 0. At the time of an event it is the one just after it. A ball
+        that never rests keeps its last motion.
+        """
+        t = np.asarray(time, dtype=float)
+        if not np.isfinite(t).all():
+            raise ValueError(f'time: {time!r} is not allowed; it must be finite (s)')
+        t = np.clip(t, 0.0, self.duration if self.rests else None)
+        index = np.searchsorted(self.rows[:, TIME], t, side='right') - 1
+        row = self.rows[index]
+        dt = (t - row[..., TIME])[..., np.newaxis]
+        velocity = row[..., VELOCITY:ACCELERATION]
+        acceleration = row[..., ACCELERATION:ANGULAR]
+        spin = row[..., ANGULAR:ANGULAR_ACCELERATION]
+        return BallState(
+            position=row[..., POSITION:VELOCITY] + (velocity + 0.5 * acceleration * dt) * dt,
+            velocity=velocity + acceleration * dt,
+            spin=spin + row[..., ANGULAR_ACCELERATION:] * dt,
+            motion=row[..., MOTION].astype(np.uint8),
+        )
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """Segments in order of time, the last one endless."""
+        ends = [*self.rows[1:, TIME].tolist(), np.inf]
+        return tuple(
+            Segment(
+                float(row[TIME]), end, Motion(int(row[MOTION])), row[POSITION:VELOCITY],
+                row[VELOCITY:ACCELERATION], row[ACCELERATION:ANGULAR],
+                row[ANGULAR:ANGULAR_ACCELERATION], row[ANGULAR_ACCELERATION:],
+            )
+            for row, end in zip(self.rows, ends, strict=True)
+        )
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """Events in order of time."""
+        return tuple(self._events())
+
+    def _events(self) -> Iterator[Event]:
+        for before, after in pairwise(self.segments):
+            if before.motion == Motion.FLIGHT:
+                in_air = after.motion == Motion.FLIGHT
+                yield Event(
+                    after.start, EventKind.BOUNCE if in_air else EventKind.LAND, after.position
+                )
+            elif after.motion == before.motion:
+                yield Event(after.start, EventKind.SPIN_END, after.position)
+            if after.motion != before.motion and after.motion.name.lower() in list(EventKind):
+                yield Event(after.start, EventKind(after.motion.name.lower()), after.position)
