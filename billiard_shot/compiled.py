@@ -1,5 +1,8 @@
-"""Decorators for compiled functions, so that they all share the same options."""
+"""Decorators for compiled functions, so that they all share the same options and one safe cache."""
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 import numba
@@ -9,6 +12,17 @@ R = TypeVar('R')
 
 # Divisions follow IEEE 754, as in NumPy, and the GIL is released, so that threads work in parallel.
 OPTIONS = {'error_model': 'numpy', 'nogil': True}
+ROOMS = ('impact', 'table', 'shot')  # where compiled functions live
+
+
+@cache
+def sources_digest() -> str:
+    """Digest of the sources of all compiled functions."""
+    here = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(path for room in ROOMS for path in (here / room).glob('*.py')):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
@@ -21,5 +35,14 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function that Python calls, with all that it calls, and keep the result on disk."""
-    return numba.njit(cache=True, **OPTIONS)(function)  # type: ignore[no-any-return]
+    """
+    Compile a function that Python calls, with all that it calls, and keep the result on disk.
+
+    numba takes a cached result for fresh while the function's own file is unchanged, even where
+    a function that it calls was edited in another file; here every source counts.
+    """
+    dispatcher = numba.njit(cache=True, **OPTIONS)(function)
+    file = getattr(getattr(dispatcher, '_cache', None), '_cache_file', None)
+    if hasattr(file, '_source_stamp'):
+        file._source_stamp = sources_digest()
+    return dispatcher  # type: ignore[no-any-return]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.series import integrate, lean
-from billiard_shot.impact.state import INACTIVE, SLIDING, Model, State, slip_speed
+from billiard_shot.impact.state import INACTIVE, SLIDING, Model, State
 
 STAGES = 8
 ITERATIONS = 25
@@ -50,7 +50,8 @@ class Nodes(NamedTuple):
     y: NDArray[np.float64]  # (N, STAGES)
     force: NDArray[np.float64]  # (3 N, STAGES)
     angle: NDArray[np.float64]  # (N, STAGES) of the young contacts' slip
-    size: NDArray[np.float64]  # (N, STAGES) of the young contacts' slip
+    cosine: NDArray[np.float64]  # (N, STAGES) of the angle
+    sine: NDArray[np.float64]  # (N, STAGES) of the angle
     slope: NDArray[np.float64]  # (STAGES,) scratch
 
 
@@ -67,6 +68,7 @@ def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
             if s.grip[j] == SLIDING:
                 if s.young[j]:
                     x, y = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
+                    nodes.cosine[j, i], nodes.sine[j, i] = x, y
                 else:
                     x, y = nodes.u[n + 1, i], nodes.u[n + 2, i]
                     size = np.sqrt(x * x + y * y)
@@ -84,65 +86,77 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
     Returns the largest change of a velocity since the last time.
     """
     change = 0.0
-    rows = s.u.shape[0]
-    for row in range(rows):
+    effective, phase, rate = s.effective, s.phase, s.rate
+    u, y, force, slope = nodes.u, nodes.y, nodes.force, nodes.slope
+    for row in range(u.shape[0]):
+        start = s.u[row, 0]
         for i in range(STAGES):
-            nodes.slope[i] = 0.0
-            for column in range(rows):
-                if s.phase[column // 3] != INACTIVE:
-                    nodes.slope[i] += s.effective[row, column] * nodes.force[column, i]
+            slope[i] = 0.0
+        for column in range(u.shape[0]):
+            factor = scale * effective[row, column]
+            if phase[column // 3] != INACTIVE and factor != 0.0:
+                for i in range(STAGES):
+                    slope[i] += factor * force[column, i]
         for i in range(STAGES):
-            value = s.u[row, 0]
+            value = start
             for k in range(STAGES):
-                value += scale * INTEGRAL[i, k] * nodes.slope[k]
-            change = max(change, abs(value - nodes.u[row, i]))
-            nodes.u[row, i] = value
-    for j in range(s.y.shape[0]):
-        if s.phase[j] != INACTIVE:
+                value += INTEGRAL[i, k] * slope[k]
+            change = max(change, abs(value - u[row, i]))
+            u[row, i] = value
+    for j in range(y.shape[0]):
+        if phase[j] != INACTIVE:
+            start = s.y[j, 0]
             for i in range(STAGES):
-                value = s.y[j, 0]
+                value = 0.0
                 for k in range(STAGES):
-                    value -= scale * s.rate[j] * INTEGRAL[i, k] * nodes.u[3 * j, k]
-                nodes.y[j, i] = value
+                    value += INTEGRAL[i, k] * u[3 * j, k]
+                y[j, i] = start - scale * rate[j] * value
     return change
 
 
 @compiled
-def polar_newton(
-    m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int64]
-) -> float:
+def turn(m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int64]) -> float:
     """
-    One Newton step on slip(t_i) = size_i (cos angle_i, sin angle_i) at all nodes of the young contacts.
+    One Newton step on the angles at which the young contacts slide, at all nodes.
 
-    Returns the largest change of an angle, or infinity where the step fails.
+    The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), t_i = d_i turned by a
+    right angle. Returns the largest turn, or infinity where the slip is not positive along d_i.
     """
-    count = members.shape[0]
-    dimension = 2 * STAGES * count
-    matrix = np.zeros((dimension, dimension))
-    residual = np.zeros(dimension)
+    u, force, cosine, sine = nodes.u, nodes.force, nodes.cosine, nodes.sine
+    effective, friction = s.effective, m.friction
+    dimension = STAGES * members.shape[0]
+    matrix = np.empty((dimension, dimension))
+    residual = np.empty(dimension)
     for row in range(dimension):
-        j, i, t = members[row // (2 * STAGES)], (row // 2) % STAGES, row % 2
-        c, d = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
-        along, across = (c, -d) if t == 0 else (d, c)
-        residual[row] = nodes.size[j, i] * along - nodes.u[3 * j + 1 + t, i]
-        matrix[row, 2 * (row // 2)] -= along
-        matrix[row, 2 * (row // 2) + 1] -= nodes.size[j, i] * across
-        for column in range(1, dimension, 2):
-            b, k = members[column // (2 * STAGES)], (column // 2) % STAGES
-            push = -scale * INTEGRAL[i, k] * m.friction[b] * nodes.force[3 * b, k]
-            x, y = -np.sin(nodes.angle[b, k]) * push, np.cos(nodes.angle[b, k]) * push
-            matrix[row, column] += s.effective[3 * j + 1 + t, 3 * b + 1] * x
-            matrix[row, column] += s.effective[3 * j + 1 + t, 3 * b + 2] * y
+        j, i = members[row // STAGES], row % STAGES
+        tx, ty = -sine[j, i], cosine[j, i]
+        residual[row] = u[3 * j + 1, i] * tx + u[3 * j + 2, i] * ty
+        for column in range(dimension):
+            b, k = members[column // STAGES], column % STAGES
+            x, y = 3 * b + 1, 3 * b + 2
+            ax = tx * effective[3 * j + 1, x] + ty * effective[3 * j + 2, x]
+            ay = tx * effective[3 * j + 1, y] + ty * effective[3 * j + 2, y]
+            push = scale * INTEGRAL[i, k] * friction[b] * force[3 * b, k]
+            matrix[row, column] = push * (ay * cosine[b, k] - ax * sine[b, k])
+        matrix[row, row] += u[3 * j + 1, i] * ty - u[3 * j + 2, i] * tx
     if not solve_in_place(matrix, residual):
         return np.inf
     largest = 0.0
-    for row in range(0, dimension, 2):
-        j, i = members[row // (2 * STAGES)], (row // 2) % STAGES
-        turn = residual[row + 1]
-        largest = max(largest, abs(turn))
-        nodes.size[j, i] += residual[row]
-        nodes.angle[j, i] += min(max(turn, -1.0), 1.0)
+    for row in range(dimension):
+        largest = max(largest, abs(residual[row]))
+        nodes.angle[members[row // STAGES], row % STAGES] += min(max(residual[row], -1.0), 1.0)
     return largest
+
+
+@compiled
+def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
+    """Whether the slip is positive along its angle at all nodes of the young contacts."""
+    for j in members:
+        for i in range(STAGES):
+            along = nodes.u[3 * j + 1, i] * nodes.cosine[j, i]
+            if not along + nodes.u[3 * j + 2, i] * nodes.sine[j, i] > 0.0:
+                return False
+    return True
 
 
 @compiled
@@ -161,26 +175,17 @@ def solve_nodes(
         for j in range(s.y.shape[0]):
             nodes.y[j, i] = s.y[j, 0] - s.rate[j] * scale * NODES[i] * s.u[3 * j, 0]
             nodes.angle[j, i] = np.arctan2(s.direction[j, 1], s.direction[j, 0])
-    nodal_forces(m, s, nodes)
-    nodal_motion(s, nodes, scale)
-    for j in members:
-        for i in range(STAGES):
-            c, d = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
-            nodes.size[j, i] = max(nodes.u[3 * j + 1, i] * c + nodes.u[3 * j + 2, i] * d, 0.0)
-    previous = np.inf
+    previous = 0.0
     for _ in range(ITERATIONS):
         nodal_forces(m, s, nodes)
         moved = nodal_motion(s, nodes, scale)
-        change = max(moved, polar_newton(m, s, nodes, scale, members))
-        if not change < 10.0:
+        change = max(moved, turn(m, s, nodes, scale, members))
+        if not change < 1e3:
             return False
-        if change <= 1e-15 or (change < 0.01 * tolerance and change >= 0.3 * previous):
-            for j in members:
-                for i in range(STAGES):
-                    if not nodes.size[j, i] > 0.0:
-                        return False
+        contraction = min(change / max(previous, change), 0.9)
+        if change * contraction <= 1e-2 * tolerance * (1.0 - contraction) or change <= 1e-15:
             nodal_forces(m, s, nodes)
-            return True
+            return slips_forward(nodes, members)
         previous = change
     return False
 
@@ -195,7 +200,8 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
     count = m.friction.shape[0]
     nodes = Nodes(
         np.zeros((3 * count, STAGES)), np.zeros((count, STAGES)), np.zeros((3 * count, STAGES)),
-        np.zeros((count, STAGES)), np.zeros((count, STAGES)), np.zeros(STAGES),
+        np.zeros((count, STAGES)), np.zeros((count, STAGES)), np.zeros((count, STAGES)),
+        np.zeros(STAGES),
     )
     if not solve_nodes(m, s, nodes, scale, tolerance, np.flatnonzero(s.young)):
         return np.inf
@@ -205,7 +211,9 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
             for i in range(STAGES):
                 s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
     for k in range(STAGES):
-        integrate(m, s, scale, k)
+        integrate(
+            m.friction, s.phase, s.grip, s.effective, s.rate, s.u, s.y, s.force, scale, k
+        )
     # The last coefficients, taken back to the Legendre basis, say what the next one would change:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0
@@ -218,11 +226,6 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
 @compiled
 def implicit_step(m: Model, s: State, scale: float, tolerance: float) -> tuple[float, float]:
     """Collocate, with shorter and shorter steps until one is good; return its length and error."""
-    for j in range(m.friction.shape[0]):
-        if s.young[j] and not s.onset[j]:
-            size = slip_speed(s, j)
-            s.direction[j, 0] = s.u[3 * j + 1, 0] / size
-            s.direction[j, 1] = s.u[3 * j + 2, 0] / size
     while scale > SHORTEST:
         error = collocate(m, s, scale, tolerance)
         if error <= tolerance:

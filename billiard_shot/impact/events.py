@@ -39,7 +39,7 @@ def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
     smallest = 2.0 * abs(s.force[n, 0]) - largest
     if mu * smallest > tangential or tangential == 0.0:
         return NO_ROOT
-    scratch = s.work[4 * m.friction.shape[0] :]
+    scratch = s.work[3 * m.friction.shape[0] :]
     c = scratch[2]
     for k in range(order):
         c[k] = 0.0
@@ -59,7 +59,7 @@ def slip_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
     Where the slip turns, a step may not come too near to its end: the series of 1/|slip| would step
     over the stop unseen. Where it is straight to within the tolerance, the stop is a plain root.
     """
-    scratch = s.work[4 * m.friction.shape[0] :]
+    scratch = s.work[3 * m.friction.shape[0] :]
     c = scratch[2]
     dx, dy = s.direction[j, 0], s.direction[j, 1]
     turning = 0.0
@@ -79,7 +79,7 @@ def slip_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
 @compiled
 def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: float) -> float:
     """First x at which a contact's normal impulse has reached its goal (law poisson)."""
-    scratch = s.work[4 * m.friction.shape[0] :]
+    scratch = s.work[3 * m.friction.shape[0] :]
     c = scratch[2]
     c[0] = s.goal[j] - s.impulse[3 * j]
     for k in range(order):
@@ -99,7 +99,7 @@ def first_event(
     """
     event = NOTHING
     contact = -1
-    scratch = s.work[4 * m.friction.shape[0] :]
+    scratch = s.work[3 * m.friction.shape[0] :]
     for j in range(m.friction.shape[0]):
         opening = s.u[3 * j]
         sign = -1.0 if s.phase[j] == COMPRESSING else 1.0

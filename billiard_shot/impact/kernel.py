@@ -66,13 +66,13 @@ BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 def work_of(force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float) -> float:
     """Integral of force times velocity from 0 to x, exact for the polynomials at hand."""
     total = 0.0
-    outer = x
-    for i in range(order):
-        power = outer
-        for k in range(order + 1):
-            total += force[i] * velocity[k] * power / (i + k + 1)
-            power *= x
-        outer *= x
+    power = x
+    for n in range(2 * order):
+        product = 0.0
+        for i in range(max(0, n - order), min(n, order - 1) + 1):
+            product += force[i] * velocity[n - i]
+        total += product * power / (n + 1)
+        power *= x
     return total
 
 
@@ -105,10 +105,12 @@ def advance(s: State, scale: float, order: int, x: float) -> None:
 
 @compiled
 def excitation(m: Model, s: State) -> float:
-    """Largest normal velocity that an active contact has, or that its spring could still give."""
+    """Largest normal velocity that a contact approaches with, or that its spring could still give."""
     largest = 0.0
     for j in range(m.stiffness.shape[0]):
-        if s.phase[j] != INACTIVE:
+        if s.phase[j] == INACTIVE:
+            largest = max(largest, -s.u[3 * j, 0])
+        else:
             energy = elastic_energy(m.stiffness[j], s.y[j, 0], m.exponent)
             spring = np.sqrt(2.0 * energy * m.response[3 * j, 3 * j])
             largest = max(largest, abs(s.u[3 * j, 0]), spring)
@@ -220,14 +222,18 @@ def slide_against(s: State, j: int, order: int, x: float) -> None:
 
 
 @compiled
+def aim(s: State) -> None:
+    """Note the direction of each contact's slip as a step begins, unless it has yet to grow."""
+    for j in range(s.grip.shape[0]):
+        if s.grip[j] == SLIDING and not s.onset[j]:
+            size = slip_speed(s, j)
+            s.direction[j, 0] = s.u[3 * j + 1, 0] / size
+            s.direction[j, 1] = s.u[3 * j + 2, 0] / size
+
+
+@compiled
 def explicit_step(m: Model, s: State, scale: float, order: int, tolerance: float) -> tuple[float, float]:
     """Expand the state; return the scale that did not overflow, and the length in its units."""
-    if not m.straight:
-        for j in range(s.grip.shape[0]):
-            if s.grip[j] == SLIDING:
-                size = slip_speed(s, j)
-                s.direction[j, 0] = s.u[3 * j + 1, 0] / size
-                s.direction[j, 1] = s.u[3 * j + 2, 0] / size
     length = 0.0
     while length == 0.0 and scale > 1e-100:
         expand(m, s, scale, order)
@@ -327,6 +333,8 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
         for j in range(count):
             fresh = fresh or s.young[j]
             s.light[j] = m.exponent != 1.0 and s.y[j, 0] < heavy(m, j)
+        if not m.straight:
+            aim(s)
         tolerance = 0.1 * m.tolerance * min(1.0, stirred)
         degree, noise, end = order, ROUNDING, 1.0
         error = tolerance

@@ -1,8 +1,8 @@
 """
 One step of a collision as a Taylor series: all forces and contact velocities, order by order.
 
-Powers of y and 1/|slip| follow from recurrences (Knuth, The Art of Computer Programming, vol. 2,
-section 4.7), so that a step of any order costs one pass of convolutions.
+Powers of y and the direction of slip follow from recurrences (Knuth, The Art of Computer Programming,
+vol. 2, section 4.7), so that a step of any order costs one pass of convolutions.
 """
 import numpy as np
 from numpy.typing import NDArray
@@ -13,115 +13,142 @@ from billiard_shot.impact.state import INACTIVE, SLIDING, STICKING, Model, State
 
 @compiled
 def normal_coefficient(
-    y: NDArray[np.float64], n: NDArray[np.float64], k: int, stiffness: float, exponent: float
+    y: NDArray[np.float64],
+    force: NDArray[np.float64],
+    contact: int,
+    k: int,
+    stiffness: float,
+    exponent: float,
 ) -> float:
-    """Coefficient k of N = stiffness * y**exponent from y[0..k] and n[0..k-1]."""
+    """Coefficient k of N = stiffness * y**exponent, from y to order k and N to order k - 1."""
     if exponent == 1.0:
-        return stiffness * y[k]
+        return stiffness * y[contact, k]
     if k == 0:
-        return stiffness * y[0] ** exponent
+        return stiffness * y[contact, 0] ** exponent
     total = 0.0
     for i in range(1, k + 1):
-        total += (exponent * i - (k - i)) * y[i] * n[k - i]
-    return total / (k * y[0])
+        total += (exponent * i - (k - i)) * y[contact, i] * force[3 * contact, k - i]
+    return total / (k * y[contact, 0])
 
 
 @compiled
-def slide_coefficient(s: State, contact: int, k: int, friction: float) -> None:
-    """Coefficient k of the sliding friction -friction N slip/|slip|, N being known to order k."""
-    n = 3 * contact
-    q, r = s.work[4 * contact], s.work[4 * contact + 1]  # slip.slip and 1/|slip|
-    dx, dy = s.work[4 * contact + 2], s.work[4 * contact + 3]  # slip/|slip|
-    sx, sy, normal = s.u[n + 1], s.u[n + 2], s.force[n]
-    total = 0.0
-    for i in range(k + 1):
-        total += sx[i] * sx[k - i] + sy[i] * sy[k - i]
-    q[k] = total
+def slide_coefficient(
+    u: NDArray[np.float64],
+    force: NDArray[np.float64],
+    work: NDArray[np.float64],
+    contact: int,
+    k: int,
+    friction: float,
+) -> None:
+    """
+    Coefficient k of the sliding friction -friction N d, with slip = rho d and N known to order k.
+
+    rho' = d.slip' gives k rho_k from the lower orders of d, then rho d = slip gives d_k. The rows
+    3 contact ... of work hold rho and d.
+    """
+    n, x, y = 3 * contact, 3 * contact + 1, 3 * contact + 2
     if k == 0:
-        r[0] = 1.0 / np.sqrt(total)
-    else:
-        total = 0.0
-        for i in range(1, k + 1):
-            total += (0.5 * i - k) * q[i] * r[k - i]
-        r[k] = total / (k * q[0])
-    x = 0.0
-    y = 0.0
-    for i in range(k + 1):
-        x += sx[i] * r[k - i]
-        y += sy[i] * r[k - i]
-    dx[k] = x
-    dy[k] = y
-    x = 0.0
-    y = 0.0
-    for i in range(k + 1):
-        x += normal[i] * dx[k - i]
-        y += normal[i] * dy[k - i]
-    s.force[n + 1, k] = -friction * x
-    s.force[n + 2, k] = -friction * y
+        work[n, 0] = np.sqrt(u[x, 0] * u[x, 0] + u[y, 0] * u[y, 0])
+    growth = 0.0
+    rest_x, rest_y = u[x, k], u[y, k]
+    push_x, push_y = 0.0, 0.0
+    for i in range(1, k):
+        dx, dy = work[x, k - i], work[y, k - i]
+        growth += i * (u[x, i] * dx + u[y, i] * dy)
+        rest_x -= work[n, i] * dx
+        rest_y -= work[n, i] * dy
+        push_x += force[n, i] * dx
+        push_y += force[n, i] * dy
+    if k > 0:
+        dx, dy = work[x, 0], work[y, 0]
+        rho = growth / k + u[x, k] * dx + u[y, k] * dy
+        work[n, k] = rho
+        rest_x -= rho * dx
+        rest_y -= rho * dy
+        push_x += force[n, k] * dx
+        push_y += force[n, k] * dy
+    work[x, k] = rest_x / work[n, 0]
+    work[y, k] = rest_y / work[n, 0]
+    force[x, k] = -friction * (push_x + force[n, 0] * work[x, k])
+    force[y, k] = -friction * (push_y + force[n, 0] * work[y, k])
 
 
 @compiled
 def expand(m: Model, s: State, scale: float, order: int) -> None:
     """Fill the step's coefficients: force[:, :order], u and y[:, :order + 1], from column 0."""
-    count = m.friction.shape[0]
+    # Arrays are taken out of the tuples once: each access inside the loop would count references.
+    friction, stiffness, exponent, straight = m.friction, m.stiffness, m.exponent, m.straight
+    u, y, force, work, phase, grip = s.u, s.y, s.force, s.work, s.phase, s.grip
+    effective, rate, light, direction = s.effective, s.rate, s.light, s.direction
+    count = friction.shape[0]
     for k in range(order):
         for j in range(count):
-            if s.phase[j] == INACTIVE:
+            if phase[j] == INACTIVE:
                 continue
             n = 3 * j
-            if s.light[j]:
-                s.force[n, k] = 0.0
+            if light[j]:
+                force[n, k] = 0.0
             else:
-                s.force[n, k] = normal_coefficient(
-                    s.y[j], s.force[n], k, m.stiffness[j], m.exponent
-                )
-            if s.grip[j] == SLIDING:
-                if m.straight:
-                    s.force[n + 1, k] = -m.friction[j] * s.force[n, k] * s.direction[j, 0]
-                    s.force[n + 2, k] = -m.friction[j] * s.force[n, k] * s.direction[j, 1]
+                force[n, k] = normal_coefficient(y, force, j, k, stiffness[j], exponent)
+            if grip[j] == SLIDING:
+                if straight:
+                    force[n + 1, k] = -friction[j] * force[n, k] * direction[j, 0]
+                    force[n + 2, k] = -friction[j] * force[n, k] * direction[j, 1]
                 else:
-                    slide_coefficient(s, j, k, m.friction[j])
-        integrate(m, s, scale, k)
+                    slide_coefficient(u, force, work, j, k, friction[j])
+        integrate(friction, phase, grip, effective, rate, u, y, force, scale, k)
     lean(s, order, s.force)
 
 
 @compiled
-def integrate(m: Model, s: State, scale: float, k: int) -> None:
+def integrate(
+    friction: NDArray[np.float64],
+    phase: NDArray[np.int64],
+    grip: NDArray[np.int64],
+    effective: NDArray[np.float64],
+    rate: NDArray[np.float64],
+    u: NDArray[np.float64],
+    y: NDArray[np.float64],
+    force: NDArray[np.float64],
+    scale: float,
+    k: int,
+) -> None:
     """Coefficients k + 1 of u and y from coefficients k: u' = W F, y' = -rate u_n."""
-    count = m.friction.shape[0]
+    count = friction.shape[0]
     factor = scale / (k + 1)
-    for row in range(3 * count):
-        if row % 3 != 0 and m.friction[row // 3] == 0.0:
-            continue
-        total = 0.0
-        for j in range(count):
-            if s.phase[j] != INACTIVE:
-                total += s.effective[row, 3 * j] * s.force[3 * j, k]
-                if s.grip[j] == SLIDING:
-                    total += s.effective[row, 3 * j + 1] * s.force[3 * j + 1, k]
-                    total += s.effective[row, 3 * j + 2] * s.force[3 * j + 2, k]
-        s.u[row, k + 1] = factor * total
+    for i in range(count):
+        for row in range(3 * i, 3 * i + 3 if friction[i] > 0.0 else 3 * i + 1):
+            total = 0.0
+            for j in range(count):
+                if phase[j] != INACTIVE:
+                    total += effective[row, 3 * j] * force[3 * j, k]
+                    if grip[j] == SLIDING:
+                        total += effective[row, 3 * j + 1] * force[3 * j + 1, k]
+                        total += effective[row, 3 * j + 2] * force[3 * j + 2, k]
+            u[row, k + 1] = factor * total
     for j in range(count):
-        if s.phase[j] != INACTIVE:
-            s.y[j, k + 1] = -s.rate[j] * factor * s.u[3 * j, k]
+        if phase[j] != INACTIVE:
+            y[j, k + 1] = -rate[j] * factor * u[3 * j, k]
 
 
 @compiled
 def lean(s: State, columns: int, force: NDArray[np.float64]) -> None:
     """Fill in the friction of the sticking contacts, gain F, in the leading columns of `force`."""
-    count = s.phase.shape[0]
+    phase, grip, gain = s.phase, s.grip, s.gain
+    count = phase.shape[0]
     for j in range(count):
-        if s.phase[j] == INACTIVE or s.grip[j] != STICKING:
+        if phase[j] == INACTIVE or grip[j] != STICKING:
             continue
         for row in range(3 * j + 1, 3 * j + 3):
             for k in range(columns):
                 force[row, k] = 0.0
             for column in range(3 * count):
                 i = column // 3
-                if s.gain[row, column] != 0.0 and s.phase[i] != INACTIVE:
-                    if column == 3 * i or s.grip[i] == SLIDING:
+                factor = gain[row, column]
+                if factor != 0.0 and phase[i] != INACTIVE:
+                    if column == 3 * i or grip[i] == SLIDING:
                         for k in range(columns):
-                            force[row, k] += s.gain[row, column] * force[column, k]
+                            force[row, k] += factor * force[column, k]
 
 
 @compiled

@@ -54,7 +54,7 @@ class State(NamedTuple):
     begun: NDArray[np.float64]  # (N,) normal impulse at which the contact became active
     effective: NDArray[np.float64]  # (3 N, 3 N) response with the sticking contacts' friction
     gain: NDArray[np.float64]  # (3 N, 3 N) friction of the sticking contacts per other force
-    work: NDArray[np.float64]  # (4 N + 3, COLUMNS) scratch
+    work: NDArray[np.float64]  # (3 N + 3, COLUMNS) scratch
 
 
 @compiled
@@ -79,7 +79,7 @@ def initial_state(count: int, impulse: NDArray[np.float64], account: NDArray[np.
         np.zeros(count),
         np.zeros((3 * count, 3 * count)),
         np.zeros((3 * count, 3 * count)),
-        np.zeros((4 * count + 3, COLUMNS)),
+        np.zeros((3 * count + 3, COLUMNS)),
     )
 
 

@@ -1,0 +1,174 @@
+"""Simultaneous frictional impacts between any rigid bodies: the library's front door."""
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact import events, kernel
+from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
+from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.laws import LAWS
+from billiard_shot.status import Status
+
+
+class Ending(IntEnum):
+    """Why a phase ended."""
+
+    RESTITUTION = events.END  # the contact has finished restitution
+    JOIN = events.JOIN  # another contact became active
+    EMPTY = events.EMPTY  # law poisson: the contact ended with a spring that was already empty
+    FLOOR = kernel.FLOOR  # the motion died down: an infinite sequence ends
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Phase:
+    """
+    One state of the collision's state transition diagram.
+
+    Attributes
+    ----------
+    active : tuple of int
+        The contacts that were active.
+    ending : Ending
+        Why the phase ended.
+    contact : int
+        At which contact; -1 where the whole collision ended.
+    impulses : (N, 3) float array
+        Impulses on bodies a since the start of the collision [N s], common frame.
+    energies : (N,) float array
+        Elastic energies as the phase ended [J].
+
+    """
+
+    active: tuple[int, ...]
+    ending: Ending
+    contact: int
+    impulses: Vector
+    energies: Vector
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionResult:
+    """
+    What a collision leaves.
+
+    Attributes
+    ----------
+    status : Status
+        OK, INFINITE_SEQUENCE, NEGATIVE_ENERGY (law poisson) or BUDGET_EXCEEDED.
+    velocities, spins : (bodies, 3) float arrays
+        After the collision [m/s], [rad/s], common frame.
+    impulses : (N, 3) float array
+        Impulses on bodies a [N s], common frame.
+    dissipated : (N, 2) float array
+        Kinetic energy lost at each contact to restitution and to friction [J].
+    slips : (N,) float array
+        Slip [m/s] with which each contact last ended.
+    phases : tuple of Phase
+        The states that the collision passed through.
+    evaluations : int
+        Series expanded and collocation steps taken.
+
+    """
+
+    status: Status
+    velocities: Vector
+    spins: Vector
+    impulses: Vector
+    dissipated: Vector
+    slips: Vector
+    phases: tuple[Phase, ...]
+    evaluations: int
+
+
+def read_log(log: NDArray[np.float64], axes: Vector) -> tuple[Phase, ...]:
+    """Read the kernel's log of phases; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
+    count = len(axes)
+    return tuple(
+        Phase(
+            tuple(np.flatnonzero(row[2 : 2 + count]).tolist()),
+            Ending(int(row[0])),
+            int(row[1]),
+            np.einsum('ik,ikl->il', row[2 + count : 2 + 4 * count].reshape(count, 3), axes),
+            row[2 + 4 * count :].copy(),
+        )
+        for row in log
+    )
+
+
+def collide(
+    bodies: Sequence[Body],
+    contacts: Sequence[Contact],
+    law: str = 'bistiffness',
+    exponent: float = 1.0,
+    tolerance: float = 1e-10,
+) -> CollisionResult:
+    """
+    Let rigid bodies that touch collide at all their contacts at once.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+    contacts : sequence of Contact
+        All points at which the bodies touch; those that approach begin the collision, the others
+        take part when, and only when, the motion closes them.
+    law : {'bistiffness', 'energetic', 'poisson'}
+        Law of restitution; see `laws.py`.
+    exponent : float
+        Of the virtual springs, force = stiffness * compression ** exponent: 1, or 1.5 after Hertz;
+        not below 1.
+    tolerance : float
+        Error of the velocities relative to the largest approach speed, 1e-13 to 1e-2.
+
+    Returns
+    -------
+    CollisionResult
+
+    Raises
+    ------
+    ValueError
+        For a law, exponent, tolerance or body index that does not exist, naming it and its range.
+
+    References
+    ----------
+    Jia, Mason, Erdmann, "A State Transition Diagram for Simultaneous Collisions with Application in
+    Billiard Shooting", WAFR 2008.
+
+    """
+    if law not in LAWS:
+        raise ValueError(f'law must be one of {", ".join(LAWS)}, got {law!r}')
+    exponent = number('exponent', exponent, 1.0)
+    tolerance = number('tolerance', tolerance, 1e-13, 1e-2)
+    check_indices(bodies, contacts)
+    count = len(contacts)
+    velocities = np.array([body.velocity for body in bodies], float).reshape(-1, 3)
+    spins = np.array([body.spin for body in bodies], float).reshape(-1, 3)
+    if count == 0:
+        none = np.zeros((0, 3))
+        return CollisionResult(
+            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], (), 0
+        )
+    axes = frames(bodies, contacts)
+    jacobian, mobility = jacobians(bodies, contacts, axes), mobilities(bodies)
+    approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
+    approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
+    impulse, account, log = np.empty(3 * count), np.empty((count, 3)), np.empty((64, 2 + 5 * count))
+    while True:
+        status, phases, steps = kernel.solve(
+            response(jacobian, mobility), approach,
+            np.array([c.friction for c in contacts], float),
+            np.array([c.restitution for c in contacts], float),
+            np.array([c.stiffness for c in contacts], float),
+            LAWS[law], exponent, tolerance, impulse, account, log,
+        )  # fmt: skip
+        if phases <= len(log):
+            break
+        log = np.empty((phases, log.shape[1]))  # the same collision again, with room for all phases
+    change = np.einsum('bkl,bil,i->bk', mobility, jacobian, impulse)
+    return CollisionResult(
+        Status(status), velocities + change[:, :3], spins + change[:, 3:],
+        np.einsum('ik,ikl->il', impulse.reshape(count, 3), axes),
+        account[:, :2], account[:, 2], read_log(log[:phases], axes), steps,
+    )  # fmt: skip
