@@ -96,12 +96,17 @@ def main(args: Sequence[str] | None = None) -> None:
     try:
         with rclpy.init(args=args):
             try:
-                node = Predictor()
-            except ParameterException as error:
-                sys.exit(f'predictor: {error}')
-            rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
+                rclpy.spin(Predictor())
+            except ExternalShutdownException:
+                pass
+            except Exception:
+                # A signal during start-up takes the context away from what is being created.
+                if rclpy.ok():
+                    raise
+    except KeyboardInterrupt:
         pass
+    except ParameterException as error:
+        sys.exit(f'predictor: {error}')
 
 
 if __name__ == '__main__':

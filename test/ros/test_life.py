@@ -22,8 +22,9 @@ def test_signals_end_it_with_exit_code_0(start, node, number):
     client = node.create_client(PredictShot, f'/end_{number}/predict_shot')
     assert client.wait_for_service(timeout_sec=60.0)
     process.send_signal(number)
-    assert process.wait(timeout=10) == 0
-    assert 'Traceback' not in process.stdout.read()
+    said, _ = process.communicate(timeout=10)
+    assert process.returncode == 0, said
+    assert 'Traceback' not in said
 
 
 @pytest.mark.parametrize(('setting', 'words'), [
