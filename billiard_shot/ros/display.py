@@ -1,11 +1,10 @@
 """A predicted trajectory as RViz shows it: a path, and markers coloured by what the ball does."""
 from billiard_shot_msgs.msg import BallTrajectory
-from builtin_interfaces.msg import Time
+from builtin_interfaces.msg import Time as Stamp
 from geometry_msgs.msg import Point, PoseStamped, Vector3
 from nav_msgs.msg import Path
 import numpy as np
-from rclpy.duration import Duration
-from rclpy.time import Time as Clock
+from rclpy.time import Time
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -19,21 +18,25 @@ COLOURS = {
     BallTrajectory.FLIGHT: ColorRGBA(r=0.1, g=0.5, b=0.9, a=1.0),
 }
 
+LAST_SECOND = 2**31 - 1
+"""Largest second that fits into a stamp; a shot absurd enough may last beyond it."""
 
-def path_of(trajectory: BallTrajectory, stamp: Time) -> Path:
+
+def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
     """Path whose poses carry the times of the samples, as if the strike ended at `stamp`."""
-    start = Clock.from_msg(stamp)
+    start = Time.from_msg(stamp).nanoseconds
     path = Path(header=Header(frame_id=FRAME, stamp=stamp))
     for time, point in zip(trajectory.times, _points(trajectory), strict=True):
         pose = PoseStamped()
         pose.header.frame_id = FRAME
-        pose.header.stamp = (start + Duration(nanoseconds=round(time * 1e9))).to_msg()
+        nanoseconds = min(start + round(min(time, LAST_SECOND) * 1e9), LAST_SECOND * 10**9)
+        pose.header.stamp = Time(nanoseconds=nanoseconds).to_msg()
         pose.pose.position = point
         path.poses.append(pose)
     return path
 
 
-def markers_of(trajectory: BallTrajectory, radius: float, stamp: Time) -> MarkerArray:
+def markers_of(trajectory: BallTrajectory, radius: float, stamp: Stamp) -> MarkerArray:
     """Line of the ball's centre, and the ball (radius in metres) where it starts and rests."""
     points = _points(trajectory)
     line = _marker('trajectory', 0, Marker.LINE_STRIP, stamp)
@@ -50,7 +53,7 @@ def markers_of(trajectory: BallTrajectory, radius: float, stamp: Time) -> Marker
     return MarkerArray(markers=[line, *balls])
 
 
-def _marker(namespace: str, number: int, kind: int, stamp: Time) -> Marker:
+def _marker(namespace: str, number: int, kind: int, stamp: Stamp) -> Marker:
     marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD)
     marker.header = Header(frame_id=FRAME, stamp=stamp)
     marker.pose.orientation.w = 1.0
