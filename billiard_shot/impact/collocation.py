@@ -63,7 +63,8 @@ def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
             continue
         n = 3 * j
         for i in range(STAGES):
-            normal = m.stiffness[j] * max(nodes.y[j, i], 0.0) ** m.exponent
+            # Continued to y < 0, beyond the event that ends the step: a kink would spoil the polynomial.
+            normal = m.stiffness[j] * np.copysign(abs(nodes.y[j, i]) ** m.exponent, nodes.y[j, i])
             nodes.force[n, i] = normal
             if s.grip[j] == SLIDING:
                 if s.young[j]:

@@ -21,6 +21,7 @@ SLIP_STOP = 4  # sliding has come to a stop
 CONE = 5  # a sticking contact reaches the friction cone
 EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
 
+SPENT = 1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
 SLIP_KEPT = 0.2  # a step may not use up more of the slip: its series would step over zero unseen
 
 
@@ -110,7 +111,7 @@ def first_event(
         if s.phase[j] == INACTIVE:
             continue
         if s.phase[j] == RESTORING:
-            goal = 0.0 if m.law == POISSON else s.goal[j]
+            goal = 0.0 if m.law == POISSON else s.goal[j] + SPENT * s.peak[j]
             x = first_root(s.y[j], order, 1.0, goal, POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, EMPTY if m.law == POISSON else END, j
