@@ -1,0 +1,121 @@
+"""
+What one strike costs: the kernel, the same model in SciPy, and the paper's impulse scheme.
+
+All in one run, medians, errors checked against the kernel at 1e-12.
+
+    python benchmarks/strike.py
+"""
+import statistics
+from time import perf_counter
+
+import numpy as np
+from tools.scipy_strike import GaveUpError, ScipyStrike
+from tools.strokes import BALL, CUE, Kernel, PAPER, paper_strikes, RADIUS, random_strikes
+from tools.timing import Report, seconds, yardstick
+
+from billiard_shot.impact.impulse_scheme import strike as impulse_strike
+from billiard_shot.status import Status
+
+ACCURACY = 1e-8
+SPEED_UP = 300.0  # over SciPy
+MEDIAN, TAIL = 80.0, 8.0  # us at 1e-8; 99 % within so many medians
+STROKES = 2000
+
+
+def scipy_time(strike, exact):
+    """Time of the fastest SciPy run that is as accurate; None where there is none."""
+    best = None
+    for rtol in (3e-8, 1e-8, 3e-9, 1e-9, 3e-10, 1e-10, 1e-11):
+        begin = perf_counter()
+        try:
+            impulse = ScipyStrike(strike).solve(rtol)
+        except (GaveUpError, np.linalg.LinAlgError):
+            continue
+        time = perf_counter() - begin
+        if exact.error(strike, impulse) <= ACCURACY and (best is None or time < best):
+            best = time
+    return best
+
+
+def against_scipy(report, law):
+    """Compare with SciPy at equal error; return the ratio."""
+    exact, fast = Kernel(), Kernel()
+    ratios, failed = [], 0
+    for strike in paper_strikes(law) + random_strikes(12, law, seed=1):
+        exact(strike, 1e-12)
+        fast(strike, ACCURACY)
+        error = exact.error(strike, fast.impulse)
+        if error > ACCURACY:
+            report.row(f'{law}: a stroke of the sample exceeds the accuracy', error, '', ACCURACY)
+        slow = scipy_time(strike, exact)
+        if slow is None:
+            failed += 1
+            continue
+        ratios.append(slow / seconds(fast, strike, ACCURACY, at_least=0.02, repeats=3))
+    name = f'{law}: SciPy DOP853 with events over the kernel, both <= {ACCURACY:g}'
+    report.row(name, statistics.median(ratios), 'x', -SPEED_UP)
+    report.row(f'    slowest to fastest of {len(ratios)} strokes: from', min(ratios), 'x')
+    report.row('    to', max(ratios), 'x')
+    report.row('    strokes that SciPy did not finish at that error', failed, 'of 16')
+
+
+def distribution(report, law):
+    """Times and errors over many ordinary strokes."""
+    kernel, exact = Kernel(), Kernel()
+    times, errors, ends = [], [], []
+    for strike in random_strikes(STROKES, law, seed=2):
+        kernel(strike, ACCURACY)
+        series = []
+        for _ in range(3):
+            begin = perf_counter()
+            status = kernel(strike, ACCURACY)
+            series.append(perf_counter() - begin)
+        times.append(min(series))
+        ends.append(status)
+        if status == Status.OK and exact(strike, 1e-12) == Status.OK:
+            errors.append(exact.error(strike, kernel.impulse))
+    median = 1e6 * statistics.median(times)
+    name = f'{law}: median strike at {ACCURACY:g} over {STROKES} strokes'
+    report.row(name, median, 'us', MEDIAN)
+    report.row('    99 % of them within', 1e6 * np.quantile(times, 0.99) / median, 'medians', TAIL)
+    report.row('    worst', 1e6 * max(times), 'us')
+    report.row('    99.9 % of the errors below', np.quantile(errors, 0.999), '')
+    report.row('    worst error', max(errors), '')
+    endless = ends.count(Status.INFINITE_SEQUENCE)
+    report.row('    infinite sequences ended by the floor', endless, '')
+    report.row('    without an answer', ends.count(Status.BUDGET_EXCEEDED), '')
+
+
+def against_the_paper(report):
+    """Compare with the paper's scheme at equal error, on its four shots."""
+    exact, fast = Kernel(), Kernel()
+    for strike, (normal, velocity) in zip(paper_strikes('energetic'), PAPER, strict=True):
+        exact(strike, 1e-12)
+        speed = np.linalg.norm(velocity)
+        answer = strike.ball @ exact.impulse
+        for step in (1e-3, 1e-4, 1e-5):
+            arguments = (
+                normal, velocity, CUE, BALL, RADIUS, tuple(strike.friction),
+                tuple(strike.restitution), 1.5, step * BALL * speed,
+            )  # fmt: skip
+            error = np.abs(impulse_strike(*arguments).velocities[1] - answer).max() / speed
+            tolerance = min(max(error, 1e-10), 1e-4)
+            slow = seconds(impulse_strike, *arguments, repeats=3)
+            ratio = slow / seconds(fast, strike, tolerance, repeats=3)
+            name = f'impulse scheme over the kernel at equal error, {error:.0e}, n {normal}'
+            report.row(name[:66], ratio, 'x')
+
+
+def main():
+    """Measure everything."""
+    report = Report('One strike')
+    report.row('yardstick: np.cross of two vectors', 1e6 * yardstick(), 'us')
+    for law in ('energetic', 'bistiffness'):
+        against_scipy(report, law)
+        distribution(report, law)
+    against_the_paper(report)
+    report.end()
+
+
+if __name__ == '__main__':
+    main()
