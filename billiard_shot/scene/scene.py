@@ -172,7 +172,7 @@ class Effects:
     flight : str
         `off` puts the ball back on the cloth after the strike with its horizontal motion kept.
     bounce : str
-        `off` lets the ball stay down where it first lands.
+        `off` lets the ball stay down where it first lands; `on` is the same as `auto`.
 
     """
 

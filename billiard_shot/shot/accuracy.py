@@ -39,6 +39,6 @@ def inner_tolerance(model: Model, speed: float, tolerance: float) -> float:
 
 
 @compiled
-def error_of(model: Model, accuracy: float, speed: float, duration: float) -> float:
+def error_of(accuracy: float, speed: float, duration: float) -> float:
     """Estimate of the error [m] until `duration` [s] with such an impact."""
     return AMPLIFICATION * (accuracy + ROUNDING) * speed * duration

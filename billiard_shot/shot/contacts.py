@@ -112,6 +112,17 @@ def response_of(model: Model, c: NDArray[np.float64], lever: NDArray[np.float64]
 
 
 @compiled
+def approach_of(
+    lever: NDArray[np.float64], speed: float, n: NDArray[np.float64], c: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Contact velocities u(0) (6,) [m/s] of a cue that comes at `speed` to a ball at rest."""
+    u = np.zeros(6)
+    u[0] = speed * dot(n, c)
+    u[1] = speed * dot(lever[0, 1], c)
+    return u
+
+
+@compiled
 def weighted(weights: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sum of rows (6, 3) times weights (6,)."""
     total = np.zeros(3)

@@ -43,8 +43,9 @@ def model_of(scene: Scene) -> Model:
         surface=Surface(
             mass=ball.mass, radius=ball.radius, inertia=ball.inertia, gravity=cloth.gravity,
             sliding=cloth.sliding_friction, rolling=cloth.rolling_resistance,
-            spin_deceleration=cloth.spin_deceleration, restitution=table.restitution,
+            spin_deceleration=cloth.spin_deceleration,
+            restitution=0.0 if scene.effects.bounce == 'off' else table.restitution,
             friction=table.friction, law=law, exponent=scene.exponent,
-            flight=_WISHES[scene.effects.flight], bounce=_WISHES[scene.effects.bounce],
+            flight=_WISHES[scene.effects.flight],
         ),
     )

@@ -13,7 +13,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.model import model_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.strike import shoot, shoot_each
+from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table import motion
 from billiard_shot.table.trajectory import Trajectory
@@ -52,20 +52,20 @@ def predict(
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
     model = model_of(scene)
-    normal, velocity = np.array(stroke.normal), np.array(stroke.velocity)
-    row = np.empty(at.COLUMNS)
+    normal, velocity = np.array([stroke.normal]), np.array([stroke.velocity])
+    row = np.empty((1, at.COLUMNS))
     phases, segments = _PHASES, _SEGMENTS
     while True:
         log, rows = np.empty((phases, 12)), np.empty((segments, motion.COLUMNS))
         shoot(model, normal, velocity, centre, tolerance, row, log, rows)
-        needed = int(row[at.PHASES]), int(row[at.SEGMENTS])
+        needed = int(row[0, at.PHASES]), int(row[0, at.SEGMENTS])
         if needed[0] <= phases and needed[1] <= segments:
             break
         phases, segments = needed
     row.flags.writeable = False
     return Shot(
         scene, stroke, tolerance, perf_counter() - begin, Trajectory(rows[: needed[1]]),
-        row, log[: needed[0]],
+        row[0], log[: needed[0]],
     )
 
 
@@ -111,12 +111,13 @@ def predict_batch(
         )
     model = model_of(scene)
     rows = np.empty((len(n), at.COLUMNS))
+    nothing = np.empty((0, 12)), np.empty((0, motion.COLUMNS))
     workers = os.cpu_count() or 1
     size = max(1, math.ceil(len(n) / (8 * workers)))  # small parts, because strokes differ in cost
 
     def play(begin: int) -> None:
         part = slice(begin, begin + size)
-        shoot_each(model, n[part], v[part], centre, tolerance, rows[part])
+        shoot(model, n[part], v[part], centre, tolerance, rows[part], *nothing)
 
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(play, range(0, len(n), size)):

@@ -5,9 +5,10 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.model import model_of
-from billiard_shot.shot.strike import shoot_each
+from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table import motion
 
 STEP = 1e-4  # in radii, radians and parts of the speed
 TOLERANCE = 1e-9  # m
@@ -19,8 +20,8 @@ def sensitivity_of(
     """
     Derivative of the place of rest (x, y) by (a, b, elevation, azimuth, speed), (2, 5).
 
-    Central differences; one-sided where only one of the two neighbours can be played, and zero
-    where neither can, or the stroke itself cannot. `position` is the ball's before the strike [m].
+    The stroke is one that can be played. Central differences; one-sided where only one of the two
+    neighbours can be played, and zero where neither can. `position` is the ball's [m].
     """
     base = np.array(stroke.offsets)
     steps = np.full(5, STEP)
@@ -28,13 +29,12 @@ def sensitivity_of(
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
     rows = np.empty((len(strokes), at.COLUMNS))
-    shoot_each(
+    shoot(
         model_of(scene), np.array([s.normal for s in strokes]),
         np.array([s.velocity for s in strokes]), position, TOLERANCE, rows,
+        np.empty((0, 12)), np.empty((0, motion.COLUMNS)),
     )
     played = rows[:, at.STATUS] < Status.MISS  # it and all above are refusals
-    if not played[0]:
-        return np.zeros((2, 5))
     rest = np.where(played[:, np.newaxis], rows[:, at.REST], rows[0, at.REST])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
     span = reach[1:6] - reach[6:]

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.impact.collide import Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import Effect, effects_of
 from billiard_shot.shot.messages import message_of
-from billiard_shot.shot.phases import Phase, phases_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -24,11 +24,12 @@ class Impact:
 
     dissipated: NDArray[np.float64]  # (2, 2) J: a row a contact: restitution, friction
     _log: NDArray[np.float64] = field(repr=False)
+    _axes: NDArray[np.float64] = field(repr=False)
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """Phases in order: which contacts were active, and how it stood when the phase ended."""
-        return phases_of(self._log)
+        return read_log(self._log, self._axes)
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ class Shot:
     @cached_property
     def impact(self) -> Impact:
         """The impact in detail."""
-        return Impact(self._row[at.LOSS].reshape(2, 2), self._log)
+        row = self._row
+        return Impact(row[at.LOSS].reshape(2, 2), self._log, row[at.AXES].reshape(2, 3, 3))
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:
@@ -98,6 +100,8 @@ class Shot:
         How the place of rest (x, y) changes with the stroke (2, 5).
 
         Per radius of a and of b, radian of elevation and of azimuth, and m/s of speed: all in m.
-        Computed when first asked for.
+        Zero for a refused stroke. Computed when first asked for.
         """
+        if self.status.refused:
+            return np.zeros((2, 5))
         return sensitivity_of(self.scene, self.stroke, self.trajectory.at(0.0).position)

@@ -2,11 +2,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import compiled, entry
 from billiard_shot.impact.kernel import solve
 from billiard_shot.shot import row as at
 from billiard_shot.shot.accuracy import error_of, inner_tolerance
-from billiard_shot.shot.contacts import dot, levers, response_of, weighted, yielding
+from billiard_shot.shot.contacts import approach_of, dot, levers, response_of, weighted, yielding
 from billiard_shot.shot.model import Model, TIP
 from billiard_shot.status import Status
 from billiard_shot.table import motion
@@ -52,104 +52,96 @@ def refusal(model: Model, n: NDArray[np.float64], c: NDArray[np.float64]) -> int
 
 
 @compiled
-def strike(
-    model: Model, n: NDArray[np.float64], c: NDArray[np.float64], speed: float, accuracy: float,
-    row: NDArray[np.float64], log: NDArray[np.float64],
-) -> int:
-    """Solve the impact of cue, ball and table; fill in what it gives, and return its status."""
+def book(
+    model: Model, lever: NDArray[np.float64], c: NDArray[np.float64], speed: float,
+    account: NDArray[np.float64], row: NDArray[np.float64],
+) -> bool:
+    """Fill in what follows from the impulses of a strike; return whether it was a miscue."""
     ball = model.surface
-    lever = levers(ball.radius, n, c)
-    approach = np.zeros(6)
-    approach[0] = speed * dot(n, c)
-    approach[1] = speed * dot(lever[0, 1], c)
     impulse = row[at.IMPULSE]
-    account = np.zeros((2, 3))
-    status, phases, steps = solve(
-        response_of(model, c, lever), approach, model.friction, model.restitution,
-        model.stiffness, model.law, model.exponent, accuracy, impulse, account, log,
-    )
     row[at.VELOCITY] = weighted(impulse, lever[1]) / ball.mass
     row[at.SPIN] = weighted(impulse, lever[2]) / ball.inertia
     row[at.CUE_SPEED] = speed + dot(c, yielding(model, c, weighted(impulse, lever[0])))
-    row[at.LOSS] = account[:, :2].copy().reshape(4)
-    row[at.PHASES] = phases
-    row[at.EVALUATIONS] = steps
-    if account[TIP, 2] > MISCUE_SLIP * speed and status in (OK, INFINITE_SEQUENCE):
+    for i in range(4):
+        row[at.LOSS.start + i] = account[i // 2, i % 2]
+    for i in range(9):
+        row[at.AXES.start + i] = lever[0, i // 3, i % 3]
+        row[at.AXES.start + 9 + i] = lever[1, 3 + i // 3, i % 3]
+    miscue: bool = account[TIP, 2] > MISCUE_SLIP * speed
+    return miscue
+
+
+@compiled
+def verdict(status: int, miscue: bool, end: int, exact: bool) -> int:
+    """Status of a shot: of its impact, unless that went well and something else is to be said."""
+    if status not in (OK, INFINITE_SEQUENCE):
+        return status
+    if miscue:
         return MISCUE
-    return status
+    if end != OK:
+        return end
+    return status if exact else TOLERANCE_NOT_REACHED
 
 
-@compiled
+@entry
 def shoot(
-    model: Model,
-    normal: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    row: NDArray[np.float64],
-    log: NDArray[np.float64],
-    segments: NDArray[np.float64],
-) -> None:
-    """
-    Play one stroke.
-
-    Parameters
-    ----------
-    model : Model
-    normal, velocity : (3,) float arrays
-        As of `Stroke`, but checked here.
-    position : (3,) float array
-        Centre of the cue ball [m].
-    tolerance : float
-        Of the trajectory [m].
-    row : (COLUMNS,) float array, written
-        All results, see row.py. A refused stroke leaves the ball where it is.
-    log : (rows, 12) float array, written
-        Phases of the impact, see `solve`; as many as there is room for.
-    segments : (rows, motion.COLUMNS) float array, written
-        The trajectory; as many segments as there is room for.
-
-    """
-    row[:] = 0.0
-    row[at.REST] = position
-    speed = length_of(velocity)
-    n = normal / length_of(normal)
-    c = velocity / speed
-    status = refusal(model, n, c)
-    state = motion.start(position, np.zeros(3), np.zeros(3))
-    if status != OK:
-        row[at.STATUS] = status
-        row[at.SEGMENTS] = motion.follow(state, motion.REST, np.inf, segments, 0)
-        return
-    accuracy = inner_tolerance(model, speed, tolerance)
-    status = strike(model, n, c, speed, accuracy, row, log)
-    state[motion.VELOCITY:motion.ACCELERATION] = row[at.VELOCITY]
-    state[motion.ANGULAR:motion.ANGULAR_ACCELERATION] = row[at.SPIN]
-    end, count, hops, left_out = roll_out(
-        model.surface, state, 0.25 * tolerance, accuracy, segments
-    )
-    row[at.REST] = state[motion.POSITION:motion.VELOCITY]
-    row[at.DURATION] = state[motion.TIME]
-    row[at.SEGMENTS] = count
-    row[at.HOPS] = hops
-    row[at.ERROR] = left_out + error_of(model, accuracy, speed, state[motion.TIME])
-    if status in (OK, INFINITE_SEQUENCE) and end != OK:
-        status = end
-    if status == OK and row[at.ERROR] > tolerance:
-        status = TOLERANCE_NOT_REACHED
-    row[at.STATUS] = status
-
-
-@compiled
-def shoot_each(
     model: Model,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
     tolerance: float,
     rows: NDArray[np.float64],
+    log: NDArray[np.float64],
+    segments: NDArray[np.float64],
 ) -> None:
-    """Play (n, 3) normals and velocities one after the other, into (n, COLUMNS) rows."""
-    log, segments = np.zeros((0, 12)), np.zeros((0, motion.COLUMNS))
+    """
+    Play strokes, one after the other, each with the ball in the same place.
+
+    A refused stroke leaves the ball where it is.
+
+    Parameters
+    ----------
+    model : Model
+    normals, velocities : (n, 3) float arrays
+        As of `Stroke`, but checked here.
+    position : (3,) float array
+        Centre of the cue ball [m].
+    tolerance : float
+        Of the trajectories [m].
+    rows : (n, COLUMNS) float array, written
+        All results, see row.py.
+    log : (phases, 12) float array, written
+        Phases of the last impact, see `solve`; as many as there is room for.
+    segments : (segments, motion.COLUMNS) float array, written
+        The last trajectory; as many segments as there is room for.
+
+    """
+    still = np.zeros(3)
+    account = np.zeros((2, 3))
     for i in range(len(rows)):
-        shoot(model, normals[i], velocities[i], position, tolerance, rows[i], log, segments)
+        row = rows[i]
+        row[:] = 0.0
+        ball = motion.start(position, still, still)
+        speed = length_of(velocities[i])
+        n = normals[i] / length_of(normals[i])
+        c = velocities[i] / speed
+        row[at.STATUS] = refusal(model, n, c)
+        if row[at.STATUS] == OK:
+            accuracy = inner_tolerance(model, speed, tolerance)
+            lever = levers(model.surface.radius, n, c)
+            status, phases, steps = solve(
+                response_of(model, c, lever), approach_of(lever, speed, n, c), model.friction,
+                model.restitution, model.stiffness, model.law, model.exponent, accuracy,
+                row[at.IMPULSE], account, log,
+            )
+            row[at.PHASES], row[at.EVALUATIONS] = phases, steps
+            miscue = book(model, lever, c, speed, account, row)
+            ball = motion.start(position, row[at.VELOCITY], row[at.SPIN])
+            end, left_out = roll_out(model.surface, ball, 0.25 * tolerance, accuracy, segments)
+            row[at.ERROR] = left_out + error_of(accuracy, speed, ball[motion.TIME])
+            row[at.STATUS] = verdict(status, miscue, end, row[at.ERROR] <= tolerance)
+        else:
+            motion.follow(ball, np.inf, segments)
+        row[at.REST] = ball[motion.POSITION:motion.VELOCITY]
+        row[at.DURATION] = ball[motion.TIME]
+        row[at.SEGMENTS] = ball[motion.COUNT]

@@ -14,6 +14,7 @@ from billiard_shot.table.motion import (
     ANGULAR,
     ANGULAR_ACCELERATION,
     follow,
+    MOTION,
     REST,
     ROLL,
     SLIDE,
@@ -26,103 +27,102 @@ VERTICAL_SPIN = ANGULAR + 2
 
 
 @compiled
-def speed_of(row: NDArray[np.float64], radius: float) -> float:
+def speed_of(ball: NDArray[np.float64], radius: float) -> float:
     """Speed scale of a ball, to tell motion from rounding."""
     largest = 0.0
     for i in range(3):
-        largest = max(largest, abs(row[VELOCITY + i]), radius * abs(row[ANGULAR + i]))
+        largest = max(largest, abs(ball[VELOCITY + i]), radius * abs(ball[ANGULAR + i]))
     return largest
 
 
 @compiled
-def slip_of(row: NDArray[np.float64], radius: float) -> tuple[float, float]:
-    """Horizontal velocity of the ball's lowest point; zero where it is only rounding."""
-    x = row[VELOCITY] - radius * row[ANGULAR + 1]
-    y = row[VELOCITY + 1] + radius * row[ANGULAR]
-    if np.hypot(x, y) <= 1e-14 * speed_of(row, radius):
-        return 0.0, 0.0
-    return x, y
+def slip_of(ball: NDArray[np.float64], radius: float) -> tuple[float, float, float]:
+    """Size and direction (x, y) of the lowest point's velocity; zero where it is only rounding."""
+    x = ball[VELOCITY] - radius * ball[ANGULAR + 1]
+    y = ball[VELOCITY + 1] + radius * ball[ANGULAR]
+    slip = np.hypot(x, y)
+    if slip <= 1e-14 * speed_of(ball, radius):
+        return 0.0, 0.0, 0.0
+    return slip, x / slip, y / slip
 
 
 @compiled
-def follow_spinning(
-    surface: Surface, row: NDArray[np.float64], motion: int, duration: float,
-    segments: NDArray[np.float64], count: int,
-) -> int:
+def follow_on_cloth(
+    surface: Surface, ball: NDArray[np.float64], duration: float, segments: NDArray[np.float64]
+) -> None:
     """Follow a motion on the cloth, in two parts if the spin about the vertical ends meanwhile."""
-    spin = row[VERTICAL_SPIN]
+    spin = ball[VERTICAL_SPIN]
     if spin != 0.0 and surface.spin_deceleration > 0.0:
-        row[ANGULAR_ACCELERATION + 2] = -np.sign(spin) * surface.spin_deceleration
+        ball[ANGULAR_ACCELERATION + 2] = -np.sign(spin) * surface.spin_deceleration
         left = abs(spin) / surface.spin_deceleration
         if left < duration:
-            forces = row.copy()
-            count = follow(row, motion, left, segments, count)
-            row[VERTICAL_SPIN] = 0.0
-            row[ACCELERATION:ANGULAR] = forces[ACCELERATION:ANGULAR]
-            row[ANGULAR_ACCELERATION:] = forces[ANGULAR_ACCELERATION:]
-            row[ANGULAR_ACCELERATION + 2] = 0.0
+            before = ball.copy()
+            follow(ball, left, segments)
+            for i in range(3):
+                ball[ACCELERATION + i] = before[ACCELERATION + i]
+                ball[ANGULAR_ACCELERATION + i] = before[ANGULAR_ACCELERATION + i]
+            ball[VERTICAL_SPIN] = 0.0
+            ball[ANGULAR_ACCELERATION + 2] = 0.0
             duration -= left
-    return follow(row, motion, duration, segments, count)
+    follow(ball, duration, segments)
 
 
 @compiled
-def slide(
-    surface: Surface, row: NDArray[np.float64], segments: NDArray[np.float64], count: int
-) -> tuple[int, bool]:
-    """Slide until the ball rolls; return the count of segments and whether that ever happens."""
-    x, y = slip_of(row, surface.radius)
-    slip = np.hypot(x, y)
+def slide(surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.float64]) -> bool:
+    """Slide until the ball rolls; return whether that ever happens."""
+    slip, x, y = slip_of(ball, surface.radius)
     if slip > 0.0:
+        ball[MOTION] = SLIDE
         deceleration = surface.sliding * surface.gravity
         lever = surface.mass * surface.radius / surface.inertia
-        row[ACCELERATION] = -deceleration * x / slip
-        row[ACCELERATION + 1] = -deceleration * y / slip
-        row[ANGULAR_ACCELERATION] = lever * row[ACCELERATION + 1]
-        row[ANGULAR_ACCELERATION + 1] = -lever * row[ACCELERATION]
+        ball[ACCELERATION] = -deceleration * x
+        ball[ACCELERATION + 1] = -deceleration * y
+        ball[ANGULAR_ACCELERATION] = -lever * deceleration * y
+        ball[ANGULAR_ACCELERATION + 1] = lever * deceleration * x
         duration = slip / (deceleration * (1.0 + lever * surface.radius))
-        count = follow_spinning(surface, row, SLIDE, duration, segments, count)
+        follow_on_cloth(surface, ball, duration, segments)
         if duration == np.inf:
-            return count, False
-    row[ANGULAR] = -row[VELOCITY + 1] / surface.radius
-    row[ANGULAR + 1] = row[VELOCITY] / surface.radius
-    return count, True
+            return False
+    ball[ANGULAR] = -ball[VELOCITY + 1] / surface.radius
+    ball[ANGULAR + 1] = ball[VELOCITY] / surface.radius
+    return True
 
 
 @compiled
-def roll(
-    surface: Surface, row: NDArray[np.float64], segments: NDArray[np.float64], count: int
-) -> tuple[int, bool]:
-    """Roll until the ball's centre stands still; return as `slide` does."""
-    speed = np.hypot(row[VELOCITY], row[VELOCITY + 1])
+def roll(surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.float64]) -> bool:
+    """Roll until the ball's centre stands still; return whether that ever happens."""
+    speed = np.hypot(ball[VELOCITY], ball[VELOCITY + 1])
     if speed > 0.0:
+        ball[MOTION] = ROLL
         deceleration = surface.rolling * surface.gravity
-        row[ACCELERATION] = -deceleration * row[VELOCITY] / speed
-        row[ACCELERATION + 1] = -deceleration * row[VELOCITY + 1] / speed
-        row[ANGULAR_ACCELERATION] = -row[ACCELERATION + 1] / surface.radius
-        row[ANGULAR_ACCELERATION + 1] = row[ACCELERATION] / surface.radius
+        ball[ACCELERATION] = -deceleration * ball[VELOCITY] / speed
+        ball[ACCELERATION + 1] = -deceleration * ball[VELOCITY + 1] / speed
+        ball[ANGULAR_ACCELERATION] = -ball[ACCELERATION + 1] / surface.radius
+        ball[ANGULAR_ACCELERATION + 1] = ball[ACCELERATION] / surface.radius
         duration = speed / deceleration
-        count = follow_spinning(surface, row, ROLL, duration, segments, count)
+        follow_on_cloth(surface, ball, duration, segments)
         if duration == np.inf:
-            return count, False
-    row[VELOCITY:ACCELERATION] = 0.0
-    row[ANGULAR:VERTICAL_SPIN] = 0.0
-    return count, True
+            return False
+    for i in range(2):
+        ball[VELOCITY + i] = 0.0
+        ball[ANGULAR + i] = 0.0
+    return True
 
 
 @compiled
 def come_to_rest(
-    surface: Surface, row: NDArray[np.float64], segments: NDArray[np.float64], count: int
-) -> tuple[int, bool]:
-    """Follow a ball that lies on the cloth to the end; return as `slide` does."""
-    count, ends = slide(surface, row, segments, count)
-    if ends:
-        count, ends = roll(surface, row, segments, count)
-    if ends and row[VERTICAL_SPIN] != 0.0:
-        ends = surface.spin_deceleration > 0.0
-        duration = abs(row[VERTICAL_SPIN]) / surface.spin_deceleration
-        count = follow_spinning(surface, row, SPIN, duration, segments, count)
-        if ends:
-            row[VERTICAL_SPIN] = 0.0
-    if ends:
-        count = follow(row, REST, np.inf, segments, count)
-    return count, ends
+    surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.float64]
+) -> bool:
+    """Follow a ball that lies on the cloth to the end; return whether it ever rests."""
+    if not slide(surface, ball, segments) or not roll(surface, ball, segments):
+        return False
+    if ball[VERTICAL_SPIN] != 0.0:
+        ball[MOTION] = SPIN
+        duration = abs(ball[VERTICAL_SPIN]) / surface.spin_deceleration
+        follow_on_cloth(surface, ball, duration, segments)
+        if duration == np.inf:
+            return False
+        ball[VERTICAL_SPIN] = 0.0
+    ball[MOTION] = REST
+    follow(ball, np.inf, segments)
+    return True

@@ -30,38 +30,42 @@ POSITION, VELOCITY, ACCELERATION = 2, 5, 8  # three each
 ANGULAR, ANGULAR_ACCELERATION = 11, 14
 COLUMNS = 17
 
-
-@compiled
-def start(position: NDArray[np.float64], velocity: NDArray[np.float64],
-          spin: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Row of a ball in this state at time 0, without accelerations."""
-    row = np.zeros(COLUMNS)
-    row[POSITION:VELOCITY] = position
-    row[VELOCITY:ACCELERATION] = velocity
-    row[ANGULAR:ANGULAR_ACCELERATION] = spin
-    return row
+# A ball on its way is such a row too, with one column more: the number of segments written so far.
+COUNT = 17
 
 
 @compiled
-def follow(
-    row: NDArray[np.float64], motion: int, duration: float,
-    segments: NDArray[np.float64], count: int,
-) -> int:
+def start(
+    position: NDArray[np.float64], velocity: NDArray[np.float64], spin: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Ball on its way from this state at time 0."""
+    ball = np.zeros(COLUMNS + 1)
+    for i in range(3):
+        ball[POSITION + i] = position[i]
+        ball[VELOCITY + i] = velocity[i]
+        ball[ANGULAR + i] = spin[i]
+    return ball
+
+
+@compiled
+def follow(ball: NDArray[np.float64], duration: float, segments: NDArray[np.float64]) -> None:
     """
-    Write the motion in `row` down, then move the row on by `duration` [s]; return the new count.
+    Write the ball's motion down, then move it on by `duration` [s], and clear its accelerations.
 
     An endless motion stays where it begins. Rows that `segments` has no room for are only counted.
     """
-    row[MOTION] = motion
+    count = int(ball[COUNT])
     if count < segments.shape[0]:
-        segments[count] = row
+        for i in range(COLUMNS):
+            segments[count, i] = ball[i]
+    ball[COUNT] += 1.0
+    for i in range(3):
+        if duration < np.inf:
+            change = ball[ACCELERATION + i] * duration
+            ball[POSITION + i] += (ball[VELOCITY + i] + 0.5 * change) * duration
+            ball[VELOCITY + i] += change
+            ball[ANGULAR + i] += ball[ANGULAR_ACCELERATION + i] * duration
+        ball[ACCELERATION + i] = 0.0
+        ball[ANGULAR_ACCELERATION + i] = 0.0
     if duration < np.inf:
-        row[TIME] += duration
-        for i in range(3):
-            change = row[ACCELERATION + i] * duration
-            row[POSITION + i] += (row[VELOCITY + i] + 0.5 * change) * duration
-            row[VELOCITY + i] += change
-            row[ANGULAR + i] += row[ANGULAR_ACCELERATION + i] * duration
-    row[ACCELERATION:ANGULAR] = 0.0
-    row[ANGULAR_ACCELERATION:] = 0.0
-    return count + 1
+        ball[TIME] += duration

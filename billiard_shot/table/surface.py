@@ -19,4 +19,3 @@ class Surface(NamedTuple):
     law: int  # of a bounce, see billiard_shot.impact.laws
     exponent: float  # of a bounce
     flight: int  # AUTO, ON or OFF
-    bounce: int  # AUTO, ON or OFF

@@ -1,0 +1,164 @@
+import dataclasses
+import math
+import pickle
+import re
+
+import pytest
+
+from billiard_shot.scene import Ball, Cloth, ContactParameters, Cue, Effects, Scene
+from billiard_shot.scene.bundled import scene_names
+
+SHORTEST = """
+ball:     {mass: 0.1673, radius: 0.0286}
+cue:      {mass: 0.5018, guided: true}
+contacts:
+  cue_ball: {restitution: 0.656532, friction: 0.4, stiffness: 1.5}
+  ball_table: {restitution: 0.51625, friction: 0.152479, stiffness: 1.0}
+"""
+
+
+@pytest.fixture
+def data():
+    return Scene.load('paper').to_dict()
+
+
+def test_shortest_form_and_its_defaults(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(SHORTEST)
+    scene = Scene.load(path)
+    assert scene == Scene.load(str(path))
+    assert scene.law == 'bistiffness'
+    assert scene.exponent == 1.0
+    assert scene.ball.inertia == pytest.approx(0.4 * 0.1673 * 0.0286**2, rel=1e-15)
+    assert scene.cloth == Cloth(0.152479, 0.01, 10.0, 9.80665)
+    assert scene.effects == Effects('auto', 'auto')
+    assert scene.cue_ball == (0.0, 0.0, 0.0286)
+
+
+@pytest.mark.parametrize('name', scene_names())
+def test_bundled_scenes_survive_a_round_trip(name):
+    scene = Scene.load(name)
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    assert hash(scene) == hash(Scene.load(name))
+
+
+def test_guided_cue_has_no_end_mass():
+    assert Cue(0.5, guided=True).end_mass == math.inf
+    assert Cue(0.5, guided=True).tip_radius == 0.0
+    assert Cue(0.5).tip_radius == 0.0065
+    with pytest.raises(ValueError, match=r'end_mass: 0\.005 .* guided cue has none'):
+        Cue(0.5, guided=True, end_mass=0.005)
+    with pytest.raises(ValueError, match=r'end_mass: 0\.6 .* at most the mass of the cue, 0\.5'):
+        Cue(0.5, end_mass=0.6)
+
+
+def test_balls_are_placed(data):
+    data['balls'] = {'cue': [0.5, -0.25], 8: [1, 0]}
+    scene = Scene.from_dict(data)
+    assert scene.cue_ball == (0.5, -0.25, 0.0286)
+    assert scene.balls == {'cue': (0.5, -0.25), '8': (1.0, 0.0)}
+    assert Scene.from_dict(scene.to_dict()) == scene
+
+
+def test_yaml_of_people(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(
+        SHORTEST + 'effects: {flight: off, bounce: on}\ncloth: {rolling_resistance: 1e-2}'
+    )
+    scene = Scene.load(path)
+    assert scene.effects == Effects('off', 'on')
+    assert scene.cloth.rolling_resistance == 0.01
+
+
+@pytest.mark.parametrize(('section', 'key', 'value', 'allowed'), [
+    ('ball', 'mass', 0, 'above 0 (kg)'),
+    ('ball', 'mass', True, 'a finite number above 0 (kg)'),
+    ('ball', 'mass', '0.17', 'a finite number above 0 (kg)'),
+    ('ball', 'radius', math.nan, 'above 0 (m)'),
+    ('ball', 'radius', math.inf, 'above 0 (m)'),
+    ('ball', 'radius', None, 'above 0 (m)'),
+    ('ball', 'inertia', 1.0, 'at most 2/3 m r^2'),
+    ('cue', 'guided', 'yes', 'true or false'),
+    ('cue', 'tip_radius', -0.001, 'at least 0 (m)'),
+    ('cloth', 'gravity', 0, 'above 0 (m/s^2)'),
+    ('cloth', 'spin_deceleration', -1, 'at least 0 (rad/s^2)'),
+    ('effects', 'flight', 'maybe', 'one of auto, on, off'),
+])
+def test_wrong_value_is_named_with_its_range(data, section, key, value, allowed):
+    data[section][key] = value
+    with pytest.raises(ValueError, match=re.escape(allowed)) as caught:
+        Scene.from_dict(data)
+    assert str(caught.value).startswith(f'scene: {section}.{key}: {value!r} is not allowed')
+
+
+@pytest.mark.parametrize(('key', 'value', 'allowed'), [
+    ('restitution', 1.1, 'at least 0 and at most 1'),
+    ('friction', -0.1, 'at least 0'),
+    ('stiffness', 0.0, 'above 0'),
+])
+def test_wrong_contact_is_named(data, key, value, allowed):
+    data['contacts']['cue_ball'][key] = value
+    with pytest.raises(ValueError, match=rf'contacts\.cue_ball\.{key}: .*{allowed}'):
+        Scene.from_dict(data)
+    with pytest.raises(ValueError, match=rf'^{key}: .*{allowed}'):
+        ContactParameters(**{**data['contacts']['ball_table'], key: value})
+
+
+@pytest.mark.parametrize(('key', 'value', 'text'), [
+    ('law', 'newton', 'law: .newton. is not allowed; it must be one of bistiffness, energetic'),
+    ('exponent', 0.5, 'exponent: 0.5 is not allowed; it must be a finite number at least 1'),
+    ('balls', {'cue': [0]}, r'balls: \[0\] of .cue. is not allowed; it must be two finite'),
+    ('balls', [1, 2], r'balls: \[1, 2\] is not allowed; it must be a mapping'),
+    ('ball', None, 'ball: None is not allowed; it must be a mapping'),
+])
+def test_other_mistakes(data, key, value, text):
+    data[key] = value
+    with pytest.raises(ValueError, match=text):
+        Scene.from_dict(data)
+
+
+def test_all_mistakes_together():
+    with pytest.raises(ValueError, match='scene: 6 mistakes') as caught:
+        Scene.from_dict({'ball': {'mass': -1, 'radus': 1}, 'que': {}, 'cue': {'mass': 1}})
+    lines = str(caught.value).splitlines()[1:]
+    assert len(lines) == 6
+    assert lines[1] == (
+        '  ball.radus: unknown key; the nearest known one is radius (of mass, radius, inertia)'
+    )
+    assert lines[2] == '  ball.radius: missing'
+    assert lines[3].startswith('  que: unknown key; the nearest known one is cue')
+
+
+@pytest.mark.parametrize(('text', 'message'), [
+    ('ball: {mass: 1, mass: 2}', "key 'mass' is there twice"),
+    ('ball: [', 'line 1'),
+    ('just words', 'must be a mapping'),
+    ('', 'must be a mapping'),
+])
+def test_unreadable_files(tmp_path, text, message):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message) as caught:
+        Scene.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_scenes_that_are_not_there(tmp_path):
+    with pytest.raises(ValueError, match=r"no bundled scene 'papre'; there are: .*paper"):
+        Scene.load('papre')
+    with pytest.raises(ValueError, match='No such file'):
+        Scene.load(tmp_path / 'none.yaml')
+    with pytest.raises(ValueError, match='directory'):
+        Scene.load(tmp_path)
+
+
+def test_frozen_and_replaceable():
+    scene = Scene.load('pool')
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        scene.law = 'energetic'
+    assert dataclasses.replace(scene, law='energetic').law == 'energetic'
+    with pytest.raises(ValueError, match='ball: 3 is not allowed; it must be a Ball'):
+        dataclasses.replace(scene, ball=3)
+    with pytest.raises(ValueError, match=r'mass: .*\n.*radius: '):
+        Ball(0.0, -1.0)

@@ -1,0 +1,242 @@
+import dataclasses
+import math
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from billiard_shot import predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.table.motion import Motion
+
+PAPER, POOL = Scene.load('paper'), Scene.load('pool')
+FLIP = np.array([1, -1, 1])
+
+
+def changed(scene, **sections):
+    data = scene.to_dict()
+    for name, change in sections.items():
+        data[name] = {**data[name], **change} if isinstance(change, dict) else change
+    return Scene.from_dict(data)
+
+
+# paper-notes: Table 1, reference values of the model as written
+@pytest.mark.parametrize(('normal', 'velocity', 'v', 'w', 'states', 'accuracy'), [
+    ((-1, -2, 1), (0, 0, -2), (0.4291079283, 0.8582158565, 0.2830706838),
+     (31.63351522, -15.81675761, 0), 'S1 S2 S1 S3', 1e-9),
+    ((-1, -1, 0), (0.8, 0, 0), (0.6335672927, 0.4653476309, 0), (0, 0, 10.39766290), 'S3', 1e-9),
+    ((-1, 0, 1), (1, 0, -1), (1.2475933472, 0, 0.0196340348), (0, -6.67687862, 0),
+     'S1 S2 S1 S3 S1 S2', 1e-9),
+    ((-2, -1, 12), (4, 0, -16), (1.3024730695, 0.7322053160, 0.4970895636),
+     (10.40182097, -35.75618541, -1.20248107), 'S1 S2 S1 S3 S1 S2 S1 S3 S1 S2', 1e-7),
+])
+def test_shots_of_the_paper(normal, velocity, v, w, states, accuracy):
+    shot = predict(PAPER, Stroke(normal, velocity), tolerance=1e-10)
+    assert shot.velocity == pytest.approx(v, abs=accuracy)
+    assert shot.spin == pytest.approx(w, abs=1e2 * accuracy)
+    names = {(0, 1): 'S1', (1,): 'S2', (0,): 'S3'}
+    assert ' '.join(names[phase.active] for phase in shot.impact.phases) == states
+    last = shot.impact.phases[-1].impulses
+    assert (last[1] - last[0]) / PAPER.ball.mass == pytest.approx(shot.velocity, abs=1e-12)
+
+
+def test_energy_is_accounted_for():
+    stroke = Stroke((-2, -1, 12), (4, 0, -16))
+    shot = predict(PAPER, stroke, tolerance=1e-10)
+    ball = PAPER.ball
+    left = (ball.mass * shot.velocity @ shot.velocity + ball.inertia * shot.spin @ shot.spin
+            + PAPER.cue.mass * shot.cue_speed**2)
+    lost = 0.5 * (PAPER.cue.mass * stroke.speed**2 - left)
+    assert shot.impact.dissipated.shape == (2, 2)
+    assert (shot.impact.dissipated >= 0).all()
+    assert shot.impact.dissipated.sum() == pytest.approx(lost, rel=1e-9)
+
+
+@pytest.mark.parametrize('a', [0.1, 0.2, 0.3, 0.4, 0.5])
+def test_squirt_is_alciatores(a):
+    def angle(scene):
+        shot = predict(scene, Stroke.from_offsets(a, 0, 0, 0, 2), tolerance=1e-7)
+        return math.degrees(math.atan2(shot.velocity[1], shot.velocity[0]))
+
+    def his(ratio):
+        s = math.sqrt(1 - a * a)
+        return math.degrees(math.atan(2.5 * a * s / (1 + ratio + 2.5 * s * s)))
+
+    # his tip and ball part without rebound
+    soft = changed(POOL, contacts={**POOL.to_dict()['contacts'], 'cue_ball': {
+        'restitution': 0, 'friction': 0.6, 'stiffness': 1.5}}, cue={'end_mass': 0.17 / 30})
+    assert angle(soft) == pytest.approx(his(30), rel=1e-3)
+    assert angle(POOL) == pytest.approx(his(30), rel=0.08)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.floats(-0.6, 0.6), st.floats(-0.3, 0.6), st.floats(0, 1.5), st.floats(-3, 3),
+       st.sampled_from([PAPER, POOL]))
+def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
+    one = predict(scene, Stroke.from_offsets(a, b, elevation, 0, 2), tolerance=1e-8)
+    mirrored = predict(scene, Stroke.from_offsets(-a, b, elevation, 0, 2), tolerance=1e-8)
+    turned = predict(scene, Stroke.from_offsets(a, b, elevation, azimuth, 2), tolerance=1e-8)
+    assert one.status == mirrored.status == turned.status
+    size = 1e-8 * (1 + np.abs(one.velocity).max())
+    assert one.velocity * FLIP == pytest.approx(mirrored.velocity, abs=size)
+    assert -one.spin * FLIP == pytest.approx(mirrored.spin, abs=1e3 * size)
+    turn = np.array([[math.cos(azimuth), -math.sin(azimuth), 0],
+                     [math.sin(azimuth), math.cos(azimuth), 0], [0, 0, 1]])
+    assert turn @ one.velocity == pytest.approx(turned.velocity, abs=size)
+    assert turn @ one.trajectory.rest == pytest.approx(turned.trajectory.rest, abs=1e-7)
+
+
+def test_a_batch_is_row_by_row_what_predict_gives():
+    random = np.random.default_rng(5)
+    normals = random.normal(size=(60, 3))
+    velocities = random.normal(size=(60, 3)) * (1, 1, 0.5) - (0, 0, 0.5)
+    batch = predict_batch(POOL, normals, velocities, tolerance=1e-6)
+    assert len(set(batch.status.tolist())) > 2
+    for i in range(60):
+        shot = predict(POOL, Stroke(normals[i], velocities[i]), tolerance=1e-6)
+        assert batch.status[i] == shot.status
+        alone = predict_batch(POOL, [shot.stroke.normal], [shot.stroke.velocity], tolerance=1e-6)
+        assert (alone.velocity[0] == shot.velocity).all()
+        assert (alone.spin[0] == shot.spin).all()
+        assert (alone.rest[0] == shot.trajectory.rest).all()
+        assert (alone.dissipated[0] == shot.impact.dissipated).all()
+        assert alone.cue_speed[0] == shot.cue_speed
+        assert alone.evaluations[0] == shot.evaluations
+        assert batch.velocity[i] == pytest.approx(shot.velocity, abs=1e-9)
+
+
+def test_bad_rows_of_a_batch():
+    normals = [(-1, 0, 0), (math.nan, 0, 0), (0, 0, 0), (-1, 0, 0), (-1, 0, 0), (1, 0, 0)]
+    velocities = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 0, 0), (math.inf, 0, 0), (1, 0, 0)]
+    batch = predict_batch(POOL, normals, velocities)
+    assert batch.status.tolist() == [
+        Status.OK, *[Status.INVALID_STROKE] * 4, Status.MISS,
+    ]
+    assert batch.velocity[0, 0] > 1
+    for field in dataclasses.fields(batch):
+        assert np.isfinite(getattr(batch, field.name)).all()
+    empty = predict_batch(POOL, np.empty((0, 3)), np.empty((0, 3)))
+    assert empty.rest.shape == (0, 3)
+    with pytest.raises(ValueError, match=r'normals: shape \(2,\) is not allowed'):
+        predict_batch(POOL, [1, 2], [(1, 0, 0)])
+    with pytest.raises(ValueError, match='velocities: 2 rows are not allowed; they must be 1'):
+        predict_batch(POOL, [(1, 0, 0)], [(1, 0, 0)] * 2)
+
+
+@pytest.mark.parametrize(('stroke', 'status', 'field'), [
+    (Stroke((1, 0, 0), (1, 0, 0)), Status.MISS, 'normal: '),
+    (Stroke((0, 1, 0), (1, 0, 0)), Status.MISS, 'normal: '),
+    (Stroke.from_offsets(0.8, 0.8, 0, 0, 1), Status.MISS, 'a, b: '),
+    (Stroke.from_offsets(1, 0, 0, 0, 1), Status.MISS, 'a, b: '),
+    (Stroke.from_pose((-1, 0.1, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position, q'),
+    (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position: '),
+    (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'velocity: '),
+    (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal: '),
+])
+def test_refused_strokes_leave_the_ball_alone(stroke, status, field):
+    shot = predict(POOL, stroke, position=(0.2, -0.1))
+    assert shot.status == status
+    assert shot.status.refused
+    assert shot.message.startswith(field)
+    assert 'not allowed' in shot.message
+    assert not shot.velocity.any()
+    assert not shot.spin.any()
+    assert shot.impact.phases == ()
+    assert shot.trajectory.rest == pytest.approx((0.2, -0.1, POOL.ball.radius))
+    assert shot.trajectory.duration == 0
+    assert shot.trajectory.at(1.0).motion == Motion.REST
+    assert not any(effect.simulated for effect in shot.effects)
+    assert not shot.sensitivity.any()
+    assert shot.error_estimate == 0
+
+
+def test_a_level_stroke_may_point_up_by_rounding():
+    assert predict(POOL, Stroke((-1, 0, 0), (1, 0, 1e-17))).status == Status.OK
+
+
+def test_miscue():
+    shot = predict(POOL, Stroke.from_offsets(0.8, 0, 0, 0, 2))
+    assert shot.status == Status.MISCUE
+    assert not shot.status.refused
+    assert shot.trajectory.duration > 0
+    assert predict(POOL, Stroke.from_offsets(0.3, 0.2, 0.1, 0, 2)).status == Status.OK
+
+
+@pytest.mark.parametrize('speed', [0.05, 0.5, 2, 10])
+@pytest.mark.parametrize('tolerance', [1e-3, 1e-4, 1e-6, 1e-8])
+def test_the_error_estimate_holds(speed, tolerance):
+    for offsets in ((0.2, 0.1, 0.05, 0), (0.1, 0.4, 1.2, 1), (-0.3, -0.3, 0.3, 2)):
+        stroke = Stroke.from_offsets(*offsets, speed)
+        rough, exact = predict(POOL, stroke, tolerance), predict(POOL, stroke, 1e-12)
+        assert rough.error_estimate <= tolerance
+        t = np.linspace(0, exact.trajectory.duration * 1.01, 1000)
+        gap = np.linalg.norm(
+            rough.trajectory.at(t).position - exact.trajectory.at(t).position, axis=1
+        ).max()
+        assert gap <= rough.error_estimate + exact.error_estimate
+
+
+def test_a_tolerance_out_of_reach():
+    shot = predict(POOL, Stroke.from_offsets(0.2, 0.1, 0.3, 0, 5), tolerance=1e-15)
+    assert shot.status == Status.TOLERANCE_NOT_REACHED
+    assert 1e-15 < shot.error_estimate < 1e-9
+
+
+@pytest.mark.parametrize('tolerance', [0, -1, math.nan, math.inf])
+def test_wrong_tolerance(tolerance):
+    with pytest.raises(ValueError, match=r'tolerance: .* must be finite and above 0'):
+        predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), tolerance=tolerance)
+
+
+@pytest.mark.parametrize('position', [(1,), (0, 0, 1), (math.nan, 0), 'ab'])
+def test_wrong_position(position):
+    with pytest.raises(ValueError, match=r'position|could not convert'):
+        predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), position=position)
+
+
+def test_the_ball_starts_where_it_lies():
+    stroke = Stroke.from_offsets(0.2, 0.1, 0.3, 0.5, 2)
+    origin = predict(POOL, stroke).trajectory.rest
+    moved = predict(POOL, stroke, position=(1, 2, 0)).trajectory
+    assert moved.at(0).position.tolist() == [1, 2, POOL.ball.radius]
+    assert moved.rest - origin == pytest.approx([1, 2, 0])
+    placed = predict(changed(POOL, balls={'cue': [1, 2]}), stroke).trajectory
+    assert (placed.rest == moved.rest).all()
+
+
+def test_flight_can_be_turned_off():
+    stroke = Stroke((-2, -1, 12), (4, 0, -16))
+    off = predict(changed(PAPER, effects={'flight': 'off'}), stroke)
+    on = predict(PAPER, stroke)
+    assert (off.velocity == on.velocity).all()
+    assert (off.trajectory.rows[:, 4] == PAPER.ball.radius).all()
+    flight = {effect.name: effect for effect in off.effects}['flight']
+    assert not flight.simulated
+    assert 'the scene turns it off' in flight.reason
+
+
+def test_frictionless_cloth_never_stops_the_ball():
+    cloth = {'sliding_friction': 0, 'rolling_resistance': 0, 'spin_deceleration': 0}
+    shot = predict(changed(POOL, cloth=cloth), Stroke.from_offsets(0.2, 0.1, 0.1, 0, 2))
+    assert shot.status == Status.NEVER_RESTS
+    assert 'endless' in shot.message
+    assert np.isfinite(shot.trajectory.rest).all()
+
+
+def test_sensitivity_is_a_derivative():
+    stroke = Stroke.from_offsets(0.2, 0.1, 0.3, 0.5, 2)
+    shot = predict(POOL, stroke, tolerance=1e-9)
+    step = 1e-5 * np.array([1, -2, 0.5, 1, -1])
+    near = Stroke.from_offsets(*(np.array(stroke.offsets) + step))
+    change = predict(POOL, near, tolerance=1e-9).trajectory.rest - shot.trajectory.rest
+    assert shot.sensitivity @ step == pytest.approx(change[:2], rel=1e-2)
+
+
+def test_results_cannot_be_changed():
+    shot = predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)))
+    with pytest.raises(ValueError, match='read-only'):
+        shot.velocity[0] = 1
+    with pytest.raises(ValueError, match='read-only'):
+        shot.trajectory.rest[0] = 1
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        shot.tolerance = 1

@@ -1,0 +1,24 @@
+"""Balls on their way, for the tests of this folder."""
+import numpy as np
+
+from billiard_shot.status import Status
+from billiard_shot.table import motion
+from billiard_shot.table.roll_out import roll_out
+from billiard_shot.table.surface import Surface
+from billiard_shot.table.trajectory import Trajectory
+
+POOL = Surface(
+    mass=0.17, radius=0.028, inertia=0.4 * 0.17 * 0.028**2, gravity=9.8, sliding=0.2,
+    rolling=0.01, spin_deceleration=10.0, restitution=0.5, friction=0.2, law=0, exponent=1.0,
+    flight=0,
+)
+
+
+def run(velocity, spin=(0, 0, 0), surface=POOL, tolerance=1e-6, rows=200):
+    """Trajectory, status and error of a ball that starts at the origin."""
+    segments = np.full((rows, motion.COLUMNS), np.nan)
+    ball = motion.start(
+        np.array([0.0, 0.0, surface.radius]), np.array(velocity, float), np.array(spin, float)
+    )
+    status, error = roll_out(surface, ball, tolerance, 1e-12, segments)
+    return Trajectory(segments[: int(ball[motion.COUNT])]), Status(status), error
