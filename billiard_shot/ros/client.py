@@ -33,6 +33,9 @@ PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
 RETREAT = 0.05
 """Metres from the ball to where the tip starts."""
 
+START_UP = 60.0
+"""Seconds to wait for the service: a predictor that has to compile the library takes a while."""
+
 Answer = TypeVar('Answer')
 
 
@@ -104,7 +107,7 @@ def main(args: Sequence[str] | None = None) -> None:
     with rclpy.init(args=args):
         node = Node('paper_shots')
         client = node.create_client(PredictShot, 'predict_shot')
-        if not client.wait_for_service(timeout_sec=10.0):
+        if not client.wait_for_service(timeout_sec=START_UP):
             sys.exit(f'no service {client.service_name}: is the predictor running?')
         for name, (normal, velocity) in PAPER_SHOTS.items():
             response: PredictShot.Response = call(
