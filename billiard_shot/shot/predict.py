@@ -14,7 +14,7 @@ from billiard_shot.shot import row as at
 from billiard_shot.shot.model import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import shoot
-from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke import Stroke, unit_rows
 from billiard_shot.table import motion
 from billiard_shot.table.trajectory import Trajectory
 
@@ -69,7 +69,7 @@ def predict(
     )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BatchResult:
     """Predictions of n strokes; row by row what `predict` gives."""
 
@@ -104,7 +104,7 @@ def predict_batch(
     """
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
-    n, v = _rows('normals', normals), _rows('velocities', velocities)
+    n, v = unit_rows(_rows('normals', normals)), _rows('velocities', velocities)
     if len(n) != len(v):
         raise ValueError(
             f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
@@ -148,7 +148,10 @@ def _centre(
     radius = scene.ball.radius
     if position is None:
         return np.array(scene.cue_ball)
-    place = np.array(position, dtype=float)
+    try:
+        place = np.array(position, dtype=float)
+    except (TypeError, ValueError):
+        place = np.empty(0)
     on_cloth = place.shape == (2,) or (
         place.shape == (3,) and (place[2] == 0.0 or abs(place[2] - radius) <= 1e-6 * radius)
     )

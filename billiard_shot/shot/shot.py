@@ -18,7 +18,7 @@ from billiard_shot.status import Status
 from billiard_shot.table.trajectory import Trajectory
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Impact:
     """The impact between cue, ball (contact 0) and table (contact 1)."""
 
@@ -32,7 +32,7 @@ class Impact:
         return read_log(self._log, self._axes)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shot:
     """
     A predicted shot. Numbers are in SI units and the frame `table`; arrays cannot be changed.

@@ -148,6 +148,15 @@ def axes(
     return right, up, along
 
 
+def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Make each row of a matrix 1 long; NaN where it is zero or not finite."""
+    with np.errstate(invalid='ignore', divide='ignore'):
+        # scaled first: squares of very large or small numbers would not be finite, or zero
+        scaled = rows / np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+        units: NDArray[np.float64] = scaled / np.sqrt((scaled**2).sum(axis=1, keepdims=True))
+    return units
+
+
 def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise ValueError(f'{name}: {value!r} is not allowed; it must be a finite number')
@@ -168,10 +177,7 @@ def _numbers(name: str, values: Numbers, count: int) -> list[float]:
 
 def _direction(name: str, values: Numbers, count: int) -> list[float]:
     found = _numbers(name, values, count)
-    # scaled first: the squares of very large or small components would not be finite, or zero
-    largest = max(map(abs, found))
-    if largest == 0.0:
+    if not any(found):
         raise ValueError(f'{name}: {values!r} is not allowed; it must not be zero')
-    scaled = [value / largest for value in found]
-    length = math.hypot(*scaled)
-    return [value / length for value in scaled]
+    unit: list[float] = unit_rows(np.array([found]))[0].tolist()
+    return unit

@@ -21,7 +21,7 @@ from billiard_shot.table.motion import (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class BallState:
     """State of a ball; at many times, all arrays have the axes of the times in front."""
 
@@ -31,7 +31,7 @@ class BallState:
     motion: NDArray[np.uint8]  # (...) a Motion
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Segment:
     """A stretch of one kind of motion at constant acceleration, [start, end] in s."""
 
@@ -56,7 +56,7 @@ class EventKind(StrEnum):
     REST = 'rest'
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Event:
     """Something that happens to the ball at a time [s], its centre at a position [m]."""
 
@@ -65,7 +65,7 @@ class Event:
     position: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """
     Motion of one ball from time 0 on, exact between its events.

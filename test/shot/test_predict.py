@@ -95,14 +95,12 @@ def test_a_batch_is_row_by_row_what_predict_gives():
     for i in range(60):
         shot = predict(POOL, Stroke(normals[i], velocities[i]), tolerance=1e-6)
         assert batch.status[i] == shot.status
-        alone = predict_batch(POOL, [shot.stroke.normal], [shot.stroke.velocity], tolerance=1e-6)
-        assert (alone.velocity[0] == shot.velocity).all()
-        assert (alone.spin[0] == shot.spin).all()
-        assert (alone.rest[0] == shot.trajectory.rest).all()
-        assert (alone.dissipated[0] == shot.impact.dissipated).all()
-        assert alone.cue_speed[0] == shot.cue_speed
-        assert alone.evaluations[0] == shot.evaluations
-        assert batch.velocity[i] == pytest.approx(shot.velocity, abs=1e-9)
+        assert (batch.velocity[i] == shot.velocity).all()
+        assert (batch.spin[i] == shot.spin).all()
+        assert (batch.rest[i] == shot.trajectory.rest).all()
+        assert (batch.dissipated[i] == shot.impact.dissipated).all()
+        assert batch.cue_speed[i] == shot.cue_speed
+        assert batch.evaluations[i] == shot.evaluations
 
 
 def test_bad_rows_of_a_batch():
@@ -190,7 +188,7 @@ def test_wrong_tolerance(tolerance):
 
 @pytest.mark.parametrize('position', [(1,), (0, 0, 1), (math.nan, 0), 'ab'])
 def test_wrong_position(position):
-    with pytest.raises(ValueError, match=r'position|could not convert'):
+    with pytest.raises(ValueError, match=r'position: .* not allowed; it must be finite'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), position=position)
 
 
