@@ -1,5 +1,6 @@
 """What can happen within a step: the first event on its polynomials."""
 from billiard_shot.compiled import compiled
+from billiard_shot.impact.friction import slip_of_pinned
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.polynomial import NO_ROOT, POSITIVE, first_root
 from billiard_shot.impact.state import (
@@ -19,6 +20,7 @@ END = 2  # an active contact has finished restitution
 JOIN = 3  # an inactive contact closes
 SLIP_STOP = 4  # sliding has come to a stop
 CONE = 5  # a sticking contact reaches the friction cone
+RELEASE = 7  # contacts that share a constraint can no longer hold
 EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
 
 SPENT = 1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
@@ -70,7 +72,7 @@ def slip_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
         c[k] = s.u[3 * j + 1, k] * dx + s.u[3 * j + 2, k] * dy
         turning += abs(s.u[3 * j + 2, k] * dx - s.u[3 * j + 1, k] * dy) * power
         power *= end
-    if m.straight or s.young[j] or turning <= 1e-3 * m.tolerance:
+    if m.straight or turning <= 1e-3 * m.tolerance:
         x = first_root(c, order, 1.0, 0.0, noise if s.onset[j] else POSITIVE, end, scratch)
         return x, SLIP_STOP
     x = first_root(c, order, 1.0, SLIP_KEPT * slip_speed(s, j), POSITIVE, end, scratch)
@@ -123,14 +125,17 @@ def first_event(
             x = first_root(s.y[j], order, -1.0, -heavy(m, j), POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j
-        if s.grip[j] == SLIDING:
+        if s.grip[j] == SLIDING and not s.young[j]:
             x, kind = slip_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, kind, j
-        elif s.grip[j] == STICKING:
+        elif s.grip[j] == STICKING and not s.pinned[j]:
             x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
+    x = slip_of_pinned(m, s, order, end)
+    if x < end:
+        end, event, contact = x, RELEASE, 0
     return end, event, contact
 
 

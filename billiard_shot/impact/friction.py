@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.linear import pseudo_inverse
+from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
     FRICTIONLESS,
     INACTIVE,
@@ -137,22 +138,20 @@ def slip_acceleration(
 
 
 @compiled
-def release(m: Model, s: State, force: NDArray[np.float64]) -> None:
+def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
     """
-    Decide which of the contacts without slip hold, and in which direction the others start.
+    Find the friction of the contacts without slip, given the normal and the sliding forces.
 
     Gauss's principle of least constraint: among the friction forces inside their discs, the real
     ones minimise F.W.F/2 + b.F (a convex problem, b the slip acceleration without them). Solved
-    contact by contact until nothing moves. `force`: normal and sliding forces (or, where all are
-    still zero, their rates). Contacts that start to slide become SLIDING, at their onset.
+    contact by contact until nothing moves.
     """
-    count = m.friction.shape[0]
     largest = 0.0
     for i in range(force.shape[0]):
         largest = max(largest, abs(force[i]))
     for _ in range(SWEEPS):
         moved = 0.0
-        for j in range(count):
+        for j in range(m.friction.shape[0]):
             if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
                 x, y = 3 * j + 1, 3 * j + 2
                 bx, _scale = slip_acceleration(m, x, force, x)
@@ -165,7 +164,17 @@ def release(m: Model, s: State, force: NDArray[np.float64]) -> None:
                 force[x], force[y] = fx, fy
         if moved <= 1e-16 * largest:
             break
-    for j in range(count):
+
+
+@compiled
+def release(m: Model, s: State, force: NDArray[np.float64], noise: float, start: bool) -> bool:
+    """
+    Whether any contact without slip cannot hold under the forces that `balance` found.
+
+    With `start`, those that cannot become SLIDING, at their onset, along their acceleration.
+    """
+    any_starts = False
+    for j in range(m.friction.shape[0]):
         if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
             x, y = 3 * j + 1, 3 * j + 2
             ax, scale_x = slip_acceleration(m, x, force, -2)
@@ -173,23 +182,77 @@ def release(m: Model, s: State, force: NDArray[np.float64]) -> None:
             size = np.sqrt(ax * ax + ay * ay)
             used = np.sqrt(force[x] * force[x] + force[y] * force[y])
             rim = m.friction[j] * force[3 * j]
-            if used >= rim * (1.0 - 1e-12) and size > 1e-12 * (scale_x + scale_y):
-                s.onset[j] = True
-                s.direction[j, 0] = ax / size
-                s.direction[j, 1] = ay / size
-    for j in range(count):
-        if s.onset[j] and s.grip[j] == STICKING:
-            s.grip[j] = SLIDING
-            s.young[j] = not m.straight
+            if used >= rim * (1.0 - 1e-12) and size > noise * (scale_x + scale_y):
+                any_starts = True
+                if start:
+                    s.onset[j] = True
+                    s.direction[j, 0] = ax / size
+                    s.direction[j, 1] = ay / size
+    if start:
+        for j in range(m.friction.shape[0]):
+            if s.onset[j] and s.grip[j] == STICKING:
+                s.grip[j] = SLIDING
+                s.young[j] = not m.straight
+    return any_starts
 
 
 @compiled
-def settle(m: Model, s: State) -> None:
+def let_go(m: Model, s: State, j: int) -> None:
+    """
+    Let a sticking contact begin to slide along its `direction`, if the other contacts allow it.
+
+    Contacts that share a constraint may hold one of them in place although its own part of the
+    friction (least norm) is beyond its cone. Then they hold as long as any division of friction can.
+    """
+    s.grip[j] = SLIDING
+    hold(m, s)
+    x, y = 3 * j + 1, 3 * j + 2
+    room = max(s.effective[x, x], s.effective[y, y])
+    if room > 1e-9 * max(m.response[x, x], m.response[y, y]):
+        stop_slip(s, j)
+        s.onset[j] = True
+        s.young[j] = not m.straight
+    else:
+        s.grip[j] = STICKING
+        s.pinned[j] = True
+        hold(m, s)
+
+
+@compiled
+def holds(m: Model, s: State, order: int, x: float) -> bool:
+    """Whether any division of friction keeps the contacts without slip in place at x."""
+    force = np.empty(s.force.shape[0])
+    for row in range(force.shape[0]):
+        force[row] = evaluate(s.force[row], order - 1, x) if s.phase[row // 3] != INACTIVE else 0.0
+    balance(m, s, force)
+    return not release(m, s, force, 1e-9, False)
+
+
+@compiled
+def slip_of_pinned(m: Model, s: State, order: int, end: float) -> float:
+    """First x at which no division of friction holds the pinned contacts, by bisection; or `end`."""
+    pinned = False
+    for j in range(s.pinned.shape[0]):
+        pinned = pinned or s.pinned[j]
+    if not pinned or holds(m, s, order, end):
+        return end
+    low, high = 0.0, end
+    for _ in range(45):
+        middle = 0.5 * (low + high)
+        if holds(m, s, order, middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@compiled
+def settle(m: Model, s: State, ahead: float) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
     Contacts that slide keep sliding. The others hold or start to slide as the forces of this moment
-    ask, or, where all springs are still empty, the forces of the next moment.
+    ask (or of the time `ahead`), or, where all springs are still empty, those of the next moment.
     """
     count = m.friction.shape[0]
     force = np.zeros(3 * count)
@@ -202,7 +265,9 @@ def settle(m: Model, s: State) -> None:
             s.young[j] = False
             s.onset[j] = False
             continue
-        pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
+        pressed = s.y[j, 0] - s.rate[j] * ahead * s.u[3 * j, 0] if loaded else -s.u[3 * j, 0]
+        pressed = max(pressed, 0.0)
+        s.pinned[j] = False
         force[3 * j] = m.stiffness[j] * pressed**m.exponent
         if m.friction[j] == 0.0:
             s.grip[j] = FRICTIONLESS
@@ -221,5 +286,6 @@ def settle(m: Model, s: State) -> None:
             force[3 * j + 1] = -m.friction[j] * force[3 * j] * s.direction[j, 0]
             force[3 * j + 2] = -m.friction[j] * force[3 * j] * s.direction[j, 1]
     if waiting:
-        release(m, s, force)
+        balance(m, s, force)
+        release(m, s, force, 1e-12, True)
     hold(m, s)

@@ -18,12 +18,13 @@ from billiard_shot.impact.events import (
     END,
     JOIN,
     NOTHING,
+    RELEASE,
     SLIP_STOP,
     TURN,
     first_event,
     heavy,
 )
-from billiard_shot.impact.friction import NO_SLIP, hold, settle
+from billiard_shot.impact.friction import let_go, NO_SLIP, settle
 from billiard_shot.impact.laws import (
     BISTIFFNESS,
     POISSON,
@@ -53,6 +54,7 @@ MAX_STEPS = 20_000
 MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 ROUNDING = 1e-14  # of velocities, in units of the largest
+AHEAD = 1e-4  # how far ahead forces are looked at that are just about to exceed friction
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
 
@@ -276,18 +278,14 @@ def transition(m: Model, s: State, event: int, j: int, known: bool) -> bool:
         turn(m, s, j)
         return False
     if event == CONE:
-        stop_slip(s, j)
-        s.grip[j] = SLIDING
-        s.onset[j] = True
-        s.young[j] = not m.straight
-        hold(m, s)
+        let_go(m, s, j)
         return False
     if event == SLIP_STOP:
         stop_slip(s, j)
         s.onset[j] = False
     elif event == JOIN:
         join(s, j, known)
-    else:
+    elif event != RELEASE:
         if event == EMPTY:
             complete_impulse(m, s, j)
         part(m, s, j)
@@ -316,11 +314,13 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
     stirred = 1.0
     moved = False  # since the last change of state
     unsettled = True
+    ahead = 0.0
     for step in range(MAX_STEPS):
         if phases >= MAX_PHASES:
             return BUDGET_EXCEEDED, phases, step
         if unsettled:
-            settle(m, s)
+            settle(m, s, ahead)
+            ahead = 0.0
             unsettled = False
             stirred = excitation(m, s)
             if stirred < floor:
@@ -373,6 +373,7 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
             status = NEGATIVE_ENERGY
         if event != NOTHING:
             unsettled = transition(m, s, event, j, known) or unsettled
+            ahead = AHEAD if event == RELEASE else 0.0
         if is_over(s):
             return status, phases, step + 1
         if fresh:

@@ -46,6 +46,7 @@ class State(NamedTuple):
     young: NDArray[np.bool_]  # (N,) sliding, but so slowly that its direction is slaved to the forces
     still: NDArray[np.bool_]  # (N,) the normal velocity is exactly zero: an event happened there
     onset: NDArray[np.bool_]  # (N,) the slip is exactly zero and about to grow along `direction`
+    pinned: NDArray[np.bool_]  # (N,) sticking beyond its own cone: others share its constraint and hold it
     light: NDArray[np.bool_]  # (N,) the force is still negligible (exponent > 1: not analytic at 0)
     direction: NDArray[np.float64]  # (N, 2) of sliding
     rate: NDArray[np.float64]  # (N,) y' = -rate u_n
@@ -68,6 +69,7 @@ def initial_state(count: int, impulse: NDArray[np.float64], account: NDArray[np.
         account,
         np.zeros(count, np.int64),
         np.zeros(count, np.int64),
+        np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
         np.zeros(count, np.bool_),
