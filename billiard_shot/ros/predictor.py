@@ -8,7 +8,7 @@ from nav_msgs.msg import Path
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import MarkerArray
@@ -96,7 +96,8 @@ def main(args: Sequence[str] | None = None) -> None:
     try:
         with rclpy.init(args=args):
             try:
-                rclpy.spin(Predictor())
+                executor = SingleThreadedExecutor()
+                rclpy.spin(Predictor(), executor)
             except ExternalShutdownException:
                 pass
             except Exception:
