@@ -1,4 +1,5 @@
 """Messages to the library and back, without any middleware."""
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
 from billiard_shot.ros.client import PAPER_SHOTS, request_for
+from billiard_shot.shot.stroke_file import read_strokes
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
@@ -43,6 +45,14 @@ def test_trajectory_survives_the_round_trip():
     np.testing.assert_array_equal(message.motion, state.motion)
     assert message.times[0] == 0.0
     assert message.times[-1] == shot.trajectory.duration
+
+
+def test_the_demos_shots_are_those_of_the_strokes_file():
+    """config/strokes/paper.yaml: what `make demo` shows where there is no ROS."""
+    file = Path(__file__).resolve().parents[2] / 'config' / 'strokes' / 'paper.yaml'
+    assert read_strokes(file, (0.0, 0.0, RADIUS)) == {
+        name: Stroke(normal=normal, velocity=velocity)
+        for name, (normal, velocity) in PAPER_SHOTS.items()}
 
 
 def test_request_round_trip():
