@@ -251,9 +251,9 @@ def test_block_on_four_corners_whatever_their_order(velocity, friction, law):
     check_ledger(setup, one)
     for order in ((3, 2, 1, 0), (1, 3, 0, 2), (2, 0, 3, 1)):
         other = run(block(velocity, (0.1, -0.2, 0.3), friction, order=order), law=law)
-        np.testing.assert_allclose(other.velocities, one.velocities, atol=1e-9)
-        np.testing.assert_allclose(other.spins, one.spins, atol=1e-8)
-        np.testing.assert_allclose(other.impulses, one.impulses[list(order)], atol=1e-8)
+        np.testing.assert_allclose(other.velocities, one.velocities, atol=1e-7)
+        np.testing.assert_allclose(other.spins, one.spins, atol=1e-7)
+        np.testing.assert_allclose(other.impulses, one.impulses[list(order)], atol=1e-7)
 
 
 def test_block_falling_flat_shares_the_load_equally():
