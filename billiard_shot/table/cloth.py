@@ -47,6 +47,12 @@ def slip_of(ball: NDArray[np.float64], radius: float) -> tuple[float, float, flo
 
 
 @compiled
+def time_to_stop(speed: float, deceleration: float) -> float:
+    """Time until a speed is used up, infinite without deceleration."""
+    return speed / deceleration if deceleration > 0.0 else np.inf
+
+
+@compiled
 def follow_on_cloth(
     surface: Surface, ball: NDArray[np.float64], duration: float, segments: NDArray[np.float64]
 ) -> None:
@@ -54,7 +60,7 @@ def follow_on_cloth(
     spin = ball[VERTICAL_SPIN]
     if spin != 0.0 and surface.spin_deceleration > 0.0:
         ball[ANGULAR_ACCELERATION + 2] = -np.sign(spin) * surface.spin_deceleration
-        left = abs(spin) / surface.spin_deceleration
+        left = time_to_stop(abs(spin), surface.spin_deceleration)
         if left < duration:
             before = ball.copy()
             follow(ball, left, segments)
@@ -79,7 +85,7 @@ def slide(surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.floa
         ball[ACCELERATION + 1] = -deceleration * y
         ball[ANGULAR_ACCELERATION] = -lever * deceleration * y
         ball[ANGULAR_ACCELERATION + 1] = lever * deceleration * x
-        duration = slip / (deceleration * (1.0 + lever * surface.radius))
+        duration = time_to_stop(slip, deceleration * (1.0 + lever * surface.radius))
         follow_on_cloth(surface, ball, duration, segments)
         if duration == np.inf:
             return False
@@ -99,7 +105,7 @@ def roll(surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.float
         ball[ACCELERATION + 1] = -deceleration * ball[VELOCITY + 1] / speed
         ball[ANGULAR_ACCELERATION] = -ball[ACCELERATION + 1] / surface.radius
         ball[ANGULAR_ACCELERATION + 1] = ball[ACCELERATION] / surface.radius
-        duration = speed / deceleration
+        duration = time_to_stop(speed, deceleration)
         follow_on_cloth(surface, ball, duration, segments)
         if duration == np.inf:
             return False
@@ -118,7 +124,7 @@ def come_to_rest(
         return False
     if ball[VERTICAL_SPIN] != 0.0:
         ball[MOTION] = SPIN
-        duration = abs(ball[VERTICAL_SPIN]) / surface.spin_deceleration
+        duration = time_to_stop(abs(ball[VERTICAL_SPIN]), surface.spin_deceleration)
         follow_on_cloth(surface, ball, duration, segments)
         if duration == np.inf:
             return False

@@ -23,7 +23,7 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.surface import OFF, ON, Surface
 
-MAX_BOUNCES = 2000
+MAX_BOUNCES = 1000  # more than it takes at restitution 0.99
 HEIGHT, CLIMB = POSITION + 2, VELOCITY + 2
 LIES, HOPPED, PAUSED, ENDLESS = 0, 1, 2, 3  # what came of a try to fly
 
@@ -69,7 +69,9 @@ def fly(
         ball[CLIMB] = 0.0
         return LIES, 0.0
     ball[MOTION] = FLIGHT
-    if ball[COUNT] >= MAX_BOUNCES:
+    slip, _, _ = slip_of(ball, surface.radius)
+    periodic = surface.restitution == 1.0 and (slip == 0.0 or surface.friction == 0.0)
+    if ball[COUNT] >= MAX_BOUNCES or (periodic and not first):
         ball[CLIMB] = 0.0
         follow(ball, np.inf, segments)
         return ENDLESS, 0.0
