@@ -1,6 +1,7 @@
 """Balls on their way, for the tests of this folder."""
 import numpy as np
 
+from billiard_shot.compiled import entry
 from billiard_shot.status import Status
 from billiard_shot.table import motion
 from billiard_shot.table.roll_out import roll_out
@@ -14,11 +15,18 @@ POOL = Surface(
 )
 
 
+@entry
+def roll(surface, position, velocity, spin, tolerance, segments):
+    ball = motion.start(position, velocity, spin)
+    status, error = roll_out(surface, ball, tolerance, 1e-12, segments)
+    return status, error, int(ball[motion.COUNT])
+
+
 def run(velocity, spin=(0, 0, 0), surface=POOL, tolerance=1e-6, rows=200):
     """Trajectory, status and error of a ball that starts at the origin."""
     segments = np.full((rows, motion.COLUMNS), np.nan)
-    ball = motion.start(
-        np.array([0.0, 0.0, surface.radius]), np.array(velocity, float), np.array(spin, float)
+    status, error, count = roll(
+        surface, np.array([0.0, 0.0, surface.radius]), np.array(velocity, float),
+        np.array(spin, float), tolerance, segments,
     )
-    status, error = roll_out(surface, ball, tolerance, 1e-12, segments)
-    return Trajectory(segments[: int(ball[motion.COUNT])]), Status(status), error
+    return Trajectory(segments[:count]), Status(status), error
