@@ -29,9 +29,21 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a function of scalars and arrays with numba, as a part of the entries that call it.
 
-    With `NUMBA_DISABLE_JIT=1` the same functions run as plain Python.
+    Python does not call it, so no wrapper is compiled that would let it. With
+    `NUMBA_DISABLE_JIT=1` all functions run as plain Python.
     """
-    return numba.njit(**OPTIONS)(function)  # type: ignore[no-any-return]
+    jit = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
+    return jit(function)  # type: ignore[no-any-return]
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """
+    Compile a function as a piece of its only caller.
+
+    The code generator works through all that a function calls once for each level of calls; for a
+    function that calls nearly everything, with one caller, the level is not worth the seconds.
+    """
+    return numba.njit(inline='always', **OPTIONS)(function)  # type: ignore[no-any-return]
 
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:

@@ -10,7 +10,7 @@ units of the largest approach speed, response and stiffness: answers cannot depe
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, entry
+from billiard_shot.compiled import compiled, entry, inlined
 from billiard_shot.impact.collocation import STAGES, implicit_step
 from billiard_shot.impact.events import (
     CONE,
@@ -55,6 +55,7 @@ MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 ROUNDING = 1e-14  # of velocities, in units of the largest
 AHEAD = 1e-4  # how far ahead forces are looked at that are just about to exceed friction
+CAUTION = 0.02  # part of the tolerance that a step may use up
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
 
@@ -301,7 +302,7 @@ def is_over(s: State) -> bool:
     return True
 
 
-@compiled
+@inlined
 def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
     """Walk through the states of a collision; return its status, its number of phases, of steps."""
     count = m.friction.shape[0]
@@ -335,7 +336,7 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
             s.light[j] = m.exponent != 1.0 and s.y[j, 0] < heavy(m, j)
         if not m.straight:
             aim(s)
-        tolerance = 0.1 * m.tolerance * min(1.0, stirred)
+        tolerance = CAUTION * m.tolerance * min(1.0, stirred)
         degree, noise, end = order, ROUNDING, 1.0
         error = tolerance
         if fresh:

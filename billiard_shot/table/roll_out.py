@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import inlined
 from billiard_shot.impact.kernel import solve
 from billiard_shot.status import Status
 from billiard_shot.table.cloth import come_to_rest, slip_of
@@ -14,7 +14,7 @@ NEVER_RESTS = int(Status.NEVER_RESTS)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
-@compiled
+@inlined
 def roll_out(
     surface: Surface,
     ball: NDArray[np.float64],
