@@ -1,6 +1,5 @@
 """What can happen within a step: the first event on its polynomials."""
 from billiard_shot.compiled import compiled
-from billiard_shot.impact.friction import slip_of_pinned
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.polynomial import NO_ROOT, POSITIVE, first_root
 from billiard_shot.impact.state import (
@@ -20,7 +19,6 @@ END = 2  # an active contact has finished restitution
 JOIN = 3  # an inactive contact closes
 SLIP_STOP = 4  # sliding has come to a stop
 CONE = 5  # a sticking contact reaches the friction cone
-RELEASE = 7  # contacts that share a constraint can no longer hold
 EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
 
 SPENT = 1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
@@ -133,9 +131,6 @@ def first_event(
             x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
-    x = slip_of_pinned(m, s, order, end)
-    if x < end:
-        end, event, contact = x, RELEASE, 0
     return end, event, contact
 
 

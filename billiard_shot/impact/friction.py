@@ -21,7 +21,7 @@ from billiard_shot.impact.state import (
     stop_slip,
 )
 
-SWEEPS = 2000
+SWEEPS = 300
 NO_SLIP = 1e-3  # slip below this part of the tolerance is none
 
 
@@ -229,30 +229,12 @@ def holds(m: Model, s: State, order: int, x: float) -> bool:
 
 
 @compiled
-def slip_of_pinned(m: Model, s: State, order: int, end: float) -> float:
-    """First x at which no division of friction holds the pinned contacts, by bisection; or `end`."""
-    pinned = False
-    for j in range(s.pinned.shape[0]):
-        pinned = pinned or s.pinned[j]
-    if not pinned or holds(m, s, order, end):
-        return end
-    low, high = 0.0, end
-    for _ in range(45):
-        middle = 0.5 * (low + high)
-        if holds(m, s, order, middle):
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@compiled
-def settle(m: Model, s: State, ahead: float) -> None:
+def settle(m: Model, s: State) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
     Contacts that slide keep sliding. The others hold or start to slide as the forces of this moment
-    ask (or of the time `ahead`), or, where all springs are still empty, those of the next moment.
+    ask, or, where all springs are still empty, those of the next moment.
     """
     count = m.friction.shape[0]
     force = np.zeros(3 * count)
@@ -265,8 +247,7 @@ def settle(m: Model, s: State, ahead: float) -> None:
             s.young[j] = False
             s.onset[j] = False
             continue
-        pressed = s.y[j, 0] - s.rate[j] * ahead * s.u[3 * j, 0] if loaded else -s.u[3 * j, 0]
-        pressed = max(pressed, 0.0)
+        pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
         s.pinned[j] = False
         force[3 * j] = m.stiffness[j] * pressed**m.exponent
         if m.friction[j] == 0.0:

@@ -18,13 +18,12 @@ from billiard_shot.impact.events import (
     END,
     JOIN,
     NOTHING,
-    RELEASE,
     SLIP_STOP,
     TURN,
     first_event,
     heavy,
 )
-from billiard_shot.impact.friction import let_go, NO_SLIP, settle
+from billiard_shot.impact.friction import holds, let_go, NO_SLIP, settle
 from billiard_shot.impact.laws import (
     BISTIFFNESS,
     POISSON,
@@ -54,7 +53,7 @@ MAX_STEPS = 20_000
 MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 ROUNDING = 1e-14  # of velocities, in units of the largest
-AHEAD = 1e-4  # how far ahead forces are looked at that are just about to exceed friction
+PINNED_STEP = 0.01  # longest step while contacts hold beyond their own cones
 CAUTION = 0.02  # part of the tolerance that a step may use up
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
@@ -286,7 +285,7 @@ def transition(m: Model, s: State, event: int, j: int, known: bool) -> bool:
         s.onset[j] = False
     elif event == JOIN:
         join(s, j, known)
-    elif event != RELEASE:
+    else:
         if event == EMPTY:
             complete_impulse(m, s, j)
         part(m, s, j)
@@ -315,13 +314,11 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
     stirred = 1.0
     moved = False  # since the last change of state
     unsettled = True
-    ahead = 0.0
     for step in range(MAX_STEPS):
         if phases >= MAX_PHASES:
             return BUDGET_EXCEEDED, phases, step
         if unsettled:
-            settle(m, s, ahead)
-            ahead = 0.0
+            settle(m, s)
             unsettled = False
             stirred = excitation(m, s)
             if stirred < floor:
@@ -331,7 +328,9 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
                         part(m, s, j)
                 return INFINITE_SEQUENCE, phases + 1, step
         fresh = False
+        pinned = False
         for j in range(count):
+            pinned = pinned or s.pinned[j]
             fresh = fresh or s.young[j]
             s.light[j] = m.exponent != 1.0 and s.y[j, 0] < heavy(m, j)
         if not m.straight:
@@ -353,12 +352,15 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
             unsettled = True
             scale = 1.0
             continue
+        if pinned:
+            end = min(end, PINNED_STEP / scale)
         x, event, j = first_event(m, s, scale, degree, noise, end)
         known = x > 0.0 or (j >= 0 and s.still[j])
         if event == CONE:
             slide_against(s, j, degree, x)
         if x > 0.0:
             moved = True
+            unsettled = pinned and not holds(m, s, degree, x)
             advance(s, scale, degree, x)
             for i in range(count):
                 if s.grip[i] == SLIDING and not m.straight:
@@ -374,7 +376,6 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
             status = NEGATIVE_ENERGY
         if event != NOTHING:
             unsettled = transition(m, s, event, j, known) or unsettled
-            ahead = AHEAD if event == RELEASE else 0.0
         if is_over(s):
             return status, phases, step + 1
         if fresh:

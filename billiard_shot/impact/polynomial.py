@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled
 
 NO_ROOT = -1.0
+NARROW = 1e-7  # part of the interval within which a pair of roots is no event
+SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them without end
 POSITIVE = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
@@ -119,18 +121,19 @@ def first_root(
         return NO_ROOT
     low = 0.0
     width = end
-    while low < end:
+    for _ in range(SUBDIVISIONS):
         high = min(low + width, end)
         changes = sign_changes(p, degree, low, high, work[1])
-        if changes == 0:
-            if evaluate(p, degree, high) <= 0.0:
-                return high
+        if changes == 1:
+            return refine(p, degree, low, high)
+        if changes == 0 and evaluate(p, degree, high) <= 0.0:
+            return high
+        if changes == 0 or width < NARROW * end:
+            # Nothing here, or a pair of roots so close that nothing happens between them.
             low = high
             width *= 2.0
-        elif changes == 1:
-            return refine(p, degree, low, high)
-        elif width < 1e-13 * end:
-            low = high  # a double root: the polynomial touches zero and turns back
         else:
             width *= 0.5
+        if low >= end:
+            break
     return NO_ROOT
