@@ -1,17 +1,18 @@
-"""Decorators for compiled functions, so that they all share the same options and one safe cache."""
-import hashlib
+"""Decorators for compiled functions: the same options for all, and one safe cache."""
+
 from collections.abc import Callable
 from functools import cache
+import hashlib
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 
 P = ParamSpec('P')
 R = TypeVar('R')
 
-# Divisions follow IEEE 754, as in NumPy, and the GIL is released, so that threads work in parallel.
-OPTIONS = {'error_model': 'numpy', 'nogil': True}
+# Divisions follow IEEE 754, as in NumPy; the GIL is released, so that threads work in parallel.
+OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
 ROOMS = ('impact', 'table', 'shot')  # where compiled functions live
 
 
@@ -29,11 +30,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a function of scalars and arrays with numba, as a part of the entries that call it.
 
-    Python does not call it, so no wrapper is compiled that would let it. With
-    `NUMBA_DISABLE_JIT=1` all functions run as plain Python.
+    With `NUMBA_DISABLE_JIT=1` all functions run as plain Python.
     """
-    jit = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)
-    return jit(function)  # type: ignore[no-any-return]
+    # The stubs of numba leave out that option: nobody takes the address of these functions.
+    jit: Any = numba.njit
+    dispatcher: Any = jit(no_cfunc_wrapper=True, **OPTIONS)(function)
+    return dispatcher
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
@@ -43,7 +45,8 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     The code generator works through all that a function calls once for each level of calls; for a
     function that calls nearly everything, with one caller, the level is not worth the seconds.
     """
-    return numba.njit(inline='always', **OPTIONS)(function)  # type: ignore[no-any-return]
+    dispatcher: Any = numba.njit(inline='always', **OPTIONS)(function)
+    return dispatcher
 
 
 def entry(function: Callable[P, R]) -> Callable[P, R]:
@@ -53,8 +56,8 @@ def entry(function: Callable[P, R]) -> Callable[P, R]:
     numba takes a cached result for fresh while the function's own file is unchanged, even where
     a function that it calls was edited in another file; here every source counts.
     """
-    dispatcher = numba.njit(cache=True, **OPTIONS)(function)
-    file = getattr(getattr(dispatcher, '_cache', None), '_cache_file', None)
+    dispatcher: Any = numba.njit(cache=True, **OPTIONS)(function)
+    file: Any = getattr(getattr(dispatcher, '_cache', None), '_cache_file', None)
     if hasattr(file, '_source_stamp'):
         file._source_stamp = sources_digest()
-    return dispatcher  # type: ignore[no-any-return]
+    return dispatcher

@@ -1,4 +1,4 @@
-"""How a computation ended: one enumeration for the library, the command line and the ROS interfaces."""
+"""How a computation ended: one enumeration for library, command line and ROS interfaces."""
 from enum import IntEnum
 
 
@@ -6,8 +6,9 @@ class Status(IntEnum):
     """
     Outcome of a collision, a shot or a simulation.
 
-    The numbers are part of the interface: the constants of `billiard_shot_msgs/srv/PredictShot`
-    map to them one to one. Zero is success; from 100 on the request itself was refused.
+    The numbers are part of the interface: the constants in the response of
+    `billiard_shot_msgs/srv/PredictShot` map to them one to one. Zero is success; from 100 on the
+    request itself was refused.
     """
 
     OK = 0

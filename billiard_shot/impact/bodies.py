@@ -1,4 +1,5 @@
 """What collides: rigid bodies, and the contacts between them."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -32,7 +33,9 @@ def direction(field: str, value: ArrayLike, size: int = 3) -> Vector:
     return array
 
 
-def number(field: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False) -> float:
+def number(
+    field: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False
+) -> float:
     """Check a number in [low, high], or (low, high]; infinity is never one."""
     allowed = f'{"(" if open_low else "["}{low:g}, {high:g}{")" if high == np.inf else "]"}'
     try:
@@ -61,7 +64,7 @@ class Body:
     position : (3,) array-like
         Centre of mass [m], common frame.
     orientation : (4,) array-like
-        Quaternion x, y, z, w that turns the body's frame into the common one; of any length but zero.
+        Quaternion x, y, z, w that turns the body's frame into the common one; of any length but 0.
     guide : None or (3,) array-like
         Direction that the body is constrained to move along.
     end_mass : None or float
@@ -103,7 +106,9 @@ class Body:
             velocity, guide = np.asarray(self.velocity), np.asarray(self.guide)
             across = velocity - guide * (velocity @ guide)
             if np.linalg.norm(across) > 1e-9 * np.linalg.norm(velocity):
-                raise ValueError(f'velocity must be along the guide {guide}, got {self.velocity!r}')
+                raise ValueError(
+                    f'velocity must be along the guide {guide}, got {self.velocity!r}'
+                )
 
     @classmethod
     def fixed(cls) -> 'Body':
@@ -142,7 +147,9 @@ def inertia_matrix(value: ArrayLike) -> Vector:
     sound = sound and np.abs(array - array.T).max() <= 1e-9 * np.abs(array).max()
     if sound:
         moments = np.linalg.eigvalsh(array)
-        sound = moments[0] > 1e-12 * moments[2] and moments[2] <= (1 + 1e-9) * (moments[0] + moments[1])
+        sound = moments[0] > 1e-12 * moments[2] and moments[2] <= (1 + 1e-9) * (
+            moments[0] + moments[1]
+        )
     if not sound:
         raise ValueError(
             'inertia must be positive moments [kg m^2], none above the sum of the other two, or '
@@ -155,11 +162,13 @@ def inertia_matrix(value: ArrayLike) -> Vector:
 def rotation(quaternion: Vector) -> Vector:
     """Rotation matrix of a unit quaternion x, y, z, w."""
     x, y, z, w = quaternion
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

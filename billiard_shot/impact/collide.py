@@ -1,4 +1,5 @@
 """Simultaneous frictional impacts between any rigid bodies: the library's front door."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -133,8 +134,8 @@ def collide(
 
     References
     ----------
-    Jia, Mason, Erdmann, "A State Transition Diagram for Simultaneous Collisions with Application in
-    Billiard Shooting", WAFR 2008.
+    Jia, Mason, Erdmann, "A State Transition Diagram for Simultaneous Collisions with Application
+    in Billiard Shooting", WAFR 2008.
 
     """
     if law not in LAWS:
@@ -147,14 +148,16 @@ def collide(
     spins = np.array([body.spin for body in bodies], float).reshape(-1, 3)
     if count == 0:
         none = np.zeros((0, 3))
-        return CollisionResult(
-            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], (), 0
-        )
+        return CollisionResult(Status.OK, velocities, spins, none, none[:, :2], none[:, 0], (), 0)
     axes = frames(bodies, contacts)
     jacobian, mobility = jacobians(bodies, contacts, axes), mobilities(bodies)
     approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
     approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
-    impulse, account, log = np.empty(3 * count), np.empty((count, 3)), np.empty((64, 2 + 5 * count))
+    impulse, account, log = (
+        np.empty(3 * count),
+        np.empty((count, 3)),
+        np.empty((64, 2 + 5 * count)),
+    )
     while True:
         status, phases, steps = kernel.solve(
             response(jacobian, mobility), approach,
@@ -165,7 +168,9 @@ def collide(
         )  # fmt: skip
         if phases <= len(log):
             break
-        log = np.empty((phases, log.shape[1]))  # the same collision again, with room for all phases
+        log = np.empty(
+            (phases, log.shape[1])
+        )  # the same collision again, with room for all phases
     change = np.einsum('bkl,bil,i->bk', mobility, jacobian, impulse)
     return CollisionResult(
         Status(status), velocities + change[:, :3], spins + change[:, 3:],

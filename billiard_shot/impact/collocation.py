@@ -1,11 +1,12 @@
 """
 One step of a collision by implicit collocation: for slip that has just begun, or only creeps.
 
-There the direction of sliding follows the forces almost at once, at a rate that grows without bound as
-the slip goes to zero: explicit steps would have to be as small as the slip. Radau IIA collocation
-(Hairer, Wanner, Solving ODEs II, IV.5) with the slip in polar form has no such bound, and starts from
-slip exactly zero, whether it then grows as t or as t^2.
+There the direction of sliding follows the forces almost at once, at a rate that grows without
+bound as the slip goes to zero: explicit steps would have to be as small as the slip. Radau IIA
+collocation (Hairer, Wanner, Solving ODEs II, IV.5) with the slip in polar form has no such bound,
+and starts from slip exactly zero, whether it then grows as t or as t^2.
 """
+
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.series import integrate, lean
-from billiard_shot.impact.state import INACTIVE, SLIDING, Model, State
+from billiard_shot.impact.state import INACTIVE, Model, SLIDING, State
 
 STAGES = 8
 ITERATIONS = 25
@@ -22,20 +23,24 @@ SHORTEST = 1e-14  # step below which the slip is taken not to begin at all
 
 
 def _tableau(stages: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return Radau IIA nodes, integration matrix, and the matrix from nodal values to monomials."""
+    """Return Radau IIA nodes, integration matrix, and matrix from nodal values to monomials."""
     legendre = np.polynomial.legendre
     difference = np.zeros(stages + 1)
     difference[stages - 1 :] = -1.0, 1.0  # the nodes are the roots of P_s - P_(s-1) on [-1, 1]
     x = np.sort(legendre.legroots(difference).real)
     x -= legendre.legval(x, difference) / legendre.legval(x, legendre.legder(difference))
     to_series = np.linalg.inv(legendre.legvander(x, stages - 1))
-    integral = np.array([
-        0.5 * (legendre.legval(x, antiderivative) - legendre.legval(-1.0, antiderivative))
-        for antiderivative in (legendre.legint(unit) for unit in np.eye(stages))
-    ]).T
+    integral = np.array(
+        [
+            0.5 * (legendre.legval(x, antiderivative) - legendre.legval(-1.0, antiderivative))
+            for antiderivative in (legendre.legint(unit) for unit in np.eye(stages))
+        ]
+    ).T
     shift = np.zeros((stages, stages))  # P_k(2 t - 1) in powers of t
     for k, unit in enumerate(np.eye(stages)):
-        power = np.polynomial.Polynomial(legendre.leg2poly(unit))(np.polynomial.Polynomial([-1, 2]))
+        power = np.polynomial.Polynomial(legendre.leg2poly(unit))(
+            np.polynomial.Polynomial([-1, 2])
+        )
         shift[: k + 1, k] = power.coef
     return 0.5 * (x + 1.0), integral @ to_series, shift @ to_series
 
@@ -63,7 +68,7 @@ def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
             continue
         n = 3 * j
         for i in range(STAGES):
-            # Continued to y < 0, beyond the event that ends the step: a kink would spoil the polynomial.
+            # Continued to y < 0, beyond the event that ends the step: no kink in the polynomial.
             normal = m.stiffness[j] * np.copysign(abs(nodes.y[j, i]) ** m.exponent, nodes.y[j, i])
             nodes.force[n, i] = normal
             if s.grip[j] == SLIDING:
@@ -120,8 +125,8 @@ def turn(m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int
     """
     One Newton step on the angles at which the young contacts slide, at all nodes.
 
-    The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), t_i = d_i turned by a
-    right angle. Returns the largest turn, or infinity where the slip is not positive along d_i.
+    The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), and t_i = d_i
+    turned by a right angle. Returns the largest turn, or infinity where that has no solution.
     """
     u, force, cosine, sine = nodes.u, nodes.force, nodes.cosine, nodes.sine
     effective, friction = s.effective, m.friction
@@ -200,8 +205,12 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
     """
     count = m.friction.shape[0]
     nodes = Nodes(
-        np.zeros((3 * count, STAGES)), np.zeros((count, STAGES)), np.zeros((3 * count, STAGES)),
-        np.zeros((count, STAGES)), np.zeros((count, STAGES)), np.zeros((count, STAGES)),
+        np.zeros((3 * count, STAGES)),
+        np.zeros((count, STAGES)),
+        np.zeros((3 * count, STAGES)),
+        np.zeros((count, STAGES)),
+        np.zeros((count, STAGES)),
+        np.zeros((count, STAGES)),
         np.zeros(STAGES),
     )
     if not solve_nodes(m, s, nodes, scale, tolerance, np.flatnonzero(s.young)):
@@ -212,9 +221,7 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
             for i in range(STAGES):
                 s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
     for k in range(STAGES):
-        integrate(
-            m.friction, s.phase, s.grip, s.effective, s.rate, s.u, s.y, s.force, scale, k
-        )
+        integrate(m.friction, s.phase, s.grip, s.effective, s.rate, s.u, s.y, s.force, scale, k)
     # The last coefficients, taken back to the Legendre basis, say what the next one would change:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0

@@ -1,4 +1,5 @@
 """From bodies to contact space: velocities at the contacts, and how impulses change them."""
+
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,7 +21,7 @@ def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
         for index in (contact.a, contact.b):
             body = bodies[index]
             lever = np.asarray(contact.point) - np.asarray(body.position)
-            seen += [] if body.inertia is None else [lever, np.cross(body.spin, lever)]
+            seen += [] if body.inertia is None else [lever, np.cross(np.asarray(body.spin), lever)]
             seen += [np.asarray(body.velocity)]
             seen += [] if body.guide is None else [np.asarray(body.guide)]
     units = [v / np.linalg.norm(v) for v in seen if np.linalg.norm(v) > 0.0]

@@ -1,16 +1,17 @@
 """What can happen within a step: the first event on its polynomials."""
+
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.polynomial import NO_ROOT, POSITIVE, first_root
+from billiard_shot.impact.polynomial import first_root, NO_ROOT, POSITIVE
 from billiard_shot.impact.state import (
     COMPRESSING,
     INACTIVE,
+    Model,
     RESTORING,
     SLIDING,
-    STICKING,
-    Model,
-    State,
     slip_speed,
+    State,
+    STICKING,
 )
 
 NOTHING = 0  # the step ends for accuracy's sake
@@ -21,7 +22,9 @@ SLIP_STOP = 4  # sliding has come to a stop
 CONE = 5  # a sticking contact reaches the friction cone
 EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
 
-SPENT = 1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
+SPENT = (
+    1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
+)
 SLIP_KEPT = 0.2  # a step may not use up more of the slip: its series would step over zero unseen
 
 
@@ -53,12 +56,14 @@ def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
 
 
 @compiled
-def slip_root(m: Model, s: State, j: int, order: int, noise: float, end: float) -> tuple[float, int]:
+def slip_root(
+    m: Model, s: State, j: int, order: int, noise: float, end: float
+) -> tuple[float, int]:
     """
     First x at which a contact's sliding has stopped, or has used up its share of slip.
 
-    Where the slip turns, a step may not come too near to its end: the series of 1/|slip| would step
-    over the stop unseen. Where it is straight to within the tolerance, the stop is a plain root.
+    Where the slip turns, a step may not come too near to its end: the series of its direction
+    would step over the stop unseen. Where it is straight to within the tolerance, the stop is a plain root.
     """
     scratch = s.work[3 * m.friction.shape[0] :]
     c = scratch[2]
@@ -93,7 +98,7 @@ def first_event(
     m: Model, s: State, scale: float, order: int, noise: float, end: float
 ) -> tuple[float, int, int]:
     """
-    Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` where there is none.
+    Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` if there is none.
 
     `noise`: how well the polynomials are known. Of simultaneous events the last one found comes
     first; the others follow at once, in steps of zero length.

@@ -1,9 +1,10 @@
 """
 Coulomb friction at contacts without slip: which of them hold, and where the others begin to slide.
 
-Frictionless contacts, sliding contacts (slip > 0) and sticking contacts obey linear relations between
-forces; only the passage through zero slip needs a decision, and all of it is made here.
+Frictionless contacts, sliding contacts (slip > 0) and sticking contacts obey linear relations
+between forces; only the passage through zero slip needs a decision, and it is made here.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,11 +14,11 @@ from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
     FRICTIONLESS,
     INACTIVE,
-    SLIDING,
-    STICKING,
     Model,
-    State,
+    SLIDING,
     slip_speed,
+    State,
+    STICKING,
     stop_slip,
 )
 
@@ -157,7 +158,11 @@ def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
                 bx, _scale = slip_acceleration(m, x, force, x)
                 by, _scale = slip_acceleration(m, y, force, x)
                 fx, fy = disc(
-                    m.response[x, x], m.response[x, y], m.response[y, y], bx, by,
+                    m.response[x, x],
+                    m.response[x, y],
+                    m.response[y, y],
+                    bx,
+                    by,
                     m.friction[j] * force[3 * j],
                 )
                 moved = max(moved, abs(fx - force[x]), abs(fy - force[y]))
@@ -202,7 +207,7 @@ def let_go(m: Model, s: State, j: int) -> None:
     Let a sticking contact begin to slide along its `direction`, if the other contacts allow it.
 
     Contacts that share a constraint may hold one of them in place although its own part of the
-    friction (least norm) is beyond its cone. Then they hold as long as any division of friction can.
+    friction (least norm) is beyond its cone. They hold as long as any division of friction can.
     """
     s.grip[j] = SLIDING
     hold(m, s)
@@ -233,8 +238,8 @@ def settle(m: Model, s: State) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
-    Contacts that slide keep sliding. The others hold or start to slide as the forces of this moment
-    ask, or, where all springs are still empty, those of the next moment.
+    Contacts that slide keep sliding. The others hold or start to slide as the forces of this
+    moment ask, or, where all springs are still empty, those of the next moment.
     """
     count = m.friction.shape[0]
     force = np.zeros(3 * count)

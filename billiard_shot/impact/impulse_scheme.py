@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import compiled, entry
 from billiard_shot.impact.friction import disc
 from billiard_shot.impact.laws import LAWS, POISSON
 from billiard_shot.status import Status
@@ -412,7 +412,7 @@ def thin_out(curve: NDArray[np.float64]) -> int:
     return half
 
 
-@compiled
+@entry
 def integrate(
     response: NDArray[np.float64],
     velocity: NDArray[np.float64],

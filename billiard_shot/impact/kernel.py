@@ -3,33 +3,34 @@ The collision as a state transition diagram, in time: which contacts are active,
 
 After Jia, Mason and Erdmann (WAFR 2008), stated in time instead of impulse, where it is smooth:
     y' = -rate n.u     N = stiffness y^exponent     J' = F     u = u(0) + W J
-for contact velocities u, impulses J and virtual springs y. Each step is a polynomial (series.py, or
-collocation.py where slip has just begun); events are its roots (events.py). Everything inside is in
-units of the largest approach speed, response and stiffness: answers cannot depend on any of them.
+for contact velocities u, impulses J and virtual springs y. Each step is a polynomial (series.py,
+or collocation.py where slip has just begun); events are its roots (events.py). Everything inside
+is in units of the largest approach speed, response and stiffness: answers cannot depend on them.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled, entry, inlined
-from billiard_shot.impact.collocation import STAGES, implicit_step
+from billiard_shot.impact.collocation import implicit_step, STAGES
 from billiard_shot.impact.events import (
     CONE,
     EMPTY,
     END,
+    first_event,
+    heavy,
     JOIN,
     NOTHING,
     SLIP_STOP,
     TURN,
-    first_event,
-    heavy,
 )
 from billiard_shot.impact.friction import holds, let_go, NO_SLIP, settle
 from billiard_shot.impact.laws import (
     BISTIFFNESS,
-    POISSON,
     elastic_energy,
     end_of_restitution,
     opening_rate,
+    POISSON,
 )
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.series import expand, step_size
@@ -38,13 +39,13 @@ from billiard_shot.impact.state import (
     COMPRESSING,
     FRICTIONLESS,
     INACTIVE,
+    initial_state,
+    Model,
     RESTORING,
     SLIDING,
-    STICKING,
-    Model,
-    State,
-    initial_state,
     slip_speed,
+    State,
+    STICKING,
     stop_slip,
 )
 from billiard_shot.status import Status
@@ -65,7 +66,9 @@ BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
 @compiled
-def work_of(force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float) -> float:
+def work_of(
+    force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float
+) -> float:
     """Integral of force times velocity from 0 to x, exact for the polynomials at hand."""
     total = 0.0
     power = x
@@ -107,7 +110,7 @@ def advance(s: State, scale: float, order: int, x: float) -> None:
 
 @compiled
 def excitation(m: Model, s: State) -> float:
-    """Largest normal velocity that a contact approaches with, or that its spring could still give."""
+    """Largest normal velocity that a contact has, or that its spring could still give."""
     largest = 0.0
     for j in range(m.stiffness.shape[0]):
         if s.phase[j] == INACTIVE:
@@ -234,7 +237,9 @@ def aim(s: State) -> None:
 
 
 @compiled
-def explicit_step(m: Model, s: State, scale: float, order: int, tolerance: float) -> tuple[float, float]:
+def explicit_step(
+    m: Model, s: State, scale: float, order: int, tolerance: float
+) -> tuple[float, float]:
     """Expand the state; return the scale that did not overflow, and the length in its units."""
     length = 0.0
     while length == 0.0 and scale > 1e-100:
@@ -247,7 +252,7 @@ def explicit_step(m: Model, s: State, scale: float, order: int, tolerance: float
 
 @compiled
 def mature(m: Model, s: State, length: float) -> None:
-    """Release from implicit steps the contacts whose slip an explicit step of like length follows."""
+    """Release from implicit steps the contacts that an explicit step of like length follows."""
     for j in range(s.young.shape[0]):
         if s.young[j]:
             n = 3 * j
@@ -257,7 +262,9 @@ def mature(m: Model, s: State, length: float) -> None:
 
 
 @compiled
-def record(m: Model, s: State, log: NDArray[np.float64], row: int, reason: int, contact: int) -> None:
+def record(
+    m: Model, s: State, log: NDArray[np.float64], row: int, reason: int, contact: int
+) -> None:
     """Write a phase that ends now, while the log has room."""
     if row >= log.shape[0]:
         return
@@ -273,7 +280,7 @@ def record(m: Model, s: State, log: NDArray[np.float64], row: int, reason: int, 
 
 @compiled
 def transition(m: Model, s: State, event: int, j: int, known: bool) -> bool:
-    """Carry out an event at contact j; True where the forces jumped, so that friction must settle."""
+    """Carry out an event at contact j; True where forces jumped, so that friction must settle."""
     if event == TURN:
         turn(m, s, j)
         return False
@@ -303,7 +310,7 @@ def is_over(s: State) -> bool:
 
 @inlined
 def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
-    """Walk through the states of a collision; return its status, its number of phases, of steps."""
+    """Walk through the states of a collision; return its status, numbers of phases and steps."""
     count = m.friction.shape[0]
     order = min(max(int(4.5 - np.log10(m.tolerance)), 6), COLUMNS - 4)
     floor = max(1e-2 * m.tolerance, 1e-14)
@@ -367,7 +374,7 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
                     unsettled = unsettled or slip_speed(s, i) <= NO_SLIP * m.tolerance
             if fresh:
                 mature(m, s, scale)
-        if event == JOIN or event == END or event == EMPTY:
+        if event in (JOIN, END, EMPTY):
             if moved:
                 record(m, s, log, phases, event, j)
                 phases += 1
@@ -391,8 +398,10 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
 
 
 @compiled
-def is_straight(response: NDArray[np.float64], friction: NDArray[np.float64], u: NDArray[np.float64]) -> bool:
-    """Whether no slip can ever turn: nothing happens in any contact's second tangential direction."""
+def is_straight(
+    response: NDArray[np.float64], friction: NDArray[np.float64], u: NDArray[np.float64]
+) -> bool:
+    """Whether no slip can ever turn: nothing happens in any second tangential direction."""
     count = friction.shape[0]
     for i in range(count):
         if friction[i] > 0.0:
@@ -426,11 +435,11 @@ def solve(
     Parameters
     ----------
     response : (3 N, 3 N) float array
-        W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1 and
-        3 j + 2 (tangential). Where all motion stays in one plane per contact, component 3 j + 1
-        should lie in it and the couplings to 3 j + 2 be exactly zero: that case is cheaper.
+        W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
+        and 3 j + 2 (tangential). Where all motion stays in one plane per contact, component
+        3 j + 1 should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
     velocity : (3 N,) float array
-        Contact velocities before the collision [m/s]; approaching where the normal one is negative.
+        Contact velocities before the collision [m/s]; approaching where the normal one is below 0.
     friction, restitution, stiffness : (N,) float arrays
         Coulomb coefficients, coefficients of restitution, stiffnesses (their ratios matter).
     law, exponent : int, float
@@ -471,7 +480,13 @@ def solve(
         s.still[j] = s.u[3 * j, 0] == 0.0
         s.phase[j] = COMPRESSING if s.u[3 * j, 0] < 0.0 else INACTIVE
     m = Model(
-        scaled_response, friction, restitution, scaled_stiffness, law, exponent, tolerance,
+        scaled_response,
+        friction,
+        restitution,
+        scaled_stiffness,
+        law,
+        exponent,
+        tolerance,
         is_straight(scaled_response, friction, s.u),
     )
     status, phases, steps = run(m, s, log)

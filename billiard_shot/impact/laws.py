@@ -8,6 +8,7 @@ bistiffness  opens 1/e^2 faster than it closed and ends at y = 0. The spring its
 energetic    ends when the energy fell to (1 - e^2) of its maximum (paper, section 2.2).
 poisson      ends when the impulse reached (1 + e) times its value at the end of compression.
 """
+
 from billiard_shot.compiled import compiled
 
 BISTIFFNESS, ENERGETIC, POISSON = 0, 1, 2

@@ -1,4 +1,5 @@
 """Two small dense solvers, written out so that the compiled library needs no LAPACK."""
+
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,5 @@
 """The first root of a polynomial on an interval: how every event of a collision is located."""
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,9 +94,9 @@ def first_root(
     """
     First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.
 
-    The function is POSITIVE at 0, or exactly zero because an event happened there: then that root is
-    divided out, as are coefficients that move the function by less than `noise` and so have no sign,
-    and a negative leading coefficient is an immediate event, 0. `work` needs two rows of degree + 1.
+    The function is POSITIVE at 0, or exactly zero because an event happened there: then that root
+    is divided out, as are coefficients that move the function by less than `noise` and so have no
+    sign, and a negative leading coefficient is an immediate event, 0. `work`: two rows or more.
     """
     p = work[0]
     fired = noise >= 0.0

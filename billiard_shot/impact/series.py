@@ -1,14 +1,15 @@
 """
 One step of a collision as a Taylor series: all forces and contact velocities, order by order.
 
-Powers of y and the direction of slip follow from recurrences (Knuth, The Art of Computer Programming,
-vol. 2, section 4.7), so that a step of any order costs one pass of convolutions.
+Powers of y and the direction of slip follow from recurrences (Knuth, The Art of Computer
+Programming, vol. 2, section 4.7): a step of any order costs one pass of convolutions.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
-from billiard_shot.impact.state import INACTIVE, SLIDING, STICKING, Model, State
+from billiard_shot.impact.state import INACTIVE, Model, SLIDING, State, STICKING
 
 
 @compiled
@@ -142,18 +143,17 @@ def lean(s: State, columns: int, force: NDArray[np.float64]) -> None:
         for row in range(3 * j + 1, 3 * j + 3):
             for k in range(columns):
                 force[row, k] = 0.0
-            for column in range(3 * count):
-                i = column // 3
-                factor = gain[row, column]
-                if factor != 0.0 and phase[i] != INACTIVE:
-                    if column == 3 * i or grip[i] == SLIDING:
+            for i in range(count):
+                if phase[i] != INACTIVE:
+                    for column in range(3 * i, 3 * i + (3 if grip[i] == SLIDING else 1)):
+                        factor = gain[row, column]
                         for k in range(columns):
                             force[row, k] += factor * force[column, k]
 
 
 @compiled
 def step_size(m: Model, s: State, order: int, tolerance: float) -> float:
-    """Length of a Taylor step in units of its scale, from u's last two coefficients; 0: overflow."""
+    """Length of a step in units of its scale, from u's last two coefficients; 0: overflow."""
     last = 0.0
     before = 0.0
     for row in range(s.u.shape[0]):

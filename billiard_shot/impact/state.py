@@ -1,4 +1,5 @@
 """What a collision is given, and what it carries from step to step: two tuples of arrays."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -43,11 +44,11 @@ class State(NamedTuple):
     account: NDArray[np.float64]  # (N, 3) energy lost to restitution, to friction; last slip
     phase: NDArray[np.int64]  # (N,) INACTIVE, COMPRESSING, RESTORING
     grip: NDArray[np.int64]  # (N,) FRICTIONLESS, SLIDING, STICKING
-    young: NDArray[np.bool_]  # (N,) sliding, but so slowly that its direction is slaved to the forces
+    young: NDArray[np.bool_]  # (N,) sliding so slowly that the forces set the direction
     still: NDArray[np.bool_]  # (N,) the normal velocity is exactly zero: an event happened there
     onset: NDArray[np.bool_]  # (N,) the slip is exactly zero and about to grow along `direction`
-    pinned: NDArray[np.bool_]  # (N,) sticking beyond its own cone: others share its constraint and hold it
-    light: NDArray[np.bool_]  # (N,) the force is still negligible (exponent > 1: not analytic at 0)
+    pinned: NDArray[np.bool_]  # (N,) sticking beyond its own cone: others help to hold it
+    light: NDArray[np.bool_]  # (N,) the force is negligible (exponent > 1: not analytic at 0)
     direction: NDArray[np.float64]  # (N, 2) of sliding
     rate: NDArray[np.float64]  # (N,) y' = -rate u_n
     goal: NDArray[np.float64]  # (N,) compression (law poisson: impulse) that ends restitution
