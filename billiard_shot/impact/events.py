@@ -63,7 +63,8 @@ def slip_root(
     First x at which a contact's sliding has stopped, or has used up its share of slip.
 
     Where the slip turns, a step may not come too near to its end: the series of its direction
-    would step over the stop unseen. Where it is straight to within the tolerance, the stop is a plain root.
+    would step over the stop unseen. Where it is straight to within the tolerance, the stop is a
+    plain root.
     """
     scratch = s.work[3 * m.friction.shape[0] :]
     c = scratch[2]

@@ -50,6 +50,7 @@ from billiard_shot.impact.state import (
 )
 from billiard_shot.status import Status
 
+LOOSEST = 1e-6  # tolerance: a looser one would save a sixth of the steps, and lose its meaning
 MAX_STEPS = 20_000
 MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
@@ -343,7 +344,7 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
         if not m.straight:
             aim(s)
         tolerance = CAUTION * m.tolerance * min(1.0, stirred)
-        degree, noise, end = order, ROUNDING, 1.0
+        degree, noise, end = order, max(ROUNDING, tolerance), 1.0
         error = tolerance
         if fresh:
             degree = STAGES
@@ -486,7 +487,7 @@ def solve(
         scaled_stiffness,
         law,
         exponent,
-        tolerance,
+        min(tolerance, LOOSEST),
         is_straight(scaled_response, friction, s.u),
     )
     status, phases, steps = run(m, s, log)
