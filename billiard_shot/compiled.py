@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+import numba.extending
 
 P = ParamSpec('P')
 R = TypeVar('R')
@@ -28,14 +29,14 @@ def sources_digest() -> str:
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
-    Compile a function of scalars and arrays with numba, as a part of the entries that call it.
+    Let numba compile a function of scalars and arrays as a part of the entries that call it.
 
-    With `NUMBA_DISABLE_JIT=1` all functions run as plain Python.
+    Called from Python, it stays a Python function: nothing is compiled that would let Python in,
+    which halves the time that the first prediction takes.
     """
-    # The stubs of numba leave out that option: nobody takes the address of these functions.
-    jit: Any = numba.njit
-    dispatcher: Any = jit(no_cfunc_wrapper=True, **OPTIONS)(function)
-    return dispatcher
+    jit: Any = numba.extending.register_jitable
+    registered: Callable[P, R] = jit(**OPTIONS)(function)
+    return registered
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:

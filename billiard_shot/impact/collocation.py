@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import compiled, inlined
 from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.series import integrate, lean
 from billiard_shot.impact.state import INACTIVE, Model, SLIDING, State
@@ -165,7 +165,7 @@ def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
     return True
 
 
-@compiled
+@inlined
 def solve_nodes(
     m: Model, s: State, nodes: Nodes, scale: float, tolerance: float, members: NDArray[np.int64]
 ) -> bool:
@@ -196,7 +196,7 @@ def solve_nodes(
     return False
 
 
-@compiled
+@inlined
 def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
     """
     Fill the step's polynomials on x in [0, 1] like `series.expand`, with order STAGES.
