@@ -67,7 +67,9 @@ BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
 
 bench: setup
-	@set -e; for file in $(BENCHMARKS); do echo "== $$file"; $(BIN)/python $$file; done
+	@status=0; for file in $(BENCHMARKS); do \
+	  echo "== $$file"; $(BIN)/python $$file || status=1; \
+	done; exit $$status
 
 clean:
 	rm -rf $(VENV) build install log dist *.egg-info .hypothesis .*_cache
