@@ -2,7 +2,7 @@
 Laws of restitution: how a compressed contact spring gives its energy back.
 
 One spring a contact, F = k y^exponent, E = k y^(exponent+1)/(exponent+1) (exponent 1, or 3/2 after
-Hertz). A law says how fast the spring opens and when its contact ends; DESIGN of each:
+Hertz). A law says how fast the spring opens and when its contact ends:
 
 bistiffness  opens 1/e^2 faster than it closed and ends at y = 0. The spring itself is the memory.
 energetic    ends when the energy fell to (1 - e^2) of its maximum (paper, section 2.2).
