@@ -1,0 +1,79 @@
+"""`billiard-shot predict`: what a stroke does to the cue ball."""
+import argparse
+import json
+import sys
+from typing import Any
+
+import billiard_shot
+from billiard_shot import Scene, Shot
+from billiard_shot.cli.layout import numbers, table
+from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+
+HELP = 'what a stroke does to the cue ball'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Scene, tolerance, output and strokes."""
+    parser.add_argument('--scene', default='pool', help='bundled scene or YAML file (%(default)s)')
+    parser.add_argument('--tolerance', type=float, default=1e-4, metavar='M',
+                        help='largest error of the trajectory in metres (%(default)g)')
+    parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
+    add_stroke_arguments(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Predict and print; 1 if a stroke was refused."""
+    scene = Scene.load(options.scene)
+    strokes = strokes_of(options, scene)
+    shots = {name: billiard_shot.predict(scene, stroke, options.tolerance)
+             for name, stroke in strokes.items()}
+    if options.json:
+        for name, shot in shots.items():
+            print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
+    else:
+        print(_as_table(shots))
+    for name, shot in shots.items():
+        if shot.status.refused:
+            print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
+    return 1 if any(shot.status.refused for shot in shots.values()) else 0
+
+
+def _as_json(name: str, shot: Shot) -> dict[str, Any]:
+    return {
+        'stroke': name,
+        'status': shot.status.name,
+        'message': shot.message,
+        'velocity': shot.velocity.tolist(),
+        'spin': shot.spin.tolist(),
+        'cue_speed': shot.cue_speed,
+        'phases': [list(phase.active) for phase in shot.impact.phases],
+        'dissipated': shot.impact.dissipated.tolist(),
+        'rest': shot.trajectory.rest.tolist(),
+        'duration': shot.trajectory.duration,
+        'events': [
+            {'time': event.time, 'kind': event.kind, 'position': event.position.tolist()}
+            for event in shot.trajectory.events
+        ],
+        'effects': [
+            {'name': effect.name, 'simulated': effect.simulated, 'reason': effect.reason}
+            for effect in shot.effects
+        ],
+        'error_estimate': shot.error_estimate,
+        'evaluations': shot.evaluations,
+        'wall_time': shot.wall_time,
+    }
+
+
+def _as_table(shots: dict[str, Shot]) -> str:
+    rows = [
+        ('stroke', 'status', 'velocity', 'spin', 'cue', 'rests at', 'after', 'error'),
+        ('', '', 'x y z (m/s)', 'x y z (rad/s)', '(m/s)', 'x y (m)', '(s)', '(mm)'),
+    ]
+    for name, shot in shots.items():
+        path = shot.trajectory
+        rows.append((
+            name, shot.status.name, numbers(shot.velocity, 4), numbers(shot.spin, 3),
+            numbers([shot.cue_speed], 4), numbers(path.rest[:2], 4),
+            numbers([path.duration], 2), f'{1e3 * shot.error_estimate:.1g}',
+        ))
+    return table(rows)
