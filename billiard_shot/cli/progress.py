@@ -1,0 +1,70 @@
+"""A progress bar on stderr: nothing where stderr is no terminal, so that logs stay clean."""
+from collections.abc import Callable, Iterable, Iterator, Sized
+from contextlib import contextmanager
+import sys
+from time import monotonic
+from typing import TypeVar
+
+T = TypeVar('T')
+
+WIDTH = 30  # characters of the bar itself
+INTERVAL = 0.1  # s between drawings at least
+
+
+def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
+    """
+    Go through `items` with a bar that says how many are done.
+
+    `total` is how many there are, for items without a length.
+    """
+    count = total if total is not None else len(items) if isinstance(items, Sized) else 0
+    with reporting(label, count) as report:
+        for done, item in enumerate(items, 1):
+            yield item
+            report(done)
+
+
+@contextmanager
+def reporting(label: str, total: int) -> Iterator[Callable[[int], None]]:
+    """
+    Show a bar while the block runs, for work that reports by a callback.
+
+    Yields
+    ------
+    callable
+        To be called with the number of items done so far, as often as one likes: it draws at most
+        ten times a second.
+
+    """
+    if not sys.stderr.isatty():
+        yield lambda done: None
+        return
+    begin = last = monotonic()
+
+    def report(done: int) -> None:
+        nonlocal last
+        now = monotonic()
+        if now - last >= INTERVAL:
+            last = now
+            _draw(line(label, done, total, now - begin))
+
+    _draw(line(label, 0, total, 0.0))
+    try:
+        yield report
+    finally:
+        _draw('')
+
+
+def line(label: str, done: int, total: int, elapsed: float) -> str:
+    """Text of a bar after `elapsed` seconds; with the time still to go, once it can be guessed."""
+    if total <= 0:
+        return f'{label}: {done}'
+    part = min(done / total, 1.0)
+    filled = int(WIDTH * part)
+    text = f'{label}: [{"#" * filled}{"." * (WIDTH - filled)}] {done}/{total}'
+    return f'{text}, {elapsed * (1.0 / part - 1.0):.0f} s to go' if 0.0 < part < 1.0 else text
+
+
+def _draw(text: str) -> None:
+    sys.stderr.write(f'\r\033[K{text}')  # back to the start, clear the line
+    sys.stderr.flush()
