@@ -1,4 +1,5 @@
 """What there is on and around the table: data read from YAML and checked, no behaviour."""
+from billiard_shot.scene.furniture import BallBall, CornerPocket, Cushion, SidePocket, Table
 from billiard_shot.scene.scene import (
     Ball,
     Cloth,
@@ -9,4 +10,7 @@ from billiard_shot.scene.scene import (
     Scene,
 )
 
-__all__ = ['Ball', 'Cloth', 'ContactParameters', 'Contacts', 'Cue', 'Effects', 'Scene']
+__all__ = [
+    'Ball', 'BallBall', 'Cloth', 'ContactParameters', 'Contacts', 'CornerPocket', 'Cue', 'Cushion',
+    'Effects', 'Scene', 'SidePocket', 'Table',
+]

@@ -89,15 +89,15 @@ def places() -> Any:
     return dataclasses.field(default_factory=dict, hash=False, metadata={_TAKES: convert})
 
 
-def section(kind: type[S], *, optional: bool = False) -> Any:
-    """Field for a dataclass of such fields."""
+def section(kind: type[S], *, optional: bool = False, absent: bool = False) -> Any:
+    """Field for a dataclass of such fields; `absent`: it need not be there, and then is None."""
 
-    def convert(value: object) -> S:
-        if not isinstance(value, kind):
+    def convert(value: object) -> S | None:
+        if not isinstance(value, kind) and not (absent and value is None):
             raise ValueError(f'{value!r} is not allowed; it must be a {kind.__name__}')
         return value
 
-    factory: Any = kind if optional else dataclasses.MISSING
+    factory: Any = (lambda: None) if absent else kind if optional else dataclasses.MISSING
     return dataclasses.field(default_factory=factory, metadata={_TAKES: convert, 'section': kind})
 
 
@@ -170,7 +170,7 @@ def write(instance: Any) -> dict[str, Any]:
             value = write(value)
         elif isinstance(value, dict):
             value = {name: list(point) for name, point in value.items()}
-        elif field.metadata.get(_DERIVED) and value == math.inf:
+        elif value is None or (field.metadata.get(_DERIVED) and value == math.inf):
             continue
         result[field.name] = value
     return result

@@ -11,6 +11,7 @@ from typing import Any
 from billiard_shot.scene import fields
 from billiard_shot.scene.bundled import scene_path
 from billiard_shot.scene.fields import choice, number, places, section, yes_or_no
+from billiard_shot.scene.furniture import BallBall, Table
 from billiard_shot.scene.yaml_file import read_yaml
 
 # Squirt of a common shaft, 1.9 degrees at half a radius off centre (a = 0.5), after Alciatore
@@ -124,10 +125,11 @@ class ContactParameters:
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """The two contacts of a strike: tip against ball, ball against table."""
+    """The contacts: tip against ball, ball against table (its cloth), ball against ball."""
 
     cue_ball: ContactParameters = section(ContactParameters)
     ball_table: ContactParameters = section(ContactParameters)
+    ball_ball: BallBall = section(BallBall, optional=True)
 
     def __post_init__(self) -> None:
         fields.check(self)
@@ -197,6 +199,8 @@ class Scene:
         Of the contact springs' force: 1, or 1.5 after Hertz; at least 1.
     balls : mapping of str to (x, y)
         Where balls lie on the table [m]; the cue ball is `cue`, at the origin if not placed.
+    table : Table, optional
+        Cushions and pockets; without, the cloth is endless.
 
     Raises
     ------
@@ -213,6 +217,7 @@ class Scene:
     cloth: Cloth = section(Cloth, optional=True)
     balls: Mapping[str, tuple[float, float]] = places()
     effects: Effects = section(Effects, optional=True)
+    table: Table | None = section(Table, absent=True)
 
     def __post_init__(self) -> None:
         fields.check(self)

@@ -1,0 +1,52 @@
+import pickle
+
+import pytest
+
+from billiard_shot.scene import CornerPocket, Cushion, Scene, Table
+
+
+@pytest.fixture
+def data():
+    return Scene.load('pool').to_dict()
+
+
+def test_a_scene_without_table_has_an_endless_cloth(data):
+    assert 'table' not in data
+    assert Scene.from_dict(data).table is None
+
+
+def test_default_table_is_nine_feet_of_the_wpa(data):
+    scene = Scene.from_dict(data | {'table': {}})
+    assert scene.table == Table()
+    assert (scene.table.length, scene.table.width) == (2.54, 1.27)
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+def test_a_cushion_model_brings_its_numbers():
+    assert (Cushion().restitution, Cushion().friction) == (0.98, 0.14)
+    assert (Cushion('han').restitution, Cushion('han').friction) == (0.85, 0.2)
+    assert Cushion('han', 0.7).restitution == 0.7
+
+
+def test_carom_table(data):
+    scene = Scene.from_dict(data | {'table': {'length': 2.84, 'width': 1.42, 'pockets': False}})
+    assert not scene.table.pockets
+
+
+@pytest.mark.parametrize(('table', 'mistake'), [
+    ({'length': 0}, r'table\.length: 0 .* above 0 \(m\)'),
+    ({'lenght': 2}, r'table\.lenght: unknown key; the nearest known one is length'),
+    ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg: 90 .* above 90'),
+    ({'cushion': {'model': 'rubber'}}, r"table\.cushion\.model: 'rubber' .* mathavan, han"),
+    ({'width': 0.17}, r'table\.width: 0\.17 .* pockets it must be above 0\.17'),
+])
+def test_mistakes_are_named(data, table, mistake):
+    with pytest.raises(ValueError, match=mistake):
+        Scene.from_dict(data | {'table': table})
+
+
+def test_pockets_need_room_only_where_there_are_any():
+    assert Table(width=0.17, pockets=False).width == 0.17
+    with pytest.raises(ValueError, match='width'):
+        Table(corner=CornerPocket(mouth=1.0))
