@@ -12,7 +12,7 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict',)
+COMMANDS = ('predict', 'scene')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,14 +1,8 @@
 """What there is on and around the table: data read from YAML and checked, no behaviour."""
+from billiard_shot.scene.effects import Effects
+from billiard_shot.scene.equipment import Ball, Cloth, ContactParameters, Contacts, Cue
 from billiard_shot.scene.furniture import BallBall, CornerPocket, Cushion, SidePocket, Table
-from billiard_shot.scene.scene import (
-    Ball,
-    Cloth,
-    ContactParameters,
-    Contacts,
-    Cue,
-    Effects,
-    Scene,
-)
+from billiard_shot.scene.scene import Scene
 
 __all__ = [
     'Ball', 'BallBall', 'Cloth', 'ContactParameters', 'Contacts', 'CornerPocket', 'Cue', 'Cushion',

@@ -5,11 +5,14 @@ Tables, pockets and cushions are measured as the World Pool-Billiard Association
 Equipment Specifications); its nine-foot table is the default.
 """
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from collections.abc import Iterator
 from dataclasses import dataclass
 import math
+from typing import Any, ClassVar
 
-from billiard_shot.scene import fields
+from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import choice, number, section, yes_or_no
+from billiard_shot.scene.mistakes import Mistake
 
 # A ball's meeting with a cushion, in the words of its authors: restitution and friction of
 # Mathavan, Jackson and Parkin (Proc. IMechE C 224, 2010), measured for snooker cushions; of Han
@@ -50,7 +53,7 @@ class BallBall:
     gap: float = number('m', least=0, most=1e-3, default=1e-5)
 
     def __post_init__(self) -> None:
-        fields.check(self)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +93,7 @@ class Cushion:
     stiffness: float = number('any unit', above=0, default=0.1)
 
     def __post_init__(self) -> None:
-        fields.check(self)
+        check(self)
 
 
 class Pocket:
@@ -120,7 +123,7 @@ class Pocket:
     radius: float
 
     def __post_init__(self) -> None:
-        fields.check(self)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +148,19 @@ class SidePocket(Pocket):
     radius: float = number('m', above=0, default=0.0645)
 
 
+def _room_for_pockets(table: Any) -> Iterator[Mistake]:
+    """There must be some straight cushion between any two pockets."""
+    if table.pockets:
+        corner = table.corner.mouth * math.sqrt(0.5) + _rounding(table.corner)
+        side = 0.5 * table.side.mouth + _rounding(table.side)
+        for name, needed in (('length', 2.0 * (corner + side)), ('width', 2.0 * corner)):
+            if getattr(table, name) <= needed:
+                yield Mistake((name,), (
+                    f'{getattr(table, name)!r} is not allowed; with these pockets it must be '
+                    f'above {needed:.4g} (m)'
+                ))
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """
@@ -161,6 +177,7 @@ class Table:
 
     """
 
+    RULES: ClassVar = (_room_for_pockets,)
     length: float = number('m', above=0, default=2.54)
     width: float = number('m', above=0, default=1.27)
     pockets: bool = yes_or_no(default=True)
@@ -169,20 +186,7 @@ class Table:
     side: SidePocket = section(SidePocket, optional=True)
 
     def __post_init__(self) -> None:
-        fields.check(self)
-        if self.pockets:
-            self._check_room()
-
-    def _check_room(self) -> None:
-        """There must be some straight cushion between any two pockets."""
-        corner = self.corner.mouth * math.sqrt(0.5) + _rounding(self.corner)
-        side = 0.5 * self.side.mouth + _rounding(self.side)
-        for name, needed in (('length', 2.0 * (corner + side)), ('width', 2.0 * corner)):
-            if getattr(self, name) <= needed:
-                raise ValueError(
-                    f'{name}: {getattr(self, name)!r} is not allowed; with these pockets it must '
-                    f'be above {needed:.4g} (m)'
-                )
+        check(self)
 
 
 def _rounding(pocket: Pocket) -> float:

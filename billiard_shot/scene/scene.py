@@ -1,188 +1,19 @@
-"""The scene: ball, cue, contacts, cloth, with the units, ranges and sources of their numbers."""
+"""The scene: all that a prediction has to know, except the stroke."""
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-import math
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self
 
-from billiard_shot.scene import fields
 from billiard_shot.scene.bundled import scene_path
-from billiard_shot.scene.fields import choice, number, places, section, yes_or_no
-from billiard_shot.scene.furniture import BallBall, Table
-from billiard_shot.scene.yaml_file import read_yaml
-
-# Squirt of a common shaft, 1.9 degrees at half a radius off centre (a = 0.5), after Alciatore
-# (technical proof TP A.31, billiards.colostate.edu): tan = 2.5 a s / (1 + 30 + 2.5 s^2) with
-# s^2 = 1 - a^2, for a ball 30 times as heavy as the cue's end. His tip and ball part without
-# sideways rebound, as ours do at restitution 0. Rebound along the normal adds 20 to 40 percent;
-# this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
-END_MASS = 0.0042
-TIP_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
-STANDARD_GRAVITY = 9.80665  # CGPM 1901
-
-
-@dataclass(frozen=True, slots=True)
-class Ball:
-    """
-    A ball.
-
-    Parameters
-    ----------
-    mass : float
-        [kg], above 0.
-    radius : float
-        [m], above 0.
-    inertia : float, optional
-        Moment of inertia about any axis through the centre [kg m^2], above 0 and at most that of a
-        hollow ball, 2/3 m r^2; by default that of a solid one, 2/5 m r^2.
-
-    """
-
-    mass: float = number('kg', above=0)
-    radius: float = number('m', above=0)
-    inertia: float = number(
-        'kg m^2', above=0, derived=lambda ball: 0.4 * ball.mass * ball.radius**2
-    )
-
-    def __post_init__(self) -> None:
-        fields.check(self)
-        most = 2 / 3 * self.mass * self.radius**2
-        if self.inertia > most * (1 + 1e-9):
-            raise ValueError(
-                f'inertia: {self.inertia!r} is not allowed; it must be at most 2/3 m r^2 = '
-                f'{most:.3g} (kg m^2)'
-            )
-
-
-@dataclass(frozen=True, slots=True)
-class Cue:
-    """
-    A cue, moving along its axis.
-
-    Parameters
-    ----------
-    mass : float
-        [kg], above 0.
-    guided : bool
-        True: held by bearings, so that its tip cannot move sideways (the paper's mechanical cue).
-    end_mass : float, optional
-        Mass that the tip's sideways motion has to move [kg], above 0 and at most the cue's own;
-        by default 4.2 g, see `END_MASS`. Infinite for a guided cue, which takes none.
-    tip_radius : float, optional
-        Half the width of the cue behind its tip [m], at least 0: how far it reaches below the
-        point where it hits. By default 6.5 mm; for a guided cue, whose shape is not known, 0.
-
-    """
-
-    mass: float = number('kg', above=0)
-    guided: bool = yes_or_no(default=False)
-    end_mass: float = number(
-        'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
-    )
-    tip_radius: float = number(
-        'm', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS
-    )
-
-    def __post_init__(self) -> None:
-        fields.check(self)
-        if self.guided and self.end_mass != math.inf:
-            raise ValueError(
-                f'end_mass: {self.end_mass!r} is not allowed; a guided cue has none (omit it)'
-            )
-        if not self.guided and self.end_mass > self.mass:
-            raise ValueError(
-                f'end_mass: {self.end_mass!r} is not allowed; it must be at most the mass of the '
-                f'cue, {self.mass:g} (kg)'
-            )
-
-
-@dataclass(frozen=True, slots=True)
-class ContactParameters:
-    """
-    How two bodies meet.
-
-    Parameters
-    ----------
-    restitution : float
-        Coefficient of restitution, 0 to 1.
-    friction : float
-        Coefficient of Coulomb friction, at least 0.
-    stiffness : float
-        Of the virtual spring, above 0; only the ratio of the contacts' stiffnesses matters.
-
-    """
-
-    restitution: float = number('', least=0, most=1)
-    friction: float = number('', least=0)
-    stiffness: float = number('any unit', above=0)
-
-    def __post_init__(self) -> None:
-        fields.check(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Contacts:
-    """The contacts: tip against ball, ball against table (its cloth), ball against ball."""
-
-    cue_ball: ContactParameters = section(ContactParameters)
-    ball_table: ContactParameters = section(ContactParameters)
-    ball_ball: BallBall = section(BallBall, optional=True)
-
-    def __post_init__(self) -> None:
-        fields.check(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Cloth:
-    """
-    What slows a ball down between impacts.
-
-    Parameters
-    ----------
-    sliding_friction : float, optional
-        Coefficient of friction of a ball that slides, at least 0. By default the friction of the
-        contact ball_table, which the `Scene` fills in (until then: infinite).
-    rolling_resistance : float
-        Deceleration of a rolling ball in units of gravity, at least 0. 0.01: Alciatore, physical
-        properties of pool equipment (billiards.colostate.edu), who gives 0.005 to 0.015.
-    spin_deceleration : float
-        Of the spin about the vertical [rad/s^2], at least 0. 10: the same source, 5 to 15.
-    gravity : float
-        [m/s^2], above 0.
-
-    """
-
-    sliding_friction: float = number('', least=0, derived=lambda _: math.inf)
-    rolling_resistance: float = number('', least=0, default=0.01)
-    spin_deceleration: float = number('rad/s^2', least=0, default=10.0)
-    gravity: float = number('m/s^2', above=0, default=STANDARD_GRAVITY)
-
-    def __post_init__(self) -> None:
-        fields.check(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Effects:
-    """
-    Effects that can be forced: `auto` (simulated where the stroke calls for it), `on` or `off`.
-
-    Parameters
-    ----------
-    flight : str
-        `off` puts the ball back on the cloth after the strike with its horizontal motion kept.
-    bounce : str
-        `off` lets the ball stay down where it first lands; `on` is the same as `auto`.
-
-    """
-
-    flight: str = choice('auto', 'on', 'off', default='auto')
-    bounce: str = choice('auto', 'on', 'off', default='auto')
-
-    def __post_init__(self) -> None:
-        fields.check(self)
+from billiard_shot.scene.checks import check, fill_in, read, write
+from billiard_shot.scene.effects import Effects
+from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
+from billiard_shot.scene.fields import choice, Derived, number, places, section
+from billiard_shot.scene.furniture import Table
+from billiard_shot.scene.mistakes import InputError, Lines, Mistake, TWICE
+from billiard_shot.scene.placing import balls_off_the_table, CUE_BALL, overlapping_balls
+from billiard_shot.scene.yaml_file import read_document
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,6 +40,7 @@ class Scene:
 
     """
 
+    RULES: ClassVar = (overlapping_balls, balls_off_the_table)
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)
     contacts: Contacts = section(Contacts)
@@ -220,16 +52,13 @@ class Scene:
     table: Table | None = section(Table, absent=True)
 
     def __post_init__(self) -> None:
-        fields.check(self)
-        if self.cloth.sliding_friction == math.inf:
-            cloth = Cloth(
-                self.contacts.ball_table.friction, self.cloth.rolling_resistance,
-                self.cloth.spin_deceleration, self.cloth.gravity,
-            )
+        check(self)
+        if isinstance(self.cloth.sliding_friction, Derived):
+            cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
             object.__setattr__(self, 'cloth', cloth)
 
     @classmethod
-    def load(cls, name_or_path: str | Path) -> Scene:
+    def load(cls, name_or_path: str | Path) -> Self:
         """
         Read a scene from YAML.
 
@@ -242,33 +71,42 @@ class Scene:
         Raises
         ------
         ValueError
-            If there is no such scene, or for all mistakes in it together.
+            If there is no such scene; or for all mistakes in it together, each with its line.
 
         """
         text = str(name_or_path)
         is_file = isinstance(name_or_path, Path) or Path(text).suffix in ('.yaml', '.yml')
         path = Path(text) if is_file or Path(text).name != text else scene_path(text)
-        return cls._read(read_yaml(path), f'scene {path}')
+        document = read_document(path)
+        return cls._read(document.data, document.mistakes, f'scene {path}', document.lines)
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Scene:
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """Make a scene of what its YAML file would hold; ValueError lists all mistakes."""
-        return cls._read(data, 'scene')
+        return cls._read(data, [], 'scene', None)
 
     @classmethod
-    def _read(cls, data: object, about: str) -> Scene:
-        mistakes: list[str] = []
-        scene = fields.read(cls, data, mistakes)
-        fields.complain(mistakes, about)
-        assert scene is not None
+    def _read(
+        cls, data: object, known: list[Mistake], about: str, lines: Lines | None
+    ) -> Self:
+        """Read a scene in which some mistakes are known already."""
+        twice = {mistake.path for mistake in known}
+        try:
+            scene = read(cls, data)
+        except InputError as error:
+            # The file's reader says more about a key that is there twice.
+            known = [*known, *(mistake for mistake in error.mistakes
+                               if mistake.text != TWICE or mistake.path not in twice)]
+        if known:
+            raise InputError(known, about, lines) from None
         return scene
 
-    def to_dict(self) -> dict[str, Any]:
-        """Plain dict from which `from_dict` makes an equal scene."""
-        return fields.write(self)
+    def to_dict(self, *, derived: bool = False) -> dict[str, Any]:
+        """Plain dict from which `from_dict` makes an equal scene; `derived`: all of it."""
+        return write(self, derived=derived)
 
     @property
     def cue_ball(self) -> tuple[float, float, float]:
         """Centre of the cue ball before the strike [m]."""
-        x, y = self.balls.get('cue', (0.0, 0.0))
+        x, y = self.balls.get(CUE_BALL, (0.0, 0.0))
         return x, y, self.ball.radius

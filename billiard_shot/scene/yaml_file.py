@@ -1,22 +1,69 @@
-"""YAML as people write it: 1e-3 is a number, and a key that is there twice is a mistake."""
+"""
+YAML as people write it, and where everything stands in the file.
+
+1e-3 is a number, 8 and '8' are the same name, and a key that is there twice is a mistake.
+"""
 from pathlib import Path
 import re
-from typing import Any
+from typing import Any, IO, NamedTuple
 
 import yaml
 
+from billiard_shot.scene.mistakes import InputError, Lines, Mistake, TWICE
+from billiard_shot.scene.mistakes import Path as Keys
+
+MERGE = 'tag:yaml.org,2002:merge'  # <<, which copies the keys of another mapping
+
+
+class Document(NamedTuple):
+    """What a file holds, the line of each key, and the keys that are there twice."""
+
+    data: Any
+    lines: Lines
+    mistakes: list[Mistake]
+
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader after YAML 1.2 where PyYAML's YAML 1.1 surprises people."""
+    """Safe loader after YAML 1.2 where PyYAML's YAML 1.1 surprises people; notes down places."""
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f'key {key!r} is there twice', node.start_mark
-                )
-        return super().construct_mapping(node, deep)
+    def __init__(self, stream: IO[str]) -> None:
+        super().__init__(stream)
+        self.lines: dict[Keys, int] = {}
+        self.mistakes: list[Mistake] = []
+        self._seen: set[int] = set()
+
+    def document(self) -> Document:
+        """Read the whole document."""
+        node = self.get_single_node()
+        if node is None:
+            return Document(None, {}, [])
+        self._note(node, ())
+        return Document(self.construct_document(node), self.lines, self.mistakes)
+
+    def _note(self, node: yaml.Node, path: Keys) -> None:
+        """Note the lines of a node and of all below it, once where aliases lead to it again."""
+        self.lines.setdefault(path, node.start_mark.line + 1)
+        if id(node) in self._seen:
+            return
+        self._seen.add(id(node))
+        if isinstance(node, yaml.SequenceNode):
+            for index, item in enumerate(node.value):
+                self._note(item, (*path, str(index)))
+        elif isinstance(node, yaml.MappingNode):
+            self._note_keys(node, path)
+
+    def _note_keys(self, node: yaml.MappingNode, path: Keys) -> None:
+        for key_node, value in node.value:
+            if not isinstance(key_node, yaml.ScalarNode) or key_node.tag == MERGE:
+                continue  # no key that anybody knows, or one that stands for others
+            key = (*path, str(self.construct_object(key_node)))
+            line = key_node.start_mark.line + 1
+            if key in self.lines:
+                text = f'{TWICE}, first in line {self.lines[key]}'
+                self.mistakes.append(Mistake(key, text, line))
+            else:
+                self.lines[key] = line
+                self._note(value, key)
 
 
 _Loader.add_implicit_resolver(
@@ -26,10 +73,30 @@ _Loader.add_implicit_resolver(
 )
 
 
-def read_yaml(path: Path) -> Any:
-    """Read a YAML file; ValueError with file and place if that is not possible."""
+def read_document(path: Path) -> Document:
+    """
+    Read a YAML file.
+
+    Raises
+    ------
+    ValueError
+        With file and place, if it cannot be read or is no YAML.
+
+    """
     try:
         with path.open(encoding='utf-8') as file:
-            return yaml.load(file, _Loader)  # a safe loader
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+            loader = _Loader(file)
+            try:
+                return loader.document()
+            finally:
+                loader.dispose()
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
         raise ValueError(f'{path}: {error}') from error
+
+
+def read_yaml(path: Path) -> Any:
+    """Read a YAML file; ValueError, too, where a key is there twice."""
+    data, lines, mistakes = read_document(path)
+    if mistakes:
+        raise InputError(mistakes, str(path), lines)
+    return data

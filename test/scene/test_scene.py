@@ -108,7 +108,7 @@ def test_wrong_contact_is_named(data, key, value, allowed):
 @pytest.mark.parametrize(('key', 'value', 'text'), [
     ('law', 'newton', 'law: .newton. is not allowed; it must be one of bistiffness, energetic'),
     ('exponent', 0.5, 'exponent: 0.5 is not allowed; it must be a finite number at least 1'),
-    ('balls', {'cue': [0]}, r'balls: \[0\] of .cue. is not allowed; it must be two finite'),
+    ('balls', {'cue': [0]}, r'balls\.cue: \[0\] is not allowed; it must be two finite'),
     ('balls', [1, 2], r'balls: \[1, 2\] is not allowed; it must be a mapping'),
     ('ball', None, 'ball: None is not allowed; it must be a mapping'),
 ])
@@ -123,15 +123,16 @@ def test_all_mistakes_together():
         Scene.from_dict({'ball': {'mass': -1, 'radus': 1}, 'que': {}, 'cue': {'mass': 1}})
     lines = str(caught.value).splitlines()[1:]
     assert len(lines) == 5
+    assert lines[0].startswith('  que: unknown key; the nearest known one is cue')
     assert lines[1] == (
         '  ball.radus: unknown key; the nearest known one is radius (of mass, radius, inertia)'
     )
-    assert lines[2] == '  ball.radius: missing'
-    assert lines[3].startswith('  que: unknown key; the nearest known one is cue')
+    assert lines[2].startswith('  ball.mass: -1 is not allowed')
+    assert lines[3:] == ['  ball.radius: missing', '  contacts: missing']
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('ball: {mass: 1, mass: 2}', "key 'mass' is there twice"),
+    ('ball: {mass: 1, mass: 2}', r'line 1: ball\.mass: is there twice'),
     ('ball: [', 'line 1'),
     ('just words', 'must be a mapping'),
     ('', 'must be a mapping'),

@@ -1,0 +1,166 @@
+"""
+Dataclasses that check themselves, and are read from mappings with every mistake found at once.
+
+A dataclass made of fields from fields.py calls `check` in its `__post_init__`. What concerns more
+than one field is a rule: a generator of mistakes, called with the object, that its class lists in
+`RULES`. A rule is skipped where a field that it looks at is wrong itself.
+"""
+from collections.abc import Iterator, Mapping
+import copy
+import dataclasses
+import math
+from typing import Any, TypeVar
+
+from billiard_shot.scene.fields import DERIVED, Derived, SECTION, TAKES
+from billiard_shot.scene.mistakes import found_in, InputError, Mistake, refused, unknown
+
+S = TypeVar('S')
+
+
+class _WrongFieldError(Exception):
+    """A rule asked for a field whose value is wrong."""
+
+
+class _Known:
+    """What is known of an object with mistakes: its right fields, as attributes."""
+
+    def __init__(self, kind: type, values: dict[str, Any]) -> None:
+        self._names = {field.name for field in dataclasses.fields(kind)}
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._values:
+            return self._values[name]
+        raise _WrongFieldError(name) if name in self._names else AttributeError(name)
+
+
+def check(instance: Any) -> None:
+    """
+    Convert and check every field of a frozen dataclass, and derive those not given.
+
+    Raises
+    ------
+    InputError
+        Naming each wrong field, its value and what is allowed.
+
+    """
+    kind = type(instance)
+    given = {field.name: getattr(instance, field.name) for field in dataclasses.fields(kind)}
+    known, mistakes = _examine(kind, given)
+    if mistakes:
+        raise InputError(mistakes)
+    for name, value in known.items():
+        object.__setattr__(instance, name, value)
+
+
+def read(kind: type[S], data: object) -> S:
+    """
+    Read a dataclass of such fields from a mapping.
+
+    Raises
+    ------
+    InputError
+        With all mistakes, those of its sections included.
+
+    """
+    found, mistakes = _read(kind, data)
+    if mistakes:
+        raise InputError(mistakes)
+    return found
+
+
+def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
+    """Plain dict from which `read` makes the same again; with derived values if so wished."""
+    result = {}
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if value is None or (isinstance(value, Derived) and not (derived and value < math.inf)):
+            continue
+        result[field.name] = _plain(value, derived)
+    return result
+
+
+def fill_in(instance: S, **values: float) -> S:
+    """Copy of an object, with values derived from what is outside of it."""
+    filled = copy.copy(instance)
+    for name, value in values.items():
+        object.__setattr__(filled, name, Derived(value))
+    return filled
+
+
+def _plain(value: Any, derived: bool) -> Any:
+    if dataclasses.is_dataclass(value):
+        return write(value, derived=derived)
+    if isinstance(value, Mapping):
+        return {key: _plain(each, derived) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(each, derived) for each in value]
+    return float(value) if isinstance(value, Derived) else value
+
+
+def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
+    """Object and no mistakes; or what is known of it, and its mistakes."""
+    if not isinstance(data, Mapping):
+        return _Known(kind, {}), list(found_in(refused(data, 'a mapping')))
+    names = [field.name for field in dataclasses.fields(kind)]
+    given = {}
+    mistakes = []
+    for key, value in data.items():
+        if key in names:
+            given[key] = value
+        else:
+            mistakes.append(Mistake((str(key),), unknown(str(key), names)))
+    known, wrong = _examine(kind, given, reading=True)
+    mistakes += wrong
+    if mistakes:
+        return _Known(kind, known), mistakes
+    return kind(**{name: known[name] for name in given}), []
+
+
+def _examine(
+    kind: type, given: Mapping[str, Any], reading: bool = False
+) -> tuple[dict[str, Any], list[Mistake]]:
+    """Right values of a dataclass's fields, and what is wrong with the others and as a whole."""
+    known: dict[str, Any] = {}
+    mistakes: list[Mistake] = []
+    derived = []
+    for field in dataclasses.fields(kind):
+        name, metadata = field.name, field.metadata
+        value = given[name] if name in given else _default(field)
+        if value is dataclasses.MISSING:
+            mistakes.append(Mistake((name,), 'missing'))
+        elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
+            derived.append(field)
+        elif reading and SECTION in metadata and isinstance(value, Mapping):
+            known[name], wrong = _read(metadata[SECTION], value)
+            mistakes += (mistake.below(name) for mistake in wrong)
+        else:
+            try:
+                known[name] = metadata[TAKES](value)
+            except ValueError as error:
+                mapping = reading and SECTION in metadata
+                mistakes += found_in(refused(value, 'a mapping') if mapping else error, name)
+                if isinstance(error, InputError) and error.rest is not None:
+                    known[name] = error.rest
+    so_far = _Known(kind, known)
+    for field in derived:
+        try:
+            known[field.name] = Derived(field.metadata[DERIVED](so_far))
+        except _WrongFieldError:
+            continue
+    mistakes += _conflicts(kind, so_far)
+    return known, mistakes
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
+
+
+def _conflicts(kind: Any, known: _Known) -> Iterator[Mistake]:
+    for rule in getattr(kind, 'RULES', ()):
+        try:
+            yield from rule(known)
+        except _WrongFieldError:
+            continue

@@ -1,0 +1,167 @@
+"""Ball, cue, contacts and cloth, with the units, ranges and sources of their numbers."""
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from collections.abc import Iterator
+from dataclasses import dataclass
+import math
+from typing import Any, ClassVar
+
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import number, section, yes_or_no
+from billiard_shot.scene.furniture import BallBall
+from billiard_shot.scene.mistakes import Mistake
+
+# Squirt of a common shaft, 1.9 degrees at half a radius off centre (a = 0.5), after Alciatore
+# (technical proof TP A.31, billiards.colostate.edu): tan = 2.5 a s / (1 + 30 + 2.5 s^2) with
+# s^2 = 1 - a^2, for a ball 30 times as heavy as the cue's end. His tip and ball part without
+# sideways rebound, as ours do at restitution 0. Rebound along the normal adds 20 to 40 percent;
+# this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
+END_MASS = 0.0042
+TIP_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
+STANDARD_GRAVITY = 9.80665  # CGPM 1901
+
+
+def _inertia_of_a_ball(ball: Any) -> Iterator[Mistake]:
+    most = 2 / 3 * ball.mass * ball.radius**2
+    if ball.inertia > most * (1 + 1e-9):
+        yield Mistake(('inertia',), (
+            f'{ball.inertia!r} is not allowed; it must be at most 2/3 m r^2 = {most:.3g} (kg m^2)'
+        ))
+
+
+@dataclass(frozen=True, slots=True)
+class Ball:
+    """
+    A ball.
+
+    Parameters
+    ----------
+    mass : float
+        [kg], above 0.
+    radius : float
+        [m], above 0.
+    inertia : float, optional
+        Moment of inertia about any axis through the centre [kg m^2], above 0 and at most that of a
+        hollow ball, 2/3 m r^2; by default that of a solid one, 2/5 m r^2.
+
+    """
+
+    RULES: ClassVar = (_inertia_of_a_ball,)
+    mass: float = number('kg', above=0)
+    radius: float = number('m', above=0)
+    inertia: float = number(
+        'kg m^2', above=0, derived=lambda ball: 0.4 * ball.mass * ball.radius**2
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
+    if cue.guided and cue.end_mass != math.inf:
+        yield Mistake(('end_mass',), (
+            f'{cue.end_mass!r} is not allowed; a guided cue has none (omit it)'
+        ))
+    if not cue.guided and cue.end_mass > cue.mass:
+        yield Mistake(('end_mass',), (
+            f'{cue.end_mass!r} is not allowed; it must be at most the mass of the cue, '
+            f'{cue.mass:g} (kg)'
+        ))
+
+
+@dataclass(frozen=True, slots=True)
+class Cue:
+    """
+    A cue, moving along its axis.
+
+    Parameters
+    ----------
+    mass : float
+        [kg], above 0.
+    guided : bool
+        True: held by bearings, so that its tip cannot move sideways (the paper's mechanical cue).
+    end_mass : float, optional
+        Mass that the tip's sideways motion has to move [kg], above 0 and at most the cue's own;
+        by default 4.2 g, see `END_MASS`. Infinite for a guided cue, which takes none.
+    tip_radius : float, optional
+        Half the width of the cue behind its tip [m], at least 0: how far it reaches below the
+        point where it hits. By default 6.5 mm; for a guided cue, whose shape is not known, 0.
+
+    """
+
+    RULES: ClassVar = (_end_of_a_cue,)
+    mass: float = number('kg', above=0)
+    guided: bool = yes_or_no(default=False)
+    end_mass: float = number(
+        'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
+    )
+    tip_radius: float = number(
+        'm', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS
+    )
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ContactParameters:
+    """
+    How two bodies meet.
+
+    Parameters
+    ----------
+    restitution : float
+        Coefficient of restitution, 0 to 1.
+    friction : float
+        Coefficient of Coulomb friction, at least 0.
+    stiffness : float
+        Of the virtual spring, above 0; only the ratio of the contacts' stiffnesses matters.
+
+    """
+
+    restitution: float = number('', least=0, most=1)
+    friction: float = number('', least=0)
+    stiffness: float = number('any unit', above=0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Contacts:
+    """The contacts: tip against ball, ball against table (its cloth), ball against ball."""
+
+    cue_ball: ContactParameters = section(ContactParameters)
+    ball_table: ContactParameters = section(ContactParameters)
+    ball_ball: BallBall = section(BallBall, optional=True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Cloth:
+    """
+    What slows a ball down between impacts.
+
+    Parameters
+    ----------
+    sliding_friction : float, optional
+        Coefficient of friction of a ball that slides, at least 0. By default the friction of the
+        contact ball_table, which the `Scene` fills in (until then: infinite).
+    rolling_resistance : float
+        Deceleration of a rolling ball in units of gravity, at least 0. 0.01: Alciatore, physical
+        properties of pool equipment (billiards.colostate.edu), who gives 0.005 to 0.015.
+    spin_deceleration : float
+        Of the spin about the vertical [rad/s^2], at least 0. 10: the same source, 5 to 15.
+    gravity : float
+        [m/s^2], above 0.
+
+    """
+
+    sliding_friction: float = number('', least=0, derived=lambda _: math.inf)
+    rolling_resistance: float = number('', least=0, default=0.01)
+    spin_deceleration: float = number('rad/s^2', least=0, default=10.0)
+    gravity: float = number('m/s^2', above=0, default=STANDARD_GRAVITY)
+
+    def __post_init__(self) -> None:
+        check(self)

@@ -1,0 +1,54 @@
+"""Where balls can lie: not in each other, not in a cushion, not over a pocket."""
+from collections.abc import Iterator
+from itertools import combinations
+import math
+from typing import Any
+
+from billiard_shot.scene.mistakes import Mistake
+
+CUE_BALL = 'cue'
+ROUNDING = 1e-9  # m, by which balls may reach into each other and into cushions
+
+
+def overlapping_balls(scene: Any) -> Iterator[Mistake]:
+    """One mistake for each pair of balls that overlap."""
+    least = 2.0 * scene.ball.radius
+    lying = {CUE_BALL: (0.0, 0.0), **scene.balls}
+    for (one, here), (other, there) in combinations(lying.items(), 2):
+        overlap = least - math.dist(here, there)
+        if overlap > ROUNDING:
+            yield Mistake(('balls', other), (
+                f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; their centres must be at least '
+                f'{1e3 * least:.4g} mm apart'
+            ))
+
+
+def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
+    """One mistake for each ball in a cushion, outside of the table, or over a pocket."""
+    if scene.table is not None:
+        for name, (x, y) in scene.balls.items():
+            if why := _no_place(scene.table, x, y, scene.ball.radius):
+                yield Mistake(('balls', name), f'{[x, y]} is not allowed; {why}')
+
+
+def _no_place(table: Any, x: float, y: float, radius: float) -> str:
+    """Why no ball can lie at (x, y) [m]; nothing between the noses or in a pocket's mouth."""
+    beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
+    # How far out of the pocket's mouth the ball is, and how far aside of the middle.
+    corner = (beyond[0] + beyond[1] + table.corner.mouth * math.sqrt(0.5)) * math.sqrt(0.5)
+    pockets = (
+        (table.corner, corner, abs(beyond[0] - beyond[1]) * math.sqrt(0.5)),
+        (table.side, beyond[1], abs(x)),
+    )
+    for pocket, out, aside in pockets if table.pockets else ():
+        if math.hypot(out - pocket.shelf - pocket.radius, aside) < pocket.radius:
+            return 'a ball there is over a pocket'
+        if 0.0 <= out <= pocket.shelf and aside <= 0.5 * pocket.mouth - radius:
+            return ''
+    if max(beyond) <= ROUNDING - radius:
+        return ''
+    along, across = 0.5 * table.length - radius, 0.5 * table.width - radius
+    return (
+        f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
+        f'to {across:.4g} (m)'
+    )
