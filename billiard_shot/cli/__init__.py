@@ -8,6 +8,7 @@ when it is asked for or help is: what one of them needs costs the others nothing
 import argparse
 from collections.abc import Sequence
 from importlib import import_module
+import os
 import sys
 
 import billiard_shot
@@ -21,6 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser(words).parse_args(words)
     try:
         return int(options.run(options))
+    except BrokenPipeError:  # `... | head` has seen enough; Python must not flush what is left
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except ValueError as error:
         print(f'billiard-shot: {error}', file=sys.stderr)
         return 2

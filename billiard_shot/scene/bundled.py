@@ -31,5 +31,16 @@ def scene_path(name: str) -> Path:
     return _folder() / f'{name}.yaml'
 
 
+def find_scene(name_or_path: str | Path, folder: Path = Path()) -> Path:
+    """
+    File of a scene: a Path, or text with a folder or an ending in it, else a bundled scene's name.
+
+    Relative paths are so to `folder`.
+    """
+    text = str(name_or_path)
+    is_file = isinstance(name_or_path, Path) or Path(text).suffix in ('.yaml', '.yml')
+    return folder / text if is_file or Path(text).name != text else scene_path(text)
+
+
 def _folder() -> Path:
     return next((folder for folder in _FOLDERS if folder.is_dir()), _FOLDERS[-1])

@@ -25,7 +25,7 @@ class _Known:
     """What is known of an object with mistakes: its right fields, as attributes."""
 
     def __init__(self, kind: type, values: dict[str, Any]) -> None:
-        self._names = {field.name for field in dataclasses.fields(kind)}
+        self._names = {field.name for field in _inputs(kind)}
         self._values = values
 
     def __getattr__(self, name: str) -> Any:
@@ -34,9 +34,11 @@ class _Known:
         raise _WrongFieldError(name) if name in self._names else AttributeError(name)
 
 
-def check(instance: Any) -> None:
+def check(instance: Any, **given: Any) -> None:
     """
     Convert and check every field of a frozen dataclass, and derive those not given.
+
+    `given` are its init-only variables, which are checked along with the fields.
 
     Raises
     ------
@@ -45,12 +47,12 @@ def check(instance: Any) -> None:
 
     """
     kind = type(instance)
-    given = {field.name: getattr(instance, field.name) for field in dataclasses.fields(kind)}
-    known, mistakes = _examine(kind, given)
+    fields = [field.name for field in dataclasses.fields(kind)]
+    known, mistakes = _examine(kind, {name: getattr(instance, name) for name in fields} | given)
     if mistakes:
         raise InputError(mistakes)
-    for name, value in known.items():
-        object.__setattr__(instance, name, value)
+    for name in fields:
+        object.__setattr__(instance, name, known[name])
 
 
 def read(kind: type[S], data: object) -> S:
@@ -88,6 +90,13 @@ def fill_in(instance: S, **values: float) -> S:
     return filled
 
 
+def _inputs(kind: Any) -> list[dataclasses.Field[Any]]:
+    """Fields and init-only variables of a dataclass."""
+    pseudo = (field for field in kind.__dataclass_fields__.values()
+              if isinstance(field.type, dataclasses.InitVar))
+    return [*dataclasses.fields(kind), *pseudo]
+
+
 def _plain(value: Any, derived: bool) -> Any:
     if dataclasses.is_dataclass(value):
         return write(value, derived=derived)
@@ -102,7 +111,7 @@ def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
     """Object and no mistakes; or what is known of it, and its mistakes."""
     if not isinstance(data, Mapping):
         return _Known(kind, {}), list(found_in(refused(data, 'a mapping')))
-    names = [field.name for field in dataclasses.fields(kind)]
+    names = [field.name for field in _inputs(kind)]
     given = {}
     mistakes = []
     for key, value in data.items():
@@ -124,7 +133,7 @@ def _examine(
     known: dict[str, Any] = {}
     mistakes: list[Mistake] = []
     derived = []
-    for field in dataclasses.fields(kind):
+    for field in _inputs(kind):
         name, metadata = field.name, field.metadata
         value = given[name] if name in given else _default(field)
         if value is dataclasses.MISSING:

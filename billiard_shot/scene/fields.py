@@ -113,8 +113,11 @@ def section(kind: type, *, optional: bool = False, absent: bool = False) -> Any:
             raise refused(value, f'a {kind.__name__}')
         return value
 
-    factory: Any = (lambda: None) if absent else kind if optional else dataclasses.MISSING
-    return dataclasses.field(default_factory=factory, metadata={TAKES: convert, SECTION: kind})
+    metadata = {TAKES: convert, SECTION: kind}
+    if absent:
+        return dataclasses.field(default=None, metadata=metadata)
+    factory: Any = kind if optional else dataclasses.MISSING
+    return dataclasses.field(default_factory=factory, metadata=metadata)
 
 
 def _number_within(

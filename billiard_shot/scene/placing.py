@@ -27,11 +27,11 @@ def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
     """One mistake for each ball in a cushion, outside of the table, or over a pocket."""
     if scene.table is not None:
         for name, (x, y) in scene.balls.items():
-            if why := _no_place(scene.table, x, y, scene.ball.radius):
+            if why := no_place(scene.table, x, y, scene.ball.radius):
                 yield Mistake(('balls', name), f'{[x, y]} is not allowed; {why}')
 
 
-def _no_place(table: Any, x: float, y: float, radius: float) -> str:
+def no_place(table: Any, x: float, y: float, radius: float) -> str:
     """Why no ball can lie at (x, y) [m]; nothing between the noses or in a pocket's mouth."""
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
     # How far out of the pocket's mouth the ball is, and how far aside of the middle.

@@ -1,19 +1,21 @@
 """The scene: all that a prediction has to know, except the stroke."""
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, InitVar
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from billiard_shot.scene.bundled import scene_path
+from billiard_shot.scene.bundled import find_scene
 from billiard_shot.scene.checks import check, fill_in, read, write
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
 from billiard_shot.scene.fields import choice, Derived, number, places, section
 from billiard_shot.scene.furniture import Table
-from billiard_shot.scene.mistakes import InputError, Lines, Mistake, TWICE
+from billiard_shot.scene.likeness import resolved
+from billiard_shot.scene.mistakes import InputError, TWICE
 from billiard_shot.scene.placing import balls_off_the_table, CUE_BALL, overlapping_balls
-from billiard_shot.scene.yaml_file import read_document
+from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
+from billiard_shot.scene.yaml_file import Document, read_document
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,8 @@ class Scene:
         Where balls lie on the table [m]; the cue ball is `cue`, at the origin if not placed.
     table : Table, optional
         Cushions and pockets; without, the cloth is endless.
+    rack : Rack, optional
+        Puts the balls of a game onto the table, in addition to `balls`, where they stay.
 
     Raises
     ------
@@ -40,7 +44,7 @@ class Scene:
 
     """
 
-    RULES: ClassVar = (overlapping_balls, balls_off_the_table)
+    RULES: ClassVar = (overlapping_balls, balls_off_the_table, rack_in_the_way)
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)
     contacts: Contacts = section(Contacts)
@@ -50,9 +54,13 @@ class Scene:
     balls: Mapping[str, tuple[float, float]] = places()
     effects: Effects = section(Effects, optional=True)
     table: Table | None = section(Table, absent=True)
+    rack: InitVar[Rack | None] = section(Rack, absent=True)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def __post_init__(self, rack: Rack | None) -> None:
+        check(self, rack=rack)
+        if rack and self.table:
+            balls = {**self.balls, **racked(rack, self.table, self.ball.radius)}
+            object.__setattr__(self, 'balls', balls)
         if isinstance(self.cloth.sliding_friction, Derived):
             cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
             object.__setattr__(self, 'cloth', cloth)
@@ -61,6 +69,8 @@ class Scene:
     def load(cls, name_or_path: str | Path) -> Self:
         """
         Read a scene from YAML.
+
+        `like` in it names another scene from which it takes what it does not say itself.
 
         Parameters
         ----------
@@ -74,31 +84,27 @@ class Scene:
             If there is no such scene; or for all mistakes in it together, each with its line.
 
         """
-        text = str(name_or_path)
-        is_file = isinstance(name_or_path, Path) or Path(text).suffix in ('.yaml', '.yml')
-        path = Path(text) if is_file or Path(text).name != text else scene_path(text)
+        path = find_scene(name_or_path)
         document = read_document(path)
-        return cls._read(document.data, document.mistakes, f'scene {path}', document.lines)
+        return cls._read(document, f'scene {path}', path.parent)
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """Make a scene of what its YAML file would hold; ValueError lists all mistakes."""
-        return cls._read(data, [], 'scene', None)
+        return cls._read(Document(data, None, []), 'scene', Path())
 
     @classmethod
-    def _read(
-        cls, data: object, known: list[Mistake], about: str, lines: Lines | None
-    ) -> Self:
-        """Read a scene in which some mistakes are known already."""
-        twice = {mistake.path for mistake in known}
+    def _read(cls, document: Document, about: str, folder: Path) -> Self:
+        mistakes = list(document.mistakes)
+        twice = {mistake.path for mistake in mistakes}
         try:
-            scene = read(cls, data)
+            scene = read(cls, resolved(document.data, folder))
         except InputError as error:
-            # The file's reader says more about a key that is there twice.
-            known = [*known, *(mistake for mistake in error.mistakes
-                               if mistake.text != TWICE or mistake.path not in twice)]
-        if known:
-            raise InputError(known, about, lines) from None
+            # The file's reader has said more about a key that is there twice.
+            mistakes += (mistake for mistake in error.mistakes
+                         if mistake.text != TWICE or mistake.path not in twice)
+        if mistakes:
+            raise InputError(mistakes, about, document.lines) from None
         return scene
 
     def to_dict(self, *, derived: bool = False) -> dict[str, Any]:

@@ -16,10 +16,10 @@ MERGE = 'tag:yaml.org,2002:merge'  # <<, which copies the keys of another mappin
 
 
 class Document(NamedTuple):
-    """What a file holds, the line of each key, and the keys that are there twice."""
+    """What a file holds, the lines of its keys (None: no file), and keys that are there twice."""
 
     data: Any
-    lines: Lines
+    lines: Lines | None
     mistakes: list[Mistake]
 
 

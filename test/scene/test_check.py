@@ -2,7 +2,9 @@
 import copy
 import dataclasses
 import math
+from pathlib import Path
 import pickle
+import re
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -199,3 +201,18 @@ def test_a_carom_table_has_no_mouths():
     data = {**Scene.load('pool').to_dict(), 'balls': {'8': [0, 0.638]}}
     with pytest.raises(ValueError, match=r'cushions leave .* y from -0\.6064 to 0\.6064 \(m\)'):
         Scene.from_dict({**data, 'table': {'pockets': False}})
+
+
+PAGE = Path(__file__).parents[2] / 'docs' / 'scenes.md'
+
+
+@pytest.mark.parametrize('block', re.findall(r'```yaml\n(.*?)```', PAGE.read_text(), re.DOTALL))
+def test_scenes_in_the_documentation(block, tmp_path):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(block)
+    assert Scene.load(path).ball.mass > 0
+
+
+def test_bundled_scenes_are_documented():
+    named = re.findall(r'`(\w+)`', PAGE.read_text().split('## Bundled scenes')[1])
+    assert sorted(named) == scene_names()

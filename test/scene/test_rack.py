@@ -1,0 +1,165 @@
+"""Racks and the bundled scenes: as the rules say, and the same everywhere."""
+import dataclasses
+from itertools import combinations
+import math
+import subprocess
+import sys
+
+from hypothesis import given
+from hypothesis import strategies as st
+import pytest
+
+from billiard_shot.scene import Rack, Scene, Table
+from billiard_shot.scene.bundled import scene_names
+
+RADIUS = 0.028575
+GAMES = {'nine_ball': 9, 'eight_ball': 15, 'snooker': 21}
+games = st.sampled_from(sorted(GAMES))
+seeds = st.integers(0, 2**40)
+
+
+def rack(game, **numbers):
+    table = Table(length=3.569, width=1.778) if game == 'snooker' else Table()
+    scene = dataclasses.replace(
+        Scene.load('pool'), table=table, rack=Rack(game, **numbers), balls={'cue': (-0.9, 0.1)})
+    balls = dict(scene.balls)
+    assert balls.pop('cue') == (-0.9, 0.1)
+    return balls
+
+
+def distances(balls):
+    return sorted(math.dist(*pair) for pair in combinations(balls.values(), 2))
+
+
+@given(games, seeds, st.floats(0, 1e-3))
+def test_gaps(game, seed, gap):
+    """Neighbours are between one diameter and one and two gaps apart; all others are far."""
+    balls = rack(game, seed=seed, gap=gap)
+    assert len(balls) == GAMES[game]
+    neighbours = {'nine_ball': 16, 'eight_ball': 30, 'snooker': 31}[game]
+    apart = distances(balls)
+    assert apart[0] >= 2 * RADIUS - 1e-12
+    assert apart[neighbours - 1] <= 2 * RADIUS + 2 * gap + 1e-12
+    assert apart[neighbours] > 3 * RADIUS
+
+
+def test_a_tight_rack_touches_and_is_symmetric():
+    balls = rack('eight_ball', gap=0)
+    assert distances(balls)[:30] == pytest.approx([2 * RADIUS] * 30, rel=1e-14)
+    for x, y in balls.values():
+        assert min(math.dist((x, -y), other) for other in balls.values()) < 1e-15
+
+
+@given(seeds)
+def test_nine_ball_rules(seed):
+    balls = rack('nine_ball', seed=seed, gap=0)
+    assert balls['1'] == (0.635, 0)
+    assert balls['9'] == pytest.approx((0.635 + 2 * RADIUS * math.sqrt(3), 0), abs=1e-15)
+
+
+@given(seeds)
+def test_eight_ball_rules(seed):
+    balls = rack('eight_ball', seed=seed, gap=0)
+    assert balls['8'] == pytest.approx((0.635 + 2 * RADIUS * math.sqrt(3), 0), abs=1e-15)
+    back = max(x for x, _ in balls.values())
+    corners = [int(name) for name, (x, y) in balls.items()
+               if x > back - 1e-9 and abs(y) > 3.9 * RADIUS]
+    assert len(corners) == 2
+    assert min(corners) < 8 < max(corners)
+
+
+def test_every_ball_comes_everywhere():
+    apexes = {min(rack('eight_ball', seed=seed).items(), key=lambda item: item[1])[0]
+              for seed in range(200)}
+    assert apexes == {str(ball) for ball in range(1, 16)} - {'8'}
+
+
+def test_snooker_spots():
+    balls = Scene.load('snooker').balls
+    assert balls['black'] == pytest.approx((1.4605, 0))
+    assert balls['pink'] == pytest.approx((0.89225, 0))
+    assert balls['brown'] == pytest.approx((-1.0475, 0))
+    assert balls['yellow'] == pytest.approx((-1.0475, -0.292))  # right, seen from the baulk
+    assert 0 < balls['red1'][0] - 0.89225 - 0.0525 < 2e-4
+
+
+def test_the_same_in_every_process():
+    code = ("from billiard_shot import Scene; import hashlib; "
+            "print(repr(Scene.load('eight_ball').balls))")
+    answers = {subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
+                              check=True, env={'PYTHONHASHSEED': seed}).stdout
+               for seed in ('0', '1')}
+    assert answers == {repr(Scene.load('eight_ball').balls) + '\n'}
+
+
+def test_the_order_of_a_seed_never_changes():
+    assert list(rack('nine_ball', seed=3)) == ['1', '7', '2', '6', '9', '4', '8', '5', '3']
+    assert list(rack('eight_ball', seed=3))[:5] == ['12', '13', '4', '1', '8']
+
+
+def test_racks_leave_nothing_behind():
+    """The balls of a rack are balls like others: replacing the rest of the scene keeps them."""
+    scene = Scene.load('nine_ball')
+    assert dataclasses.replace(scene, law='energetic').balls == scene.balls
+    moved = dataclasses.replace(scene, balls={**scene.balls, '9': (0, 0)})
+    assert moved.balls['9'] == (0, 0)
+    assert len(moved.balls) == 10
+    assert Scene.from_dict(scene.to_dict()) == scene
+
+
+@pytest.mark.parametrize(('change', 'text'), [
+    ({'rack': {'game': 'nineball'}}, r"rack\.game: 'nineball' .* one of nine_ball, eight_ball"),
+    ({'rack': {}}, r'rack\.game: missing'),
+    ({'rack': {'game': 'nine_ball', 'gap': -1e-3}}, r'rack\.gap: -0\.001 .* at least 0'),
+    ({'rack': {'game': 'nine_ball', 'seed': 1.5}}, r'rack\.seed: 1\.5 .* whole number'),
+    ({'rack': 'nine_ball'}, r"rack: 'nine_ball' is not allowed; it must be a mapping"),
+    ({'table': None}, r'rack: needs a table to stand on: table is missing'),
+    ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has such a ball, too'),
+    ({'balls': {'cue': [0.69, 0.03]}}, r"balls\.cue: overlaps ball '.' of the rack"),
+    ({'table': {'length': 0.5, 'width': 0.5, 'pockets': False}}, r"rack: puts ball '.' at"),
+])
+def test_mistakes_with_racks(change, text):
+    data = {'like': 'pool_table', 'rack': {'game': 'nine_ball'}, **change}
+    with pytest.raises(ValueError, match=text):
+        Scene.from_dict(data)
+
+
+def test_scenes_like_others(tmp_path):
+    (tmp_path / 'base.yaml').write_text('like: pool_table\nballs: {8: [0.5, 0.1]}\n')
+    own = tmp_path / 'own.yaml'
+    own.write_text('like: base.yaml\nball: {mass: 0.16}\ncontacts: {cue_ball: {friction: 0.5}}\n')
+    scene, pool = Scene.load(own), Scene.load('pool_table')
+    assert scene.ball.mass == 0.16
+    assert scene.ball.radius == pool.ball.radius
+    assert scene.contacts.cue_ball == dataclasses.replace(pool.contacts.cue_ball, friction=0.5)
+    assert scene.balls == {**pool.balls, '8': (0.5, 0.1)}
+    assert Scene.from_dict({'like': 'paper'}) == Scene.load('paper')
+
+
+@pytest.mark.parametrize(('text', 'message'), [
+    ('like: ghost', r"line 1: like: scene: no bundled scene 'ghost'; there are: blocked"),
+    ('like: none.yaml', 'line 1: like: .*No such file'),
+    ('like: own.yaml', 'like: .*that scene is like this one'),
+    ('like: [1]', 'like: '),
+    ('like: pool\nball: {mass: -1}', r'line 2: ball\.mass: -1 is not allowed'),
+    ('like: pool\nball: 3', r'line 2: ball: 3 is not allowed; it must be a mapping'),
+    ('like: blocked\n\nball: {radius: 0.21}', r"balls\.1: overlaps ball 'cue'"),
+])
+def test_mistakes_in_scenes_like_others(tmp_path, text, message):
+    path = tmp_path / 'own.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        Scene.load(path)
+
+
+@pytest.mark.parametrize('name', sorted(set(scene_names()) - {'paper', 'pool'}))
+def test_bundled_tables_are_to_scale(name):
+    scene = Scene.load(name)
+    assert scene.table.length == pytest.approx(2 * scene.table.width, rel=0.01)
+    assert 'cue' in scene.balls
+
+
+def test_the_frozen_combination_is_frozen():
+    scene = Scene.load('frozen_combination')
+    assert math.dist(scene.balls['1'], scene.balls['8']) == pytest.approx(
+        2 * scene.ball.radius, abs=1e-15)
