@@ -5,23 +5,45 @@ from dataclasses import dataclass
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import choice
 
+_WISHES = 'auto', 'on', 'off'
+
 
 @dataclass(frozen=True, slots=True)
 class Effects:
     """
-    Effects that can be forced: `auto` (simulated where the stroke calls for it), `on` or `off`.
+    What a scene wishes of each effect: `auto` (where it is called for), `on` or `off`.
 
     Parameters
     ----------
+    table_contact : str
+        `off`: the ball is struck as if nothing were below it, and then put onto the cloth.
+    tip_friction, table_friction : str
+        `off`: in the strike the tip, or the cloth, only pushes along the normal; the cloth also in
+        bounces.
+    end_mass : str
+        `off`: the tip cannot give way sideways, as if the cue were guided.
     flight : str
-        `off` puts the ball back on the cloth after the strike with its horizontal motion kept.
+        `off`: the ball is put back on the cloth after the strike, with its horizontal motion kept.
+        `on`: it flies however low.
     bounce : str
-        `off` lets the ball stay down where it first lands; `on` is the same as `auto`.
+        `off`: the ball stays down where it first lands. `on`: every hop is followed, until it is
+        lost in rounding.
+    slide : str
+        `off`: the ball rolls at once, as it would at the end of its slide.
+    roll, spin_decay : str
+        `off`: nothing slows the roll, or the spin about the vertical; the ball may never rest.
 
     """
 
-    flight: str = choice('auto', 'on', 'off', default='auto')
-    bounce: str = choice('auto', 'on', 'off', default='auto')
+    table_contact: str = choice(*_WISHES, default='auto')
+    tip_friction: str = choice(*_WISHES, default='auto')
+    table_friction: str = choice(*_WISHES, default='auto')
+    end_mass: str = choice(*_WISHES, default='auto')
+    flight: str = choice(*_WISHES, default='auto')
+    bounce: str = choice(*_WISHES, default='auto')
+    slide: str = choice(*_WISHES, default='auto')
+    roll: str = choice(*_WISHES, default='auto')
+    spin_decay: str = choice(*_WISHES, default='auto')
 
     def __post_init__(self) -> None:
         check(self)

@@ -1,6 +1,6 @@
 """The scene: all that a prediction has to know, except the stroke."""
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, InitVar
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -12,10 +12,15 @@ from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
 from billiard_shot.scene.fields import choice, Derived, number, places, section
 from billiard_shot.scene.furniture import Table
 from billiard_shot.scene.likeness import resolved
-from billiard_shot.scene.mistakes import InputError, TWICE
+from billiard_shot.scene.mistakes import InputError, Mistake, TWICE
 from billiard_shot.scene.placing import balls_off_the_table, CUE_BALL, overlapping_balls
 from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
 from billiard_shot.scene.yaml_file import Document, read_document
+
+
+def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
+    if scene.cue.guided and scene.effects.end_mass == 'on':
+        yield Mistake(('effects', 'end_mass'), "'on' is not allowed; a guided cue has none")
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +49,9 @@ class Scene:
 
     """
 
-    RULES: ClassVar = (overlapping_balls, balls_off_the_table, rack_in_the_way)
+    RULES: ClassVar = (
+        overlapping_balls, balls_off_the_table, rack_in_the_way, _end_of_a_guided_cue,
+    )
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)
     contacts: Contacts = section(Contacts)

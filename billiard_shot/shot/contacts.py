@@ -104,7 +104,8 @@ def response_of(model: Model, c: NDArray[np.float64], lever: NDArray[np.float64]
     for i in range(6):
         for j in range(i):
             coupling = 0.5 * (w[i, j] + w[j, i])
-            if abs(coupling) < ROUNDING * np.sqrt(w[i, i] * w[j, j]):
+            apart = not model.table and i >= 3 > j  # nothing closes the contact with the table
+            if apart or abs(coupling) < ROUNDING * np.sqrt(w[i, i] * w[j, j]):
                 coupling = 0.0
             w[i, j] = coupling
             w[j, i] = coupling

@@ -6,10 +6,9 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
-from billiard_shot.table.surface import AUTO, OFF, ON, Surface
+from billiard_shot.table.surface import AUTO, Surface
 
 TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
-_WISHES = {'auto': AUTO, 'on': ON, 'off': OFF}
 
 
 class Model(NamedTuple):
@@ -23,11 +22,12 @@ class Model(NamedTuple):
     stiffness: NDArray[np.float64]
     law: int
     exponent: float
+    table: bool  # whether the contact TABLE takes part
     surface: Surface  # the ball's own numbers are here
 
 
-def model_of(scene: Scene) -> Model:
-    """Collect the numbers of a scene."""
+def numbers_of(scene: Scene) -> Model:
+    """Collect the numbers of a scene, all effects as they are called for."""
     tip, table = scene.contacts.cue_ball, scene.contacts.ball_table
     ball, cloth = scene.ball, scene.cloth
     law = LAWS[scene.law]
@@ -40,12 +40,13 @@ def model_of(scene: Scene) -> Model:
         stiffness=np.array([tip.stiffness, table.stiffness]),
         law=law,
         exponent=scene.exponent,
+        table=True,
         surface=Surface(
             mass=ball.mass, radius=ball.radius, inertia=ball.inertia, gravity=cloth.gravity,
             sliding=cloth.sliding_friction, rolling=cloth.rolling_resistance,
             spin_deceleration=cloth.spin_deceleration,
-            restitution=0.0 if scene.effects.bounce == 'off' else table.restitution,
+            restitution=table.restitution,
             friction=table.friction, law=law, exponent=scene.exponent,
-            flight=_WISHES[scene.effects.flight],
+            flight=AUTO, bounce=AUTO,
         ),
     )

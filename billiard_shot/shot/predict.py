@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
-from billiard_shot.shot.model import model_of
+from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke, unit_rows

@@ -77,7 +77,11 @@ def follow_on_cloth(
 def slide(surface: Surface, ball: NDArray[np.float64], segments: NDArray[np.float64]) -> bool:
     """Slide until the ball rolls; return whether that ever happens."""
     slip, x, y = slip_of(ball, surface.radius)
-    if slip > 0.0:
+    if surface.sliding == np.inf:
+        left = slip / (1.0 + surface.mass * surface.radius**2 / surface.inertia)
+        ball[VELOCITY] -= left * x
+        ball[VELOCITY + 1] -= left * y
+    elif slip > 0.0:
         ball[MOTION] = SLIDE
         deceleration = surface.sliding * surface.gravity
         lever = surface.mass * surface.radius / surface.inertia

@@ -76,7 +76,7 @@ def fly(
         follow(ball, np.inf, segments)
         return ENDLESS, 0.0
     error = error_of_pause(surface, ball)
-    if error > tolerance or (surface.flight == ON and first):
+    if error > tolerance or surface.bounce == ON or (surface.flight == ON and first):
         ball[ACCELERATION + 2] = -surface.gravity
         follow(ball, 2.0 * ball[CLIMB] / surface.gravity, segments)
         ball[HEIGHT] = surface.radius

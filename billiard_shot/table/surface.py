@@ -11,7 +11,7 @@ class Surface(NamedTuple):
     radius: float  # m
     inertia: float  # kg m^2
     gravity: float  # m/s^2
-    sliding: float  # coefficient of friction while it slides
+    sliding: float  # coefficient of friction while it slides; inf: it rolls at once
     rolling: float  # deceleration while it rolls, in units of gravity
     spin_deceleration: float  # of the spin about the vertical, rad/s^2
     restitution: float  # of a bounce
@@ -19,3 +19,4 @@ class Surface(NamedTuple):
     law: int  # of a bounce, see billiard_shot.impact.laws
     exponent: float  # of a bounce
     flight: int  # AUTO, ON or OFF
+    bounce: int = AUTO  # or ON; off is a restitution of 0

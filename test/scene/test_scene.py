@@ -31,7 +31,7 @@ def test_shortest_form_and_its_defaults(tmp_path):
     assert scene.exponent == 1.0
     assert scene.ball.inertia == pytest.approx(0.4 * 0.1673 * 0.0286**2, rel=1e-15)
     assert scene.cloth == Cloth(0.152479, 0.01, 10.0, 9.80665)
-    assert scene.effects == Effects('auto', 'auto')
+    assert scene.effects == Effects()
     assert scene.cue_ball == (0.0, 0.0, 0.0286)
 
 
@@ -67,7 +67,7 @@ def test_yaml_of_people(tmp_path):
         SHORTEST + 'effects: {flight: off, bounce: on}\ncloth: {rolling_resistance: 1e-2}'
     )
     scene = Scene.load(path)
-    assert scene.effects == Effects('off', 'on')
+    assert scene.effects == Effects(flight='off', bounce='on')
     assert scene.cloth.rolling_resistance == 0.01
 
 

@@ -1,0 +1,39 @@
+"""What takes part in the strike beside the ball: the table below it, the end of the cue."""
+from billiard_shot.shot.effects.effect import Gate, Look, Seen
+from billiard_shot.shot.model import Model, TABLE
+
+
+class TableContact(Gate):
+    """Without, the ball is struck as if nothing were below it, and then put onto the cloth."""
+
+    name = 'table_contact'
+    needs = 'the strike presses the ball onto the cloth'
+
+    def seen(self, look: Look) -> Seen:
+        """The impact itself closes the contact, or leaves it open."""
+        push = look.impulse(TABLE)[0]
+        if push > 0.0:
+            return Seen(True, f'the ball is pressed onto the cloth, with {push:.3g} N s')
+        return Seen(False, 'the strike never presses the ball onto the cloth')
+
+    def off(self, model: Model) -> Model:
+        """Contact that nothing closes."""
+        return model._replace(table=False)
+
+
+class EndMass(Gate):
+    """Without, the tip cannot give way sideways, and throws the ball off line: a guided cue."""
+
+    name = 'end_mass'
+    needs = 'the cue is not guided'
+
+    def seen(self, look: Look) -> Seen:
+        """The cue says so."""
+        cue = look.scene.cue
+        if cue.guided:
+            return Seen(False, 'the cue is guided: its tip cannot move sideways')
+        return Seen(True, f'the tip can move sideways, with {1e3 * cue.end_mass:.3g} g of the cue')
+
+    def off(self, model: Model) -> Model:
+        """No sideways motion."""
+        return model._replace(softness=0.0)

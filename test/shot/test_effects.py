@@ -1,0 +1,178 @@
+"""Effects are simulated where they are called for, and leaving out the others changes nothing."""
+import dataclasses
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot.scene import Effects
+from billiard_shot.scene.bundled import scene_names
+from billiard_shot.shot.effects import GATES
+from billiard_shot.shot.model import numbers_of
+
+NAMES = [gate.name for gate in GATES]
+POOL, PAPER = Scene.load('pool'), Scene.load('paper')
+# a little of everything: jumps, bounces, slides, rolls, and has spin about the vertical
+BUSY = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
+LEVEL = Stroke.from_offsets(0, 0, 0, 0, 1)
+
+
+def wishing(scene, **wishes):
+    return dataclasses.replace(scene, effects=Effects(**wishes))
+
+
+def effect(shot, name):
+    return next(effect for effect in shot.effects if effect.name == name)
+
+
+def random_scene(draw):
+    """Ball, cue, contacts, law: now and then without friction or rebound, or guided."""
+    ball = {'mass': draw.uniform(0.1, 0.25), 'radius': draw.uniform(0.02, 0.035)}
+
+    def contact(friction):
+        return {'restitution': draw.choice([0, draw.uniform(0, 0.9)], p=[0.1, 0.9]),
+                'friction': draw.choice([0, friction], p=[0.1, 0.9]),
+                'stiffness': 10 ** draw.uniform(-1, 1)}
+
+    return Scene.from_dict({
+        'ball': ball,
+        'cue': {'mass': draw.uniform(0.3, 0.7), 'guided': bool(draw.random() < 0.3)},
+        'contacts': {'cue_ball': contact(draw.uniform(0.2, 0.8)),
+                     'ball_table': contact(draw.uniform(0.1, 0.4))},
+        'cloth': {'sliding_friction': draw.uniform(0.1, 0.4),
+                  'spin_deceleration': draw.uniform(5, 40)},
+        'law': str(draw.choice(['bistiffness', 'energetic'])),
+    })
+
+
+def random_stroke(draw):
+    offset, around = 0.6 * np.sqrt(draw.random()), draw.uniform(0, 2 * np.pi)
+    return Stroke.from_offsets(
+        offset * np.cos(around), 0.2 + offset * np.sin(around),
+        draw.choice([0, draw.uniform(0, 1.4)]), draw.uniform(-3, 3), 10 ** draw.uniform(-1.3, 0.9))
+
+
+def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
+    """2,000 random scenes: the same trajectory at equal times, of fewer pieces."""
+    draw = np.random.default_rng(4)
+    tolerance = 1e-4
+    pieces = np.zeros((2000, 2), dtype=int)
+    for number, row in enumerate(pieces):
+        scene, stroke = random_scene(draw), random_stroke(draw)
+        forced = [name for name in NAMES if name != 'end_mass' or not scene.cue.guided]
+        gated = predict(scene, stroke, tolerance)
+        everything = predict(wishing(scene, **dict.fromkeys(forced, 'on')), stroke, tolerance)
+        assert everything.status == gated.status
+        if gated.status.refused:
+            continue
+        times = np.linspace(0, everything.trajectory.duration, 50)
+        one, other = gated.trajectory.at(times), everything.trajectory.at(times)
+        assert np.abs(one.position - other.position).max() < tolerance
+        row[:] = len(gated.trajectory.rows), len(everything.trajectory.rows)
+        if number % 20 == 0:
+            assert all(effect.simulated == effect.wanted for effect in gated.effects)
+            assert all(effect.simulated or not effect.wanted for effect in everything.effects)
+    assert (pieces[:, 0] <= pieces[:, 1]).all()
+    flown = pieces[:, 0] < pieces[:, 1]
+    assert 0.5 < flown.mean() < 0.95
+    assert pieces[flown, 1].sum() > 5 * pieces[flown, 0].sum()
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_gates_want_the_same_whether_forced_or_not(name):
+    """What a gate says of a shot does not depend on what the scene wishes of its effect."""
+    draw = np.random.default_rng(NAMES.index(name))
+    for _ in range(60):
+        scene, stroke = random_scene(draw), random_stroke(draw)
+        free = effect(predict(scene, stroke), name)
+        off = predict(wishing(scene, **{name: 'off'}), stroke)
+        assert effect(off, name).wanted == free.wanted == free.simulated
+        assert not effect(off, name).simulated
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_what_is_forced_off_is_reported(name):
+    shot = predict(wishing(POOL, **{name: 'off'}), BUSY)
+    report = effect(shot, name)
+    assert (report.simulated, report.wanted) == (False, True)
+    assert report.reason.startswith('the scene turns it off; it would be simulated: ')
+    assert effect(predict(POOL, BUSY), name).simulated
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_what_is_forced_off_changes_the_shot(name):
+    free, off = predict(POOL, BUSY), predict(wishing(POOL, **{name: 'off'}), BUSY)
+    strike = name in ('table_contact', 'tip_friction', 'table_friction', 'end_mass')
+    assert np.allclose(free.velocity, off.velocity, atol=1e-12) != strike
+    assert (off.status == Status.NEVER_RESTS) == (name in ('roll', 'spin_decay'))
+    if name == 'spin_decay':
+        assert off.trajectory.rest == pytest.approx(free.trajectory.rest, abs=1e-12)
+    else:
+        assert np.abs(off.trajectory.rest - free.trajectory.rest).max() > 1e-6
+
+
+def test_reasons_of_what_is_not_called_for():
+    shot = predict(PAPER, LEVEL)
+    reasons = {effect.name: effect.reason for effect in shot.effects if not effect.simulated}
+    assert reasons['end_mass'] == 'the cue is guided: its tip cannot move sideways'
+    assert reasons['flight'] == 'the ball does not leave the cloth'
+    assert reasons['bounce'] == 'there is no flight'
+    assert reasons['spin_decay'] == 'the ball has no spin about the vertical'
+    assert reasons['tip_friction'] == 'there is no slip to resist at the tip'
+    assert effect(shot, 'slide').simulated
+    off = predict(wishing(PAPER, flight='off'), LEVEL)
+    assert effect(off, 'flight').reason == (
+        'the scene turns it off; nothing calls for it either: the ball does not leave the cloth')
+
+
+def test_without_slide_the_ball_rolls_as_it_would_in_the_end():
+    """5/7 of the speed are left of a stun stroke's: the angular momentum about the cloth stays."""
+    free = predict(POOL, LEVEL, 1e-9)
+    off = predict(wishing(POOL, slide='off'), LEVEL, 1e-9)
+    start = off.trajectory.at(0.0)
+    assert start.velocity[0] == pytest.approx(5 / 7 * free.velocity[0], rel=1e-9)
+    assert start.spin[1] == pytest.approx(start.velocity[0] / POOL.ball.radius, rel=1e-12)
+
+
+def test_without_table_contact_the_ball_is_struck_in_the_air():
+    """A smooth tip, straight down at 45 degrees: the ball leaves along the normal."""
+    scene = wishing(POOL, table_contact='off', tip_friction='off')
+    shot = predict(scene, Stroke((-1, 0, 1), (1, 0, -1)), 1e-10)
+    assert shot.velocity[2] == pytest.approx(-shot.velocity[0], rel=1e-12)
+    assert shot.impact.dissipated[1] == pytest.approx([0, 0], abs=1e-15)
+    assert [phase.active for phase in shot.impact.phases] == [(0,)]
+    assert shot.trajectory.at(0.0).velocity[2] == 0.0
+
+
+def test_without_end_mass_a_cue_throws_the_ball_like_a_guided_one():
+    off = predict(wishing(POOL, end_mass='off'), BUSY)
+    guided = dataclasses.replace(POOL, cue=dataclasses.replace(POOL.cue, guided=True))
+    assert off.velocity.tolist() == predict(guided, BUSY).velocity.tolist()
+
+
+def test_a_guided_cue_has_no_end_mass_to_turn_on():
+    with pytest.raises(ValueError, match=r"effects\.end_mass: 'on' is not allowed; a guided cue"):
+        wishing(PAPER, end_mass='on')
+
+
+def test_every_effect_can_be_wished_for_and_has_a_gate():
+    assert [field.name for field in dataclasses.fields(Effects)] == NAMES
+
+
+def test_what_is_left_out_of_the_numbers_is_all_that_changes():
+    """Each gate's changes, to numbers it has in hand."""
+    model = numbers_of(POOL)
+    for gate in GATES:
+        assert repr(gate.off(model)) != repr(model)
+
+
+def test_nothing_was_simulated_in_a_refused_stroke():
+    effects = predict(POOL, Stroke.from_offsets(0.9, 0.9, 0, 0, 1)).effects
+    assert [effect.name for effect in effects] == NAMES
+    assert {effect.reason for effect in effects} == {'the stroke was not played'}
+    assert not any(effect.simulated or effect.wanted for effect in effects)
+
+
+@pytest.mark.parametrize('name', scene_names())
+def test_bundled_scenes_leave_it_to_the_gates(name):
+    assert Scene.load(name).effects == Effects()
