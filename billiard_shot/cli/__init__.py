@@ -13,7 +13,7 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict', 'scene')
+COMMANDS = ('predict', 'scene', 'effects')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

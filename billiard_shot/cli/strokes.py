@@ -1,6 +1,7 @@
 """Options that say which strokes, for every command that takes some."""
 import argparse
 from pathlib import Path
+from typing import Any
 
 from billiard_shot import Scene, Stroke
 
@@ -22,12 +23,23 @@ def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
         offsets.add_argument(f'--{name}', type=float, metavar='NUMBER', help=text)
 
 
+NAMES = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
+
+
+def strokes_given(options: argparse.Namespace) -> bool:
+    """Whether any stroke is stated at all."""
+    return bool(options.strokes) or bool(_given(options))
+
+
+def _given(options: argparse.Namespace) -> dict[str, Any]:
+    return {name: value for name in NAMES if (value := getattr(options, name)) is not None}
+
+
 def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
     """Strokes by name; ValueError if none is stated, or more than one way is used."""
     from billiard_shot.shot.stroke_file import read_strokes, stroke_from
 
-    names = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
-    given = {name: value for name in names if (value := getattr(options, name)) is not None}
+    given = _given(options)
     if options.strokes and given:
         raise ValueError('--strokes: is not allowed together with a stroke on the command line')
     if options.strokes:

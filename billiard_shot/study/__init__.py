@@ -1,0 +1,1 @@
+"""What accuracy and effects cost: tables and pictures."""

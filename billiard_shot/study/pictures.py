@@ -1,0 +1,49 @@
+"""Pictures need matplotlib, an extra: it is imported when the first one is drawn."""
+from pathlib import Path
+from typing import Any
+
+
+def require_matplotlib() -> None:
+    """Raise ValueError, with what installs it, if there is no matplotlib."""
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError:
+        raise ValueError(
+            "picture: needs matplotlib, an extra: pip install 'billiard_shot[plot]'"
+        ) from None
+
+
+def new_figure(columns: int, width: float, height: float) -> tuple[Any, Any]:
+    """
+    Make a figure with some axes side by side, without any display.
+
+    Parameters
+    ----------
+    columns : int
+        How many axes.
+    width, height : float
+        Of the figure [inches].
+
+    Returns
+    -------
+    figure, axes : matplotlib Figure, list of Axes
+
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, with what installs it.
+
+    """
+    require_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout='constrained')
+    return figure, [figure.add_subplot(1, columns, 1 + column) for column in range(columns)]
+
+
+def save(figure: Any, path: Path) -> None:
+    """Write a figure to a file; ValueError if that cannot be done."""
+    try:
+        figure.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:
+        raise ValueError(f'picture: {path}: {error}') from error

@@ -1,0 +1,130 @@
+"""What effects cost and change, and the command that shows it."""
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.cli import main
+from billiard_shot.scene import Effects
+from billiard_shot.shot.effects import GATES
+from billiard_shot.study.effects import comparisons, strokes_for, study_effects
+
+POOL, PAPER = Scene.load('pool'), Scene.load('paper')
+STROKES = Path(__file__).parents[2] / 'config' / 'strokes' / 'paper.yaml'
+NAMES = [gate.name for gate in GATES]
+ENGLISH = Stroke.from_offsets(0.4, 0, 0, 0, 2)
+JUMP = Stroke.from_offsets(0, 0, 0.6, 0, 3)
+
+
+def changes(scene, stroke, **options):
+    studies = study_effects(scene, [stroke], repeats=1, **options)
+    assert [study.name for study in studies] == NAMES
+    return {study.name: study.changes[0] for study in studies}
+
+
+def test_end_mass_is_squirt():
+    """The end mass turns the ball back, from a guided cue's line to that of a player's cue."""
+    found = changes(POOL, ENGLISH)['end_mass']
+    guided = dataclasses.replace(POOL, cue=dataclasses.replace(POOL.cue, guided=True))
+    directions = [math.atan2(*predict(scene, ENGLISH).velocity[1::-1]) for scene in (POOL, guided)]
+    assert found.simulated
+    assert found.turn == pytest.approx(abs(directions[0] - directions[1]), rel=1e-6)
+    assert math.degrees(found.turn) > 10
+
+
+def test_flight_moves_the_place_of_rest():
+    found = changes(POOL, JUMP)
+    flat = dataclasses.replace(POOL, effects=Effects(flight='off'))
+    rests = [predict(scene, JUMP).trajectory.rest for scene in (POOL, flat)]
+    assert found['flight'].distance == pytest.approx(abs(rests[0] - rests[1])[0], rel=1e-9)
+    assert found['flight'].steps > 0
+    assert found['roll'].distance == math.inf
+    assert found['spin_decay'].distance == 0
+    assert not found['spin_decay'].simulated
+
+
+def test_an_effect_that_is_not_called_for_adds_nothing():
+    found = changes(PAPER, Stroke.from_offsets(0, 0, 0, 0, 1))
+    for name in ('end_mass', 'flight', 'bounce', 'tip_friction', 'table_friction', 'spin_decay'):
+        assert not found[name].simulated
+        assert (found[name].distance, found[name].turn, found[name].steps) == (0, 0, 0)
+
+
+def test_what_the_scene_forces_off_is_compared_all_the_same():
+    off = dataclasses.replace(POOL, effects=Effects(flight='off'))
+    assert changes(off, JUMP)['flight'].distance == changes(POOL, JUMP)['flight'].distance
+    assert changes(off, JUMP)['bounce'].distance == 0
+
+
+def test_progress_and_refused_strokes():
+    done = []
+    strokes = [JUMP, Stroke.from_offsets(0.9, 0.9, 0, 0, 1)]
+    studies = study_effects(POOL, strokes, repeats=1, report=done.append)
+    assert done == list(range(1, comparisons(strokes) + 1))
+    assert [len(study.changes) for study in studies] == [1] * len(NAMES)
+
+
+@pytest.mark.parametrize('name', ['pool', 'blocked', 'carom'])
+def test_strokes_for_a_scene_can_be_played(name):
+    scene = Scene.load(name)
+    strokes = strokes_for(scene, 20)
+    assert strokes == strokes_for(scene, 20)
+    assert sum(predict(scene, stroke).status.refused for stroke in strokes) < 5
+    for stroke in strokes if scene.balls else ():
+        x, y, _ = scene.cue_ball
+        vx, vy, _ = stroke.velocity
+        misses = [abs(vx * (v - y) - vy * (u - x)) / math.hypot(vx, vy)
+                  for (u, v) in scene.balls.values() if (u, v) != (x, y)]
+        assert min(misses) <= 2 * scene.ball.radius
+
+
+def test_command_for_one_shot(capsys):
+    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2']) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    title, head, units, *rows = out.splitlines()
+    assert title == 'scene pool, 1 stroke'
+    assert head.split()[:3] == ['effect', 'simulated', 'costs']
+    assert units.split() == ['(us)', '(mm)', '(degrees)']
+    assert [row.split()[0] for row in rows] == NAMES
+    assert rows[NAMES.index('end_mass')].endswith('with 4.2 g of the cue')
+    assert rows[NAMES.index('flight')].split()[1] in ('yes', 'no')
+
+
+def test_command_for_strokes_and_for_a_scene(capsys):
+    assert main(['effects', str(STROKES), '--scene', 'paper']) == 0
+    title, *rows = capsys.readouterr().out.splitlines()
+    assert title == 'scene paper, 4 strokes'
+    assert rows[2 + NAMES.index('end_mass')].split()[1:4] == ['0', 'of', '4']
+    assert main(['effects', 'carom', '--count', '2']) == 0
+    assert capsys.readouterr().out.startswith('scene carom, 2 strokes as people play them\n')
+
+
+@pytest.mark.parametrize(('arguments', 'text'), [
+    (['papre'], "no bundled scene 'papre'"),
+    (['pool', '--scene', 'paper'], '--scene: is not allowed together with scene pool'),
+    (['pool', '--count', '0'], '--count: 0 is not allowed; it must be at least 1'),
+    (['pool', '--a', '0.9', '--b', '0.9', '--speed', '1'], 'none of them can be played'),
+    ([str(STROKES), '--speed', '1'], '--strokes: is not allowed together with'),
+])
+def test_wrong_input(capsys, arguments, text):
+    assert main(['effects', *arguments]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_picture(tmp_path, capsys):
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    path = tmp_path / 'effects.png'
+    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2', '--picture', str(path)]) == 0
+    assert path.read_bytes().startswith(b'\x89PNG')
+    wrong = str(tmp_path / 'none' / 'effects.png')
+    assert main(['effects', 'pool', '--speed', '2', '--picture', wrong]) == 2
+    assert 'picture: ' in capsys.readouterr().err
+
+
+def test_a_picture_without_matplotlib_says_what_is_missing(monkeypatch, capsys):
+    monkeypatch.setitem(__import__('sys').modules, 'matplotlib.figure', None)
+    assert main(['effects', 'pool', '--speed', '2', '--picture', 'x.png']) == 2
+    assert "pip install 'billiard_shot[plot]'" in capsys.readouterr().err
