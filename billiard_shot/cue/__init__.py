@@ -1,0 +1,1 @@
+"""The mechanical cue: where its joints go, how it strikes, and when it may."""

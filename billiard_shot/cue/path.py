@@ -1,0 +1,146 @@
+"""
+Paths of joints in time: knots, and constant jerk in between.
+
+A controller that interpolates positions, velocities and accelerations between the knots (as the
+joint_trajectory_controller of ros2_control does, with quintic splines) follows such a path
+exactly.
+"""
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Path:
+    """
+    Motion of n joints through k knots.
+
+    Parameters
+    ----------
+    times : (k,) float array
+        Of the knots [s], ascending from 0.
+    positions, velocities, accelerations : (k, n) float array
+        There [m or rad, per s, per s^2].
+
+    """
+
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+
+    @property
+    def duration(self) -> float:
+        """Time of the last knot [s]."""
+        return float(self.times[-1])
+
+    def at(self, time: float) -> tuple[Array, Array, Array]:
+        """
+        Positions, velocities and accelerations (n,) at a time [s].
+
+        The first knot's before 0; at rest at the last one's position after the end.
+        """
+        if time >= self.times[-1]:
+            still = np.zeros(self.positions.shape[1])
+            return self.positions[-1], still, still
+        i = int(np.searchsorted(self.times, time, side='right')) - 1
+        if i < 0:
+            return self.positions[0], self.velocities[0], self.accelerations[0]
+        dt = time - self.times[i]
+        begin = self.accelerations[i]
+        jerk = (self.accelerations[i + 1] - begin) / (self.times[i + 1] - self.times[i])
+        velocity = self.velocities[i] + (begin + 0.5 * jerk * dt) * dt
+        position = self.positions[i] + (
+            self.velocities[i] + (0.5 * begin + jerk * (dt / 6.0)) * dt) * dt
+        return position, velocity, begin + jerk * dt
+
+
+class PathBuilder:
+    """Writes a path piece by piece, from rest at `start` (n,)."""
+
+    def __init__(self, start: Sequence[float] | Array) -> None:
+        position = np.array(start, dtype=float)
+        still = np.zeros(len(position))
+        self._knots = [(0.0, position, still, still)]
+
+    @property
+    def time(self) -> float:
+        """Time of the last knot so far [s]."""
+        return self._knots[-1][0]
+
+    @property
+    def position(self) -> Array:
+        """Position of the last knot so far (n,)."""
+        return self._knots[-1][1]
+
+    def piece(self, duration: float, jerk: Array) -> None:
+        """Go on for `duration` [s] at constant jerk (n,)."""
+        if duration <= 0.0:
+            return
+        t, x, v, a = self._knots[-1]
+        self._knots.append((
+            t + duration,
+            x + (v + (0.5 * a + jerk * (duration / 6.0)) * duration) * duration,
+            v + (a + 0.5 * jerk * duration) * duration,
+            a + jerk * duration,
+        ))
+
+    def ramp(self, change: Array, rise: float, hold: float) -> None:
+        """
+        Change the velocity by `change` (n,).
+
+        The acceleration rises for `rise` [s], holds for `hold` [s], and falls for `rise` [s].
+        """
+        t, x, v, _ = self._knots[-1]
+        jerk = change / (rise * (rise + hold))
+        self.piece(rise, jerk)
+        self.piece(hold, 0.0 * jerk)
+        self.piece(rise, -jerk)
+        # Sums of pieces round; what follows must start without acceleration, at the exact speed.
+        total = 2 * rise + hold
+        self._knots[-1] = (t + total, x + (v + 0.5 * change) * total, v + change, 0.0 * jerk)
+
+    def move(self, target: Array, speeds: Array, accelerations: Array, jerks: Array) -> None:
+        """
+        Go from rest to rest at `target` (n,), all joints taking the same time.
+
+        Four pieces of equal duration, jerk + - - +, as short as the limits (n,) allow.
+        """
+        way = target - self.position
+        distance = np.abs(way)
+        duration = float(np.max((
+            2.0 * distance / speeds,
+            np.sqrt(8.0 * distance / accelerations),
+            np.cbrt(32.0 * distance / jerks),
+        )))
+        if duration == 0.0:
+            return
+        jerk = 32.0 * way / duration**3
+        for sign in (1.0, -1.0, -1.0, 1.0):
+            self.piece(duration / 4.0, sign * jerk)
+        t, _, _, _ = self._knots[-1]
+        self._knots[-1] = (t, target.copy(), 0.0 * way, 0.0 * way)
+
+    def path(self) -> Path:
+        """What has been written so far."""
+        times, *rows = zip(*self._knots, strict=True)
+        return Path(np.array(times), *(np.array(row) for row in rows))
+
+
+def ramp_times(change: float, acceleration: float, jerk: float) -> tuple[float, float]:
+    """
+    Times [s] for which the acceleration rises, and holds, in the quickest change of speed.
+
+    The speed changes by |change| [m/s] at no more than `acceleration` [m/s^2] and `jerk` [m/s^3].
+    The whole ramp lasts 2 rise + hold, and covers that times the mean of both speeds.
+    """
+    change = abs(change)
+    if change * jerk < acceleration * acceleration:
+        return math.sqrt(change / jerk), 0.0
+    rise = acceleration / jerk
+    return rise, change / acceleration - rise

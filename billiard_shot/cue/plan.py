@@ -1,0 +1,182 @@
+"""A planned shot, sealed, and what the mechanism has to do for it, checked in full."""
+from collections.abc import Mapping
+from dataclasses import dataclass
+import hashlib
+import math
+import struct
+
+import numpy as np
+
+from billiard_shot.cue.clearance import first_touch
+from billiard_shot.cue.limits import LimitError
+from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.path import Array, Path, PathBuilder
+from billiard_shot.cue.placing import place, TipPose, travel_base
+from billiard_shot.cue.profile import stroke_path, stroke_profile, StrokePath, StrokeProfile
+from billiard_shot.scene import Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+
+SAME_ELEVATION = 1e-6  # rad: as near as a plan's elevation and its pose must be
+
+PLAYABLE = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
+"""Outcomes of a prediction after which the cue's motion is known well enough to brake it."""
+
+_OUTCOMES = {
+    'stroke.speed': Outcome.SPEED_OUT_OF_LIMITS,
+    'elevation': Outcome.ELEVATION_OUT_OF_LIMITS,
+    'force': Outcome.STROKE_OUT_OF_LIMITS,
+    'travel': Outcome.STROKE_OUT_OF_LIMITS,
+    'cloth': Outcome.STROKE_OUT_OF_LIMITS,
+    'touch': Outcome.TOUCHES_AGAIN,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ShotPlan:
+    """
+    A shot as a planner states it; frame `table`.
+
+    Parameters
+    ----------
+    shot_id : str
+        What the shot is called; the same id always means the same shot.
+    position : (3,) tuple of float
+        Of the tip, before the stroke and anywhere in front of the ball on the cue's axis [m].
+    quaternion : (4,) tuple of float
+        Orientation of the tip frame, x y z w; +x points along the stroke.
+    speed : float
+        Of the cue as it meets the ball [m/s].
+    elevation : float
+        By which the stroke points down [rad]; the same as the quaternion's.
+    balls : mapping of str to (x, y)
+        Where the balls lay when the shot was planned [m]; the cue ball is `cue`.
+
+    """
+
+    shot_id: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    speed: float
+    elevation: float
+    balls: Mapping[str, tuple[float, float]]
+
+    @property
+    def seal(self) -> str:
+        """SHA-256 over all of it, in hexadecimal: a plan that changes has another."""
+        numbers = [*self.position, *self.quaternion, self.speed, self.elevation]
+        content = hashlib.sha256()
+        for text, values in [(self.shot_id, numbers), *sorted(self.balls.items())]:
+            name = text.encode()
+            content.update(struct.pack(
+                f'<Q{len(name)}s{len(values)}d', len(name), name, *values))
+        return content.hexdigest()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PreparedShot:
+    """What the mechanism has to do: `aimed` joints (6,), then the stroke; and what comes of it."""
+
+    plan: ShotPlan
+    shot: Shot
+    contact: TipPose
+    profile: StrokeProfile
+    aimed: Array
+    stroke: StrokePath
+
+
+def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
+    """
+    Work out how the mechanism plays a plan.
+
+    Raises
+    ------
+    RefusedError
+        If it cannot be played: with the reason, and for limits of the mechanism with every one
+        that is broken and by how much.
+
+    """
+    stroke = _stroke_of(plan, scene.ball.radius)
+    shot = predict(scene, stroke, position=plan.balls['cue'])
+    if shot.status not in PLAYABLE:
+        raise RefusedError(Outcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
+    _, _, elevation, azimuth, speed = stroke.offsets
+    ball = np.array([*plan.balls['cue'], scene.ball.radius])
+    contact = TipPose(ball + scene.ball.radius * np.array(stroke.normal), azimuth, elevation)
+    try:
+        profile = stroke_profile(
+            mechanism, scene.cue.mass, scene.cloth.gravity, elevation, speed, shot.cue_speed,
+            _room(contact, scene.cue.tip_radius))
+        aimed = place(mechanism, contact, profile.contact_at)
+    except LimitError as error:
+        outcome = _OUTCOMES.get(error.excesses[0].limit, Outcome.OUT_OF_REACH)
+        raise RefusedError(outcome, str(error)) from error
+    aimed[STROKE] = 0.0
+    path = stroke_path(mechanism, profile, aimed, travel_base(mechanism, aimed[BASE_Z]))
+    _check_touch(mechanism, scene, shot, contact, path)
+    return PreparedShot(plan, shot, contact, profile, aimed, path)
+
+
+def aim_path(mechanism: Mechanism, start: Array, aimed: Array) -> Path:
+    """Draw the cue back and rise, travel above the balls, and come down: from rest to rest."""
+    builder = PathBuilder(start)
+    height = travel_base(mechanism, start[BASE_Z], aimed[BASE_Z])
+    above, there = start.copy(), aimed.copy()
+    above[STROKE], above[BASE_Z] = aimed[STROKE], height
+    there[BASE_Z] = height
+    for target in (above, there, aimed):
+        builder.move(target, mechanism.speeds, mechanism.accelerations, mechanism.jerks)
+    return builder.path()
+
+
+def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
+    invalid = Outcome.INVALID_PLAN
+    if not plan.shot_id:
+        raise RefusedError(invalid, "shot_id: '' is not allowed; it must not be empty")
+    if 'cue' not in plan.balls:
+        raise RefusedError(invalid, "balls: there must be a ball 'cue'")
+    for name, place_ in plan.balls.items():
+        if not all(map(math.isfinite, place_)):
+            raise RefusedError(invalid, f'balls: {place_} of {name!r} must be finite (m)')
+    try:
+        stroke = Stroke.from_pose(
+            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'], radius))
+    except (ValueError, ArithmeticError) as error:
+        raise RefusedError(invalid, str(error)) from error
+    elevation = stroke.offsets[2]
+    if not abs(plan.elevation - elevation) <= SAME_ELEVATION:
+        raise RefusedError(invalid, f'elevation: {plan.elevation!r} is not allowed; the '
+                                    f'quaternion says {elevation:.6g} (rad)')
+    return stroke
+
+
+def _room(contact: TipPose, thickness: float) -> float:
+    """How far the cue may move on until its lower edge touches the cloth [m]."""
+    height = float(contact.position[2]) - thickness * math.cos(contact.elevation)
+    sine = math.sin(contact.elevation)
+    return height / sine if sine > 0.0 else math.inf
+
+
+def _check_touch(
+    mechanism: Mechanism, scene: Scene, shot: Shot, contact: TipPose, stroke: StrokePath
+) -> None:
+    """Refuse a stroke whose cue, braked or drawn back, touches the ball again."""
+    path = stroke.path
+    left_at = path.at(stroke.leave)[0][STROKE]
+
+    def cue(time: float) -> tuple[float, float]:
+        position, velocity, _ = path.at(min(stroke.leave + time, stroke.home))
+        return float(position[STROKE] - left_at), float(velocity[STROKE])
+
+    touch = first_touch(
+        shot.trajectory, cue, contact.position, contact.along, scene.ball.radius,
+        scene.cue.tip_radius, mechanism.stroke.acceleration, path.duration - stroke.leave)
+    if touch < math.inf:
+        phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
+        raise RefusedError(Outcome.TOUCHES_AGAIN, (
+            f'touch: the cue would touch the ball again {1e3 * touch:.3g} ms after the strike, as '
+            f'it {phase}; it stops after {1e3 * (stroke.stop - stroke.leave):.3g} ms and is out '
+            f'of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'))

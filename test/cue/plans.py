@@ -1,0 +1,116 @@
+"""Shots for the mechanical cue, its plans and orders, and a bench to run a controller on."""
+from collections.abc import Callable
+import math
+
+from hypothesis import strategies as st
+import numpy as np
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.controller import Controller
+from billiard_shot.cue.job import Result, Settings
+from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.orders import Order
+from billiard_shot.cue.placing import TipPose
+from billiard_shot.cue.plan import ShotPlan
+from billiard_shot.cue.safety import State
+from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
+
+SCENE = Scene.load('paper')
+RADIUS = SCENE.ball.radius
+MECHANISM = Mechanism()
+HOME = np.array([0.0, 0.0, 0.5, 0.0, MECHANISM.triangle.length(0.0), 0.0])
+
+SHOTS = st.tuples(
+    st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(0.0, 1.2), st.floats(-3.1, 3.1),
+    st.floats(0.1, 6.0))
+"""a, b, elevation, azimuth, speed"""
+
+
+def random_shot(random):
+    """a, b, elevation (more flat than steep ones), azimuth, speed."""
+    return (*random.uniform(-0.6, 0.6, 2), random.uniform(0, 1.2) * random.random(),
+            random.uniform(-math.pi, math.pi), random.uniform(0.1, 6.0))
+
+
+def contact_of(shot, ball=(0.0, 0.0)):
+    a, b, elevation, azimuth, speed = shot
+    stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
+    position = np.array([*ball, RADIUS]) + RADIUS * np.array(stroke.normal)
+    return TipPose(position, azimuth, elevation)
+
+
+def plan_of(shot, ball=(0.0, 0.0), shot_id='shot', others=None):
+    tip = contact_of(shot, ball)
+    start = tip.position - 0.05 * tip.along
+    return ShotPlan(
+        shot_id, tuple(start.tolist()), tip.quaternion, shot[4], shot[2],
+        {'cue': tuple(ball), **(others or {})})
+
+
+def order_of(plan, nonce='once', remaining=60.0, seal=None):
+    return Order(plan, seal or plan.seal, nonce, remaining)
+
+
+class Bench:
+    """A controller with a simulated mechanism, on a clock of its own that `run` moves on."""
+
+    def __init__(self, imperfections=None, settings=None, seed=0):
+        self.now = 0.0
+        self.states: list[State] = []
+        self.results: list[Result] = []
+        self.strikes = []
+        self.estop = False  # what is said every 10 ms; None: silence
+        self.interlock = True
+        self.driver = True  # whether the controller still runs
+        self.mechanism = SimulatedMechanism(
+            MECHANISM, imperfections or Imperfections(), 0.1, HOME, 0.0, seed)
+        self.controller = Controller(
+            MECHANISM, SCENE, settings or Settings(),
+            on_state=lambda: self.states.append(self.controller.state),
+            on_command=self.send, on_strike=self.strikes.append, on_result=self.results.append)
+        self.controller.hear_table({'cue': (0.0, 0.0)})
+        self.run(0.1)
+
+    def send(self, command):
+        if command.path is None:
+            self.mechanism.stop(self.now)
+        else:
+            self.mechanism.follow(command.path, command.key, self.now)
+
+    def run(self, seconds, until: Callable[[], bool] = lambda: False):
+        """Let time pass; True as soon as `until` is."""
+        ticks = round(seconds / 0.002)
+        for i in range(ticks):
+            self.now += 0.002
+            self.mechanism.advance(self.now)
+            if self.driver:
+                self.controller.hear_joints(*self.mechanism.measured(), self.now)
+                if i % 5 == 0:
+                    self.tick()
+            if until():
+                return True
+        return False
+
+    def tick(self):
+        if self.estop is not None:
+            self.controller.hear_estop(self.estop, self.now)
+        if self.interlock is not None:
+            self.controller.hear_interlock(self.interlock, self.now)
+        self.controller.tick(self.now)
+        if self.controller.command:
+            self.send(self.controller.command)
+
+    def reach(self, state, seconds=10.0):
+        assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
+
+    def order(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once', **more):
+        self.controller.execute(order_of(plan_of(shot), nonce, **more), self.now)
+
+    def play(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once'):
+        """Order, aim, arm and fire; the result."""
+        before = len(self.results)
+        self.order(shot, nonce)
+        self.reach(State.AIMED)
+        assert self.controller.arm(self.now).accepted
+        assert self.run(10.0, lambda: len(self.results) > before), self.controller.reason
+        return self.results[-1]

@@ -1,0 +1,236 @@
+"""
+Random sequences of events against the controller: it never fires unless it may.
+
+A second, simpler bookkeeping runs beside it and judges every stroke that is commanded.
+"""
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
+import numpy as np
+from plans import HOME, MECHANISM, order_of, plan_of, SCENE
+import pytest
+
+from billiard_shot.cue.controller import Controller
+from billiard_shot.cue.job import Settings
+from billiard_shot.cue.mechanism import STROKE
+from billiard_shot.cue.outcome import RefusedError
+from billiard_shot.cue.safety import MOVING, State
+
+SETTINGS = Settings()
+PLANS = [plan_of((0.1, 0.1, 0.1, 0.0, 2.0), shot_id='one'),
+         plan_of((-0.2, 0.0, 0.4, 1.0, 1.0), shot_id='two'),
+         plan_of((0.0, 0.0, 0.1, 0.0, 9.0), shot_id='too fast')]
+TABLES = [{'cue': (0.0, 0.0)}, {'cue': (0.01, 0.0)}]
+
+
+class Ideal:
+    """A mechanism that is where its path has it."""
+
+    def __init__(self):
+        self.position, self.path, self.key, self.begin = HOME.copy(), None, 0, 0.0
+        self.off = 0.0  # by how much it is not [m]
+
+    def command(self, command, now):
+        self.position = self.measured(now)[0] - self.off * (self.path is not None)
+        if command.path is None:
+            self.path = None
+        elif command.key > self.key:
+            self.path, self.key, self.begin = command.path, command.key, now
+
+    def measured(self, now):
+        if self.path is None:
+            return self.position, np.zeros(6)
+        position, velocity, _ = self.path.at(now - self.begin)
+        return position + self.off, velocity
+
+
+class AnyEvents(RuleBasedStateMachine):
+    @initialize()
+    def start(self):
+        self.now = 100.0
+        self.said = {}  # input: value, time
+        self.says = {'estop': False, 'interlock': True}  # what is repeated; None: silence
+        self.armed_at = self.ordered_until = self.ordered = None
+        self.table = TABLES[0]
+        self.used: set[str] = set()
+        self.strokes = 0
+        self.deaf = False
+        self.mechanism = Ideal()
+        self.controller = Controller(
+            MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note)
+        self.controller.hear_table(self.table)
+        self.pass_time(0.02)
+
+    # --- the judge ------------------------------------------------------------------------------
+
+    def note(self):
+        if self.controller.state is not State.ARMED and self.controller.state is not State.FIRING:
+            self.armed_at = None
+
+    def judge(self, command):
+        if command.path is not None and np.ptp(command.path.positions[:, STROKE]) > 0.01 and (
+                command.path.positions[0, STROKE] == 0.0):
+            self.strokes += 1
+            assert self.controller.state is State.FIRING
+            value, heard = self.said['estop']
+            assert value is False
+            assert self.now - heard <= SETTINGS.estop_timeout
+            value, heard = self.said['interlock']
+            assert value is True
+            assert self.now - heard <= SETTINGS.interlock_timeout
+            assert self.armed_at is not None
+            assert self.now - self.armed_at <= SETTINGS.arm_timeout + 1e-9
+            assert self.now <= self.ordered_until
+            assert self.table == self.ordered.balls
+        self.mechanism.command(command, self.now)
+
+    # --- what happens ---------------------------------------------------------------------------
+
+    def pass_time(self, seconds, step=0.01):
+        for _ in range(max(1, round(seconds / step))):
+            self.now += step
+            for name, value in self.says.items():
+                if value is not None:
+                    self.say(name, value)
+            if not self.deaf:
+                self.controller.hear_joints(*self.mechanism.measured(self.now), self.now)
+            self.controller.tick(self.now)
+
+    def say(self, name, value):
+        self.said[name] = value, self.now
+        getattr(self.controller, f'hear_{name}')(value, self.now)
+
+    @rule(seconds=st.sampled_from([0.01, 0.05, 0.2]))
+    def time_passes(self, seconds):
+        self.pass_time(seconds)
+
+    @rule()
+    def much_time_passes(self):
+        self.pass_time(3.0, 0.05)
+
+    @rule(name=st.sampled_from(['estop', 'interlock']), value=st.sampled_from([True, False, None]))
+    def input_says(self, name, value):
+        self.says[name] = value
+        if value is not None:
+            self.say(name, value)
+
+    @rule()
+    def all_is_well(self):
+        self.says = {'estop': False, 'interlock': True}
+        self.deaf = False
+        self.table = TABLES[0]
+        self.controller.hear_table(self.table)
+        self.pass_time(0.02)
+        self.controller.clear(self.now)
+
+    @rule(deaf=st.booleans())
+    def encoders(self, deaf):
+        self.deaf = deaf
+
+    @rule(table=st.sampled_from(TABLES))
+    def balls_lie(self, table):
+        self.table = table
+        self.controller.hear_table(table)
+
+    @rule(plan=st.sampled_from(PLANS), nonce=st.integers(0, 30), remaining=st.sampled_from(
+        [-1.0, 2.0, 60.0]), seal=st.sampled_from([None, None, None, 'wrong']))
+    def order(self, plan, nonce, remaining, seal):
+        try:
+            self.controller.execute(
+                order_of(plan, str(nonce), remaining, seal=seal), self.now)
+        except RefusedError:
+            return
+        assert str(nonce) not in self.used
+        self.used.add(str(nonce))
+        assert seal is None
+        assert plan is not PLANS[2]
+        self.ordered, self.ordered_until = plan, self.now + remaining
+
+    @precondition(lambda self: self.controller.state is State.AIMING)
+    @rule()
+    def wait_for_the_aim(self):
+        self.pass_time(4.0, 0.05)
+
+    @rule()
+    def arm(self):
+        if self.controller.arm(self.now).accepted:
+            self.armed_at = self.now
+
+    @rule()
+    def disarm(self):
+        self.controller.disarm(self.now, 'by hand')
+
+    @rule()
+    def clear(self):
+        before = self.controller.state
+        if self.controller.clear(self.now).accepted:
+            assert before in (State.ESTOP, State.FAULT)
+            assert self.says['estop'] is not True
+
+    @rule()
+    def fail(self):
+        self.controller.fail(self.now, 'something')
+
+    @invariant()
+    def nothing_is_commanded_unless_it_may_move(self):
+        state, command = self.controller.state, self.controller.command
+        if state in MOVING:
+            assert command is not None
+            assert command.path is not None
+        elif state is State.DISARMED:
+            assert command is None
+        else:
+            assert command.path is None
+        if state not in MOVING:
+            assert self.mechanism.path is None
+
+
+TROUBLE = st.sampled_from([
+    'none', 'none', 'estop silent', 'interlock silent', 'estop', 'interlock', 'table', 'deaf',
+    'off', 'time'])
+
+
+class Eager(AnyEvents):
+    """The same, with one more rule that leads to strokes, or to trouble just before them."""
+
+    @rule(plan=st.sampled_from(PLANS[:2]), remaining=st.sampled_from([6.0, 60.0]),
+          aimed=TROUBLE, armed=TROUBLE, nonce=st.integers(1000, 1010))
+    def play(self, plan, remaining, aimed, armed, nonce):
+        if self.controller.state is not State.DISARMED:
+            return
+        self.all_is_well()
+        self.order(plan, nonce, remaining, None)
+        self.pass_time(4.0, 0.05)
+        self.trouble(aimed)
+        self.arm()
+        self.trouble(armed)
+        self.mechanism.off = 0.0
+        self.pass_time(0.2)
+
+    def trouble(self, kind):
+        if kind == 'off':  # not settled for longer than it stays armed
+            self.mechanism.off = 0.01
+            self.pass_time(5.2, 0.05)
+        elif kind == 'time':
+            self.pass_time(3.0, 0.05)
+        elif kind == 'table':
+            self.balls_lie(TABLES[1])
+        elif kind == 'deaf':
+            self.deaf = True
+        elif kind in ('estop', 'interlock'):
+            self.says[kind] = None
+            self.say(kind, kind == 'estop')
+        elif kind != 'none':
+            self.says[kind.split()[0]] = None
+            self.pass_time(0.6)
+
+
+AnyEvents.TestCase.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)
+Eager.TestCase.settings = settings(max_examples=60, stateful_step_count=20, deadline=None)
+TestAnyEvents = AnyEvents.TestCase
+TestEager = Eager.TestCase
+
+
+@pytest.mark.slow
+class TestManyEvents(Eager.TestCase):
+    settings = settings(max_examples=10_000, stateful_step_count=15, deadline=None)

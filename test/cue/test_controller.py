@@ -1,0 +1,251 @@
+"""The controller with the simulated mechanism: whole shots, and everything that goes wrong."""
+import math
+
+from hypothesis import given, settings
+import numpy as np
+from plans import Bench, contact_of, order_of, plan_of, SHOTS
+import pytest
+
+from billiard_shot.cue.job import Settings
+from billiard_shot.cue.mechanism import STROKE
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.safety import State
+from billiard_shot.cue.simulated import Faults, Imperfections
+
+SHOT = (0.2, 0.1, 0.2, 0.4, 3.0)
+WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_a_shot_from_order_to_rest(bench):
+    result = bench.play(SHOT)
+    assert result.outcome is Outcome.OK
+    assert bench.states == WAY
+    strike, = bench.strikes
+    assert result.strike is strike
+    assert strike.shot_id == 'shot'
+    wanted = contact_of(SHOT)
+    assert strike.speed == pytest.approx(3.0, rel=1e-3)
+    assert strike.tip.elevation == pytest.approx(0.2, abs=math.radians(0.001))
+    np.testing.assert_allclose(strike.tip.position, wanted.position, atol=1e-6)
+    assert not bench.mechanism.moving
+    assert abs(bench.mechanism.position[STROKE]) < 1e-9
+
+
+@settings(max_examples=15, deadline=None)
+@given(SHOTS)
+def test_speed_and_angle_are_reached(shot):
+    """Within 0.5 % and 0.02 degrees, with the noise-free mechanism."""
+    bench = Bench()
+    try:
+        result = bench.play(shot)
+    except RefusedError:
+        return
+    assert result.outcome is Outcome.OK
+    assert result.strike.speed == pytest.approx(shot[4], rel=5e-3)
+    assert result.strike.tip.elevation == pytest.approx(shot[2], abs=math.radians(0.02))
+
+
+def test_shots_in_a_row(bench):
+    random = np.random.default_rng(3)
+    shots = [(*random.uniform(-0.4, 0.4, 2), 0.3 * random.random(), random.uniform(-3, 3),
+              random.uniform(0.2, 4.0)) for _ in range(20)]
+    for i, shot in enumerate(shots):
+        bench.states.clear()
+        plan = plan_of(shot, shot_id=f'shot {i}')
+        bench.controller.execute(order_of(plan, f'nonce {i}'), bench.now)
+        bench.reach(State.AIMED)
+        assert bench.controller.arm(bench.now).accepted
+        bench.reach(State.DISARMED)
+        assert bench.results[-1].outcome is Outcome.OK
+        assert bench.states == WAY
+    assert [strike.shot_id for strike in bench.strikes] == [f'shot {i}' for i in range(20)]
+
+
+def test_one_shot_id_stands_for_one_shot(bench):
+    assert bench.play(SHOT, 'first').outcome is Outcome.OK
+    with pytest.raises(RefusedError) as caught:
+        bench.order((*SHOT[:4], 2.0), 'second')
+    assert caught.value.outcome is Outcome.PLAN_CHANGED
+
+
+def in_state(bench, state):
+    bench.order(SHOT)
+    bench.reach(State.AIMED if state in (State.ARMED, State.FIRING, State.RETRACTING) else state)
+    if state not in (State.AIMING, State.AIMED):
+        assert bench.controller.arm(bench.now).accepted
+        bench.reach(state)
+
+
+MOVING = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING]
+
+
+@pytest.mark.parametrize('state', MOVING)
+def test_estop_stops_at_once_and_latches(bench, state):
+    in_state(bench, state)
+    before = bench.now
+    bench.controller.hear_estop(True, bench.now)
+    assert bench.controller.state is State.ESTOP
+    assert bench.now == before, 'in the same call'
+    assert bench.results[-1].outcome is Outcome.ESTOP
+    bench.estop = False
+    bench.run(1.5)
+    assert bench.controller.state is State.ESTOP
+    assert bench.mechanism.stopped
+    with pytest.raises(RefusedError, match='aim: not possible in state ESTOP, only in DISARMED'):
+        bench.order(SHOT, 'again')
+    assert bench.controller.clear(bench.now).accepted
+    assert bench.play(SHOT, 'later').outcome is Outcome.OK
+
+
+@pytest.mark.parametrize('state', MOVING)
+@pytest.mark.parametrize('name', ['estop', 'interlock'])
+def test_silence_stops(name, state):
+    bench = Bench(settings=Settings(estop_timeout=0.05, interlock_timeout=0.05))
+    in_state(bench, state)
+    setattr(bench, name, None)
+    bench.run(0.07)
+    bench.run(1.5)
+    assert bench.mechanism.stopped
+    stroke = state in (State.FIRING, State.RETRACTING)
+    wanted = State.ESTOP if name == 'estop' else State.FAULT if stroke else State.DISARMED
+    assert bench.controller.state is wanted
+    assert f'{name}: silent for' in bench.controller.reason
+    assert bench.results[-1].outcome is not Outcome.OK
+
+
+@pytest.mark.parametrize('state', MOVING)
+def test_interlock_opened(bench, state):
+    in_state(bench, state)
+    bench.interlock = False
+    bench.controller.hear_interlock(False, bench.now)
+    stroke = state in (State.FIRING, State.RETRACTING)
+    assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
+    assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
+    bench.run(1.5)
+    assert bench.mechanism.stopped
+    if stroke:
+        assert bench.controller.clear(bench.now).accepted
+    with pytest.raises(RefusedError, match='interlock: is false'):
+        bench.order(SHOT, 'again')
+
+
+@pytest.mark.parametrize('state', MOVING)
+def test_a_dead_driver_stops_the_mechanism(bench, state):
+    in_state(bench, state)
+    bench.driver = False
+    bench.run(0.1 + 0.6)
+    assert bench.mechanism.stopped
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+def test_disarm(bench, state):
+    in_state(bench, state)
+    assert bench.controller.disarm(bench.now, 'by hand', Outcome.CANCELED).accepted
+    assert bench.results[-1].outcome is Outcome.CANCELED
+    assert bench.results[-1].message == 'by hand'
+    bench.run(1.0)
+    assert bench.mechanism.stopped
+    assert bench.controller.state is State.DISARMED
+
+
+@pytest.mark.parametrize(('faults', 'state', 'words'), [
+    (Faults(stuck_incline=True), State.AIMING, 'incline: -0.'),
+    (Faults(lost_encoder=True), State.AIMED, 'joint_states: base_x is at nan'),
+    (Faults(late_brake=0.05), State.ARMED, 'beyond where it should have stopped'),
+    (Faults(no_ball=True), State.ARMED, 'or there was no ball'),
+    (Faults(dropped=1.0), State.AIMED, 'has not come to the ball'),
+])
+def test_faults_are_found_and_named(bench, faults, state, words):
+    in_state(bench, State.AIMING if state is State.AIMING else State.AIMED)
+    bench.mechanism.faults = faults
+    if state is not State.AIMING:
+        bench.controller.arm(bench.now)
+    assert bench.run(6.0, lambda: bench.controller.state is State.FAULT)
+    assert words in bench.controller.reason
+    assert bench.results[-1].outcome is Outcome.FAULT
+    bench.run(1.0)
+    assert bench.mechanism.stopped
+
+
+def test_some_lost_commands_do_no_harm(bench):
+    bench.mechanism.faults = Faults(dropped=0.3)
+    assert bench.play(SHOT).outcome is Outcome.OK
+
+
+def test_silent_encoders_are_a_fault(bench):
+    in_state(bench, State.AIMING)
+    for _ in range(12):  # nothing is heard of the joints from here on
+        bench.now += 0.01
+        bench.tick()
+    assert bench.controller.state is State.FAULT
+    assert 'joint_states: silent for' in bench.controller.reason
+
+
+def test_armed_times_out():
+    bench = Bench(settings=Settings(arm_timeout=0.3, settle_time=1.0))
+    in_state(bench, State.ARMED)
+    bench.reach(State.DISARMED, 0.5)
+    assert bench.results[-1].outcome is Outcome.ARM_TIMEOUT
+    assert not bench.controller.arm(bench.now).accepted
+
+
+def test_an_order_expires_while_it_waits(bench):
+    bench.order(SHOT, remaining=4.0)
+    bench.reach(State.AIMED)
+    bench.reach(State.DISARMED)
+    assert bench.now == pytest.approx(4.1, abs=0.05)
+    assert bench.results[-1].outcome is Outcome.EXPIRED
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+def test_a_ball_that_moves_disarms(bench, state):
+    in_state(bench, state)
+    bench.controller.hear_table({'cue': (0.0, 0.002)})
+    bench.run(0.02)
+    assert bench.controller.state is State.DISARMED
+    assert bench.results[-1].outcome is Outcome.TABLE_MOVED
+    assert 'lies 2 mm from where the plan has it' in bench.results[-1].message
+
+
+def test_refusals_before_anything_moves(bench):
+    def refused(order):
+        with pytest.raises(RefusedError) as caught:
+            bench.controller.execute(order, bench.now)
+        return caught.value.outcome
+
+    plan = plan_of(SHOT)
+    bench.controller.hear_table({'cue': (0.1, 0.0)})
+    assert refused(order_of(plan, 'a')) is Outcome.TABLE_DIFFERS
+    bench.controller.hear_table({'cue': (0.0, 0.0)})
+    assert refused(order_of(plan, 'b', seal='0')) is Outcome.PLAN_CHANGED
+    assert refused(order_of(plan, 'c', remaining=-1)) is Outcome.ALREADY_EXPIRED
+    assert refused(order_of(plan, 'a')) is Outcome.NONCE_REPEATED
+    fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
+    assert refused(order_of(fast, 'd')) is Outcome.SPEED_OUT_OF_LIMITS
+    bench.order(SHOT, 'e')
+    assert refused(order_of(plan, 'f')) is Outcome.BUSY
+    assert bench.states == [State.AIMING]
+
+
+def test_table_unknown():
+    bench = Bench()
+    bench.controller._balls = None
+    with pytest.raises(RefusedError) as caught:
+        bench.order(SHOT)
+    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+
+
+@pytest.mark.parametrize('imperfections', [
+    Imperfections(latency=0.01), Imperfections(noise=0.002), Imperfections(encoder_step=1e-5),
+    Imperfections(bandwidth=60.0), Imperfections(backlash=1e-4),
+])
+def test_an_imperfect_mechanism_still_plays(imperfections):
+    bench = Bench(imperfections)
+    result = bench.play(SHOT)
+    assert result.outcome is Outcome.OK, result.message
+    assert result.strike.speed == pytest.approx(3.0, rel=0.01)

@@ -1,0 +1,98 @@
+from hypothesis import assume, given
+from hypothesis import strategies as st
+import numpy as np
+from plans import contact_of, MECHANISM, SHOTS
+import pytest
+
+from billiard_shot.cue.limits import LimitError
+from billiard_shot.cue.mechanism import Axis, JOINTS, Mechanism, STROKE
+from billiard_shot.cue.placing import place, tip_of, TipPose, travel_base
+from billiard_shot.cue.plan import aim_path
+from billiard_shot.shot.stroke import Stroke
+
+
+@given(SHOTS, st.floats(-1.2, 1.2), st.floats(-0.6, 0.6), st.floats(0.0, 0.4))
+def test_placed_joints_put_the_tip_where_it_was_wanted(shot, x, y, stroke):
+    wanted = contact_of(shot, (x, y))
+    try:
+        joints = place(MECHANISM, wanted, stroke)
+    except LimitError:
+        assume(False)
+    tip = tip_of(MECHANISM, joints)
+    np.testing.assert_allclose(tip.position, wanted.position, atol=1e-12)
+    assert tip.elevation == pytest.approx(wanted.elevation, abs=1e-12)
+    assert tip.azimuth == pytest.approx(wanted.azimuth, abs=1e-12)
+    # and moving the stroke alone moves the tip along its axis
+    joints[STROKE] -= 0.1
+    np.testing.assert_allclose(
+        tip_of(MECHANISM, joints).position, wanted.position - 0.1 * wanted.along, atol=1e-12)
+
+
+@given(SHOTS)
+def test_quaternion_points_along_the_stroke(shot):
+    tip = contact_of(shot)
+    stroke = Stroke.from_pose(tip.position - 0.1 * tip.along, tip.quaternion, 1.0, (
+        0.0, 0.0, 0.0286))
+    np.testing.assert_allclose(np.array(stroke.velocity), tip.along, atol=1e-12)
+
+
+def test_out_of_reach_names_every_joint():
+    with pytest.raises(LimitError) as caught:
+        place(MECHANISM, TipPose(np.array([9.0, -9.0, 0.03]), 0.0, 0.0), 0.1)
+    assert [excess.limit for excess in caught.value.excesses] == ['base_x', 'base_y']
+    with pytest.raises(LimitError, match=r'elevation: 1\.205 rad is 0\.005 rad above'):
+        place(MECHANISM, TipPose(np.zeros(3), 0.0, 1.205), 0.1)
+    with pytest.raises(LimitError, match=r'elevation: -0\.01 rad is 0\.01 rad below'):
+        place(MECHANISM, TipPose(np.array([0, 0, 0.03]), 0.0, -0.01), 0.1)
+
+
+@given(SHOTS, SHOTS)
+def test_the_tip_travels_above_the_balls(first, second):
+    try:
+        start, target = (place(MECHANISM, contact_of(shot), 0.2) for shot in (first, second))
+    except LimitError:
+        assume(False)
+    target[STROKE] = 0.0
+    path = aim_path(MECHANISM, start, target)
+    np.testing.assert_array_equal(path.positions[-1], target)
+    height = travel_base(MECHANISM, start[2], target[2])
+    for time in np.linspace(0.0, path.duration, 200):
+        position, velocity, acceleration = path.at(time)
+        assert (np.abs(velocity) <= MECHANISM.speeds * (1 + 1e-9)).all()
+        assert (np.abs(acceleration) <= MECHANISM.accelerations * (1 + 1e-9)).all()
+        aside = position[[0, 1, 3, 4]]
+        if (aside != start[[0, 1, 3, 4]]).any() and (aside != target[[0, 1, 3, 4]]).any():
+            assert position[2] == pytest.approx(height, abs=1e-12)
+            assert tip_of(MECHANISM, position).position[2] >= MECHANISM.travel_height - 1e-12
+
+
+def test_paths_are_joined_without_jumps():
+    path = aim_path(MECHANISM, place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
+                    place(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0))
+    for i, knot in enumerate(path.times[:-1]):
+        before = path.at(knot - 1e-9)
+        np.testing.assert_allclose(before[0], path.positions[i], atol=1e-7)
+        np.testing.assert_allclose(before[1], path.velocities[i], atol=1e-6)
+        jerk = np.diff(path.accelerations, axis=0)[i] / np.diff(path.times)[i]
+        assert (np.abs(jerk) <= MECHANISM.jerks * (1 + 1e-9)).all()
+
+
+def test_settings_are_checked(tmp_path):
+    with pytest.raises(ValueError, match=r'least, most: \(1, 0\)'):
+        Axis(1.0, 0.0, 1.0, 1.0, 1.0)
+    with pytest.raises(ValueError, match='force: 0 is not allowed; it must be a finite'):
+        Mechanism(force=0)
+    with pytest.raises(ValueError, match=r'most_elevation: .* within -0\.07'):
+        Mechanism(most_elevation=1.3)
+    with pytest.raises(ValueError, match='lengths of the triangle'):
+        Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
+    path = tmp_path / 'mine.yaml'
+    path.write_text('force: 80\nspeed: 3\nstroke: {least: 0, most: -1}')
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)
+        Mechanism.load(path)
+    for words in ('mine.yaml', 'speed: unknown key', 'stroke.speed: missing'):
+        assert words in str(caught.value)
+    path.write_text('force: 80\n')
+    assert Mechanism.load(str(path)) == Mechanism(force=80)
+    assert Mechanism.load('') == Mechanism()
+    assert len(Mechanism().axes) == len(JOINTS)

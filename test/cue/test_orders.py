@@ -1,0 +1,80 @@
+from dataclasses import replace
+
+from plans import order_of, plan_of
+import pytest
+
+from billiard_shot.cue.inputs import Input
+from billiard_shot.cue.orders import moved, OrderBook, REMEMBERED
+from billiard_shot.cue.outcome import Outcome, RefusedError
+
+PLAN = plan_of((0.1, 0.1, 0.1, 0.0, 2.0))
+
+
+def refusal(book, order):
+    with pytest.raises(RefusedError) as caught:
+        book.enter(order)
+    assert str(caught.value)
+    return caught.value.outcome
+
+
+def test_a_nonce_is_good_for_one_order():
+    book = OrderBook(600.0)
+    book.enter(order_of(PLAN, 'a'))
+    assert refusal(book, order_of(PLAN, 'a')) is Outcome.NONCE_REPEATED
+    book.enter(order_of(PLAN, 'b'))
+    # used up by a refused order too
+    assert refusal(book, order_of(PLAN, 'c', remaining=-1.0)) is Outcome.ALREADY_EXPIRED
+    assert refusal(book, order_of(PLAN, 'c')) is Outcome.NONCE_REPEATED
+    assert refusal(book, order_of(PLAN, '')) is Outcome.INVALID_PLAN
+
+
+@pytest.mark.parametrize(('remaining', 'outcome'), [
+    (0.0, Outcome.ALREADY_EXPIRED), (-5.0, Outcome.ALREADY_EXPIRED),
+    (float('nan'), Outcome.ALREADY_EXPIRED), (600.1, Outcome.INVALID_PLAN),
+])
+def test_expiry(remaining, outcome):
+    assert refusal(OrderBook(600.0), order_of(PLAN, remaining=remaining)) is outcome
+
+
+def test_a_changed_plan_is_refused():
+    book = OrderBook(600.0)
+    other = replace(PLAN, speed=2.5)
+    assert refusal(book, order_of(other, 'a', seal=PLAN.seal)) is Outcome.PLAN_CHANGED
+    book.enter(order_of(PLAN, 'b'))
+    assert refusal(book, order_of(other, 'c')) is Outcome.PLAN_CHANGED
+    book.enter(order_of(replace(other, shot_id='another'), 'd'))
+
+
+def test_memory_is_bounded():
+    book = OrderBook(600.0)
+    for i in range(REMEMBERED + 10):
+        book.enter(order_of(PLAN, str(i)))
+    assert refusal(book, order_of(PLAN, '10')) is Outcome.NONCE_REPEATED
+    book.enter(order_of(PLAN, '9'))
+
+
+@pytest.mark.parametrize(('seen', 'words'), [
+    ({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, ''),
+    ({'cue': (0.0005, 0.0), '8': (0.5, -0.0009)}, ''),
+    ({'cue': (0.0, 0.0), '8': (0.5, 0.0011)}, "'8' lies 1.1 mm"),
+    ({'cue': (0.0, 0.0)}, "'8' of the plan is not on the table"),
+    ({'cue': (0.0, 0.0), '8': (0.5, 0.0), '9': (0, 1)}, "'9' is on the table, but not in"),
+    ({'cue': (float('nan'), 0.0), '8': (0.5, 0.0)}, "'cue' lies nan"),
+])
+def test_a_table_that_moved(seen, words):
+    said = moved({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, seen, 0.001)
+    assert words in said
+    assert bool(words) == bool(said)
+
+
+def test_silence_is_not_permission():
+    interlock = Input('interlock', True, 0.5)
+    assert not interlock.allows(0.0)
+    assert interlock.complaint(0.0) == 'interlock: never heard'
+    interlock.hear(True, 1.0)
+    assert interlock.allows(1.5)
+    assert not interlock.allows(1.51)
+    assert 'silent for 0.51 s, more than 0.5 s' in interlock.complaint(1.51)
+    interlock.hear(False, 2.0)
+    assert not interlock.allows(2.0)
+    assert interlock.complaint(2.0) == 'interlock: is false'

@@ -1,0 +1,175 @@
+"""Whole plans: what is accepted is safe, by a check of its own; what is not is refused by name."""
+from dataclasses import replace
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+from plans import contact_of, MECHANISM, plan_of, RADIUS, random_shot, SCENE, SHOTS
+import pytest
+
+from billiard_shot import Stroke
+from billiard_shot.cue.clearance import first_touch, gap, SETBACK
+from billiard_shot.cue.mechanism import STROKE
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.placing import tip_of
+from billiard_shot.cue.plan import prepare
+from billiard_shot.shot.predict import predict
+from billiard_shot.table.motion import ACCELERATION, COLUMNS, MOTION, Motion, POSITION
+from billiard_shot.table.trajectory import Trajectory
+
+
+def distances(prepared, times):
+    """Distance of the ball's centre to the cue (a half-line) at times [s] after the strike."""
+    tip, along = prepared.contact.position, prepared.contact.along
+    stroke = prepared.stroke
+    rows = [stroke.path.at(stroke.leave + time)[0][STROKE] for time in times]
+    moved = np.array(rows) - stroke.path.at(stroke.leave)[0][STROKE]
+    away = prepared.shot.trajectory.at(times).position - tip - moved[:, np.newaxis] * along
+    ahead = away @ along
+    off = away - np.minimum(ahead, 0.0)[:, np.newaxis] * along
+    return np.linalg.norm(off, axis=1)
+
+
+def check_brake(count, seed):
+    random = np.random.default_rng(seed)
+    outcomes = {}
+    for _ in range(count):
+        ball = random.uniform(-0.5, 0.5, 2).tolist()
+        plan = plan_of(random_shot(random), ball)
+        try:
+            prepared = prepare(MECHANISM, SCENE, plan)
+        except RefusedError as error:
+            outcomes[error.outcome] = outcomes.get(error.outcome, 0) + 1
+            continue
+        outcomes[Outcome.OK] = outcomes.get(Outcome.OK, 0) + 1
+        stroke = prepared.stroke
+        braked, gone = stroke.stop - stroke.leave, stroke.path.duration - stroke.leave
+        times = np.concatenate((
+            np.geomspace(1e-5, max(braked, 2e-5), 30), np.linspace(braked, gone, 30)[1:]))
+        assert (distances(prepared, times) > RADIUS - 1e-12).all(), plan
+        assert abs(stroke.path.at(stroke.stop)[1][STROKE]) < 1e-9
+        # nor has the tip gone through the cloth
+        lowest = tip_of(MECHANISM, stroke.path.at(stroke.stop)[0]).position[2]
+        assert lowest >= 0.0
+    return outcomes
+
+
+def test_brake_is_over_before_the_cue_touches_the_ball_again():
+    outcomes = check_brake(500, 1)
+    assert outcomes[Outcome.OK] > 300
+    assert set(outcomes) <= {Outcome.OK, Outcome.STROKE_OUT_OF_LIMITS, Outcome.TOUCHES_AGAIN}
+
+
+@pytest.mark.slow
+def test_brake_is_over_in_10000_random_plans():
+    outcomes = check_brake(10_000, 2)
+    assert sum(outcomes.values()) == 10_000
+    assert outcomes[Outcome.OK] > 6_000
+    assert outcomes[Outcome.TOUCHES_AGAIN] > 0
+
+
+@given(SHOTS)
+def test_aimed_joints_and_run_up_bring_the_tip_to_the_ball(shot):
+    try:
+        prepared = prepare(MECHANISM, SCENE, plan_of(shot))
+    except RefusedError:
+        return
+    joints, velocity, _ = prepared.stroke.path.at(prepared.stroke.contact)
+    tip = tip_of(MECHANISM, joints)
+    np.testing.assert_allclose(tip.position, contact_of(shot).position, atol=1e-9)
+    assert velocity[STROKE] == pytest.approx(shot[4], rel=1e-9)
+
+
+def test_touch_is_found_when_it_happens():
+    """A cue that goes on at a constant speed catches a slower ball where their ways meet."""
+    shot = (0.0, 0.0, 0.0, 0.0, 2.0)
+    ball = predict(SCENE, Stroke.from_offsets(*shot)).trajectory
+    speed = 1.5
+    tip = contact_of(shot)
+
+    def touch(cue):
+        return first_touch(ball, cue, tip.position, tip.along, RADIUS, 0.0, 1.0, 60.0)
+
+    found = touch(lambda t: (speed * t, speed))
+    assert ball.at(found).position[0] == pytest.approx(speed * found, abs=2e-5)
+    times = np.linspace(0.01, found - 1e-3, 100)
+    assert (ball.at(times).position[:, 0] > speed * times).all()
+    assert touch(lambda t: (0.0, 0.0)) == math.inf
+
+
+def test_a_ball_that_comes_back_meets_a_cue_that_stays():
+    """There and back again, x = t - t^2, without end."""
+    row = np.zeros((1, COLUMNS))
+    row[0, MOTION] = Motion.SLIDE
+    row[0, POSITION:ACCELERATION] = (0.0, 0.0, RADIUS, 1.0, 0.0, 0.0)
+    row[0, ACCELERATION] = -2.0
+    ball = Trajectory(row)
+    tip, along = np.array([-RADIUS, 0.0, RADIUS]), np.array([1.0, 0.0, 0.0])
+
+    def touch_of(cue, until=5.0):
+        return first_touch(ball, cue, tip, along, RADIUS, 0.0065, 10.0, until)
+
+    assert touch_of(lambda t: (0.0, 0.0)) == pytest.approx(1.0, abs=1e-4)
+    assert touch_of(lambda t: (0.0, 0.0), until=0.99) == math.inf
+    # drawn back it gains time: the root of t - t^2 = -t / 2
+    assert touch_of(lambda t: (-0.5 * t, -0.5)) == pytest.approx(1.5, abs=1e-4)
+
+
+def test_gap_to_a_half_line():
+    along, still = np.array([1.0, 0.0, 0.0]), np.array([-1.0, 0.5, 0.0])
+    assert gap(np.array([0.3, 0.4, 0.0]), still, along, 0.0) == pytest.approx((0.5, -0.2))
+    assert gap(np.array([-0.3, 0.4, 0.0]), still, along, 0.0) == pytest.approx((0.4, 0.5))
+    assert gap(np.array([0.1, 0.4, 0.0]), still, along, 0.2) == pytest.approx((0.5, -0.2))
+    assert gap(np.array([-0.3, 0.4, 0.0]), still, along, 0.2) == pytest.approx((0.4, 0.5))
+
+
+@given(st.floats(0.0, 0.9))
+def test_the_round_shaft_is_clear_of_a_ball_hit_off_centre(offset):
+    normal = np.array([-math.sqrt(1.0 - offset * offset), offset, 0.0])
+    distance, _ = gap(-RADIUS * normal, np.zeros(3), np.array([1.0, 0, 0]), SETBACK * 0.0065)
+    assert distance > RADIUS + 0.0065
+
+
+@pytest.mark.parametrize(('changes', 'outcome', 'words'), [
+    ({'speed': 6.1}, Outcome.SPEED_OUT_OF_LIMITS, r'0\.1 m/s above the limit of 6 m/s'),
+    ({'speed': -1.0}, Outcome.INVALID_PLAN, 'speed: -1.0'),
+    ({'speed': math.nan}, Outcome.INVALID_PLAN, 'speed: nan'),
+    ({'elevation': 0.3}, Outcome.INVALID_PLAN, 'elevation: 0.3 is not allowed; the quaternion'),
+    ({'elevation': math.nan}, Outcome.INVALID_PLAN, 'elevation: nan'),
+    ({'shot_id': ''}, Outcome.INVALID_PLAN, 'shot_id'),
+    ({'balls': {}}, Outcome.INVALID_PLAN, "a ball 'cue'"),
+    ({'balls': {'cue': (0.0, 0.0), '8': (math.inf, 0.0)}}, Outcome.INVALID_PLAN, "'8'"),
+    ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, Outcome.INVALID_PLAN, 'quaternion'),
+    ({'position': (-1.0, 1.0, 0.02)}, Outcome.NOT_PREDICTED, 'MISS: position, quaternion'),
+])
+def test_refused_by_name(changes, outcome, words):
+    with pytest.raises(RefusedError, match=words) as caught:
+        prepare(MECHANISM, SCENE, replace(plan_of((0.1, 0.1, 0.1, 0.0, 2.0)), **changes))
+    assert caught.value.outcome is outcome
+
+
+@pytest.mark.parametrize(('shot', 'ball', 'outcome', 'words'), [
+    ((0.0, 0.3, 1.21, 0.0, 2.0), (0, 0), Outcome.ELEVATION_OUT_OF_LIMITS, 'elevation: 1.21 rad'),
+    ((0.0, 0.0, 0.1, 0.0, 2.0), (3.5, 0), Outcome.OUT_OF_REACH, 'base_x: 3.'),
+    ((0.0, 0.0, 0.9, 0.0, 5.0), (0, 0), Outcome.STROKE_OUT_OF_LIMITS, 'cloth: 0.1'),
+    ((0.02, 0.35, 0.97, 0.0, 1.12), (0, 0), Outcome.TOUCHES_AGAIN, 'ms after the strike, as it'),
+])
+def test_refused_by_limit(shot, ball, outcome, words):
+    with pytest.raises(RefusedError, match=words) as caught:
+        prepare(MECHANISM, SCENE, plan_of(shot, ball))
+    assert caught.value.outcome is outcome
+
+
+def test_seal_tells_every_change():
+    plan = plan_of((0.1, 0.1, 0.1, 0.0, 2.0), others={'8': (0.5, 0.0)})
+    changed = [
+        replace(plan, shot_id='other'), replace(plan, speed=2.0000001),
+        replace(plan, position=(*plan.position[:2], 0.0)), replace(plan, elevation=0.1000001),
+        replace(plan, quaternion=(0.0, 0.0, 0.0, 1.0)),
+        replace(plan, balls={'cue': (0.0, 0.0)}),
+        replace(plan, balls={'cue': (0.0, 0.0), '8': (0.5, 1e-12)}),
+        replace(plan, balls={'cue': (0.0, 0.0), '9': (0.5, 0.0)}),
+    ]
+    assert len({plan.seal, *(other.seal for other in changed)}) == 1 + len(changed)
+    assert replace(plan, balls=dict(reversed(plan.balls.items()))).seal == plan.seal
