@@ -5,12 +5,24 @@ Pivot, foot and head of the actuator are the corners of a triangle. Two of its s
 base (pivot to foot) and the arm (pivot to head); the actuator is the third, and the angle opposite
 to it is the elevation plus a fixed one.
 """
+from collections.abc import Iterator
 from dataclasses import dataclass
 import math
+from typing import Any, ClassVar
 
 from billiard_shot.cue.limits import outside, refuse
-from billiard_shot.scene import fields
+from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
+from billiard_shot.scene.mistakes import Mistake
+
+
+def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
+    least, most = abs(incline.base - incline.arm), incline.base + incline.arm
+    # At the ends themselves the triangle is flat and the actuator could turn it neither way.
+    if not least < incline.shortest < incline.longest < most:
+        yield Mistake(('shortest',), (
+            f'{incline.shortest:g}, and longest {incline.longest:g}, is not allowed; they must '
+            f'ascend, between {least:g} and {most:g}, where the triangle is flat (m)'))
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +41,7 @@ class Incline:
 
     """
 
+    RULES: ClassVar = (_lengths_of_a_triangle,)
     base: float = number('m', above=0, default=0.5)
     arm: float = number('m', above=0, default=0.3)
     level_angle: float = number('rad', above=0, most=math.pi, default=1.0)
@@ -36,14 +49,7 @@ class Incline:
     longest: float = number('m', above=0, default=0.72)
 
     def __post_init__(self) -> None:
-        fields.check(self)
-        least, most = abs(self.base - self.arm), self.base + self.arm
-        # At the ends themselves the triangle is flat and the actuator could turn it neither way.
-        if not least < self.shortest < self.longest < most:
-            raise ValueError(
-                f'shortest, longest: ({self.shortest:g}, {self.longest:g}) is not allowed; they '
-                f'must ascend, between {least:g} and {most:g}, where the triangle is flat (m)'
-            )
+        check(self)
 
     def length(self, elevation: float) -> float:
         """

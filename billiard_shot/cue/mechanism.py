@@ -2,20 +2,22 @@
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
+from collections.abc import Iterator
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.cue.incline import Incline
-from billiard_shot.scene import fields
+from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.fields import number, section
-from billiard_shot.scene.yaml_file import read_yaml
+from billiard_shot.scene.mistakes import InputError, Mistake
+from billiard_shot.scene.yaml_file import read_document
 
 JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
 """
@@ -27,6 +29,12 @@ moved along its axis from where it is drawn back fully [m].
 """
 BASE_X, BASE_Y, BASE_Z, AZIMUTH, INCLINE, STROKE = range(6)
 UNITS = ('m', 'm', 'm', 'rad', 'm', 'm')
+
+
+def _range_of_an_axis(axis: Any) -> Iterator[Mistake]:
+    if not axis.least < axis.most:
+        yield Mistake(('least',), (
+            f'{axis.least:g} is not allowed; it must be below most, {axis.most:g}'))
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +51,7 @@ class Axis:
 
     """
 
+    RULES: ClassVar = (_range_of_an_axis,)
     least: float = number('u')
     most: float = number('u')
     speed: float = number('u/s', above=0)
@@ -50,16 +59,33 @@ class Axis:
     jerk: float = number('u/s^3', above=0)
 
     def __post_init__(self) -> None:
-        fields.check(self)
-        if not self.least < self.most:
-            raise ValueError(
-                f'least, most: ({self.least:g}, {self.most:g}) is not allowed; they must ascend'
-            )
+        check(self)
 
 
 def _axis(*numbers: float) -> Any:
     return dataclasses.field(
         default_factory=lambda: Axis(*numbers), metadata=section(Axis).metadata)
+
+
+def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
+    if mechanism.stroke.least != 0.0:
+        yield Mistake(('stroke', 'least'), (
+            f'{mechanism.stroke.least:g} is not allowed; it must be 0 (m)'))
+
+
+def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
+    triangle, incline = mechanism.triangle, mechanism.incline
+    if not triangle.shortest <= incline.least < incline.most <= triangle.longest:
+        yield Mistake(('incline',), (
+            f'{incline.least:g} to {incline.most:g} is not allowed; it must lie within '
+            f'{triangle.shortest:g} to {triangle.longest:g}, the lengths of the triangle (m)'))
+        return
+    low, high = (triangle.elevation(length) for length in (incline.least, incline.most))
+    if not low <= mechanism.least_elevation < mechanism.most_elevation <= high:
+        yield Mistake(('most_elevation',), (
+            f'{mechanism.most_elevation:g}, and least_elevation {mechanism.least_elevation:g}, is '
+            f'not allowed; they must ascend, within {low:.4g} to {high:.4g}, which the incline '
+            'reaches (rad)'))
 
 
 @dataclass(frozen=True)
@@ -94,6 +120,7 @@ class Mechanism:
 
     """
 
+    RULES: ClassVar = (_stroke_from_zero, _incline_within_its_triangle)
     base_x: Axis = _axis(-2.5, 2.5, 1.0, 2.0, 20.0)
     base_y: Axis = _axis(-2.0, 2.0, 1.0, 2.0, 20.0)
     base_z: Axis = _axis(0.0, 1.2, 0.5, 2.0, 20.0)
@@ -112,24 +139,7 @@ class Mechanism:
     travel_height: float = number('m', above=0, default=0.1)
 
     def __post_init__(self) -> None:
-        fields.check(self)
-        mistakes = []
-        if self.stroke.least != 0.0:
-            mistakes.append(
-                f'stroke.least: {self.stroke.least:g} is not allowed; it must be 0 (m)')
-        triangle, incline = self.triangle, self.incline
-        if not triangle.shortest <= incline.least < incline.most <= triangle.longest:
-            mistakes.append(
-                f'incline.least, incline.most: ({incline.least:g}, {incline.most:g}) is not '
-                f'allowed; it must lie within {triangle.shortest:g} to {triangle.longest:g}, the '
-                'lengths of the triangle (m)')
-        low, high = (triangle.elevation(length) for length in (incline.least, incline.most))
-        if not low <= self.least_elevation < self.most_elevation <= high:
-            mistakes.append(
-                f'least_elevation, most_elevation: ({self.least_elevation:g}, '
-                f'{self.most_elevation:g}) is not allowed; they must ascend, within {low:.4g} to '
-                f'{high:.4g}, which the incline reaches (rad)')
-        fields.complain(mistakes)
+        check(self)
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
@@ -139,15 +149,18 @@ class Mechanism:
         Raises
         ------
         ValueError
-            Naming file, field, value and allowed range of every mistake.
+            Naming file, line, field, value and allowed range of every mistake.
 
         """
         if str(path) == '':
             return cls()
-        mistakes: list[str] = []
-        mechanism = fields.read(cls, read_yaml(Path(path)), mistakes)
-        fields.complain(mistakes, f'mechanism {path}')
-        assert mechanism is not None
+        data, lines, mistakes = read_document(Path(path))
+        try:
+            mechanism = read(cls, data)
+        except InputError as error:
+            mistakes += error.mistakes
+        if mistakes:
+            raise InputError(mistakes, f'mechanism {path}', lines) from None
         return mechanism
 
     @cached_property

@@ -11,7 +11,7 @@ import numpy as np
 
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.path import Array, Path
-from billiard_shot.scene import fields
+from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number, yes_or_no
 
 SUBSTEP = 1e-3  # s
@@ -45,7 +45,7 @@ class Imperfections:
     encoder_step: float = number('', least=0, most=0.1, default=0.0)
 
     def __post_init__(self) -> None:
-        fields.check(self)
+        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Faults:
     no_ball: bool = yes_or_no(default=False)
 
     def __post_init__(self) -> None:
-        fields.check(self)
+        check(self)
 
 
 class SimulatedMechanism:

@@ -3,6 +3,8 @@ Random sequences of events against the controller: it never fires unless it may.
 
 A second, simpler bookkeeping runs beside it and judges every stroke that is commanded.
 """
+import os
+
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
@@ -233,4 +235,7 @@ TestEager = Eager.TestCase
 
 @pytest.mark.slow
 class TestManyEvents(Eager.TestCase):
-    settings = settings(max_examples=10_000, stateful_step_count=15, deadline=None)
+    """More of them: SEQUENCES=10000 takes some two minutes."""
+
+    settings = settings(max_examples=int(os.environ.get('SEQUENCES', '1000')),
+                        stateful_step_count=15, deadline=None)

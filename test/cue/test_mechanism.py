@@ -78,11 +78,11 @@ def test_paths_are_joined_without_jumps():
 
 
 def test_settings_are_checked(tmp_path):
-    with pytest.raises(ValueError, match=r'least, most: \(1, 0\)'):
+    with pytest.raises(ValueError, match='least: 1 is not allowed; it must be below most, 0'):
         Axis(1.0, 0.0, 1.0, 1.0, 1.0)
     with pytest.raises(ValueError, match='force: 0 is not allowed; it must be a finite'):
         Mechanism(force=0)
-    with pytest.raises(ValueError, match=r'most_elevation: .* within -0\.07'):
+    with pytest.raises(ValueError, match=r'most_elevation: 1\.3, and .* within -0\.07'):
         Mechanism(most_elevation=1.3)
     with pytest.raises(ValueError, match='lengths of the triangle'):
         Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
@@ -90,7 +90,8 @@ def test_settings_are_checked(tmp_path):
     path.write_text('force: 80\nspeed: 3\nstroke: {least: 0, most: -1}')
     with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)
         Mechanism.load(path)
-    for words in ('mine.yaml', 'speed: unknown key', 'stroke.speed: missing'):
+    for words in ('mine.yaml: 5 mistakes', 'line 2: speed: unknown key',
+                  'line 3: stroke.speed: missing'):
         assert words in str(caught.value)
     path.write_text('force: 80\n')
     assert Mechanism.load(str(path)) == Mechanism(force=80)
