@@ -22,6 +22,8 @@ class Effects:
         bounces.
     end_mass : str
         `off`: the tip cannot give way sideways, as if the cue were guided.
+    tip_curvature : str
+        `off`: a rounded tip meets the ball where the axis of the cue does.
     flight : str
         `off`: the ball is put back on the cloth after the strike, with its horizontal motion kept.
         `on`: it flies however low.
@@ -39,6 +41,7 @@ class Effects:
     tip_friction: str = choice(*_WISHES, default='auto')
     table_friction: str = choice(*_WISHES, default='auto')
     end_mass: str = choice(*_WISHES, default='auto')
+    tip_curvature: str = choice(*_WISHES, default='auto')
     flight: str = choice(*_WISHES, default='auto')
     bounce: str = choice(*_WISHES, default='auto')
     slide: str = choice(*_WISHES, default='auto')

@@ -85,6 +85,10 @@ class Cue:
     tip_radius : float, optional
         Half the width of the cue behind its tip [m], at least 0: how far it reaches below the
         point where it hits. By default 6.5 mm; for a guided cue, whose shape is not known, 0.
+    dome : float
+        Radius of the sphere that a rounded tip is a part of [m], at least 0. A stroke that says
+        where the axis of the cue goes then meets the ball nearer to its middle. 0 by default: the
+        tip is a point on the axis. Common tips are shaped like a dime, 9 mm, or a nickel, 10.6 mm.
 
     """
 
@@ -97,6 +101,7 @@ class Cue:
     tip_radius: float = number(
         'm', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS
     )
+    dome: float = number('m', least=0, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)

@@ -17,6 +17,7 @@ class Model(NamedTuple):
     cue_mass: float  # kg
     softness: float  # 1/kg, of the tip's sideways motion: one over the end mass, 0 if guided
     tip_radius: float  # m
+    dome: float  # of a rounded tip, in radii of the ball
     friction: NDArray[np.float64]  # (2,), of TIP and TABLE, like the next two
     restitution: NDArray[np.float64]
     stiffness: NDArray[np.float64]
@@ -35,6 +36,7 @@ def numbers_of(scene: Scene) -> Model:
         cue_mass=scene.cue.mass,
         softness=1.0 / scene.cue.end_mass,
         tip_radius=scene.cue.tip_radius,
+        dome=scene.cue.dome / ball.radius,
         friction=np.array([tip.friction, table.friction]),
         restitution=np.array([tip.restitution, table.restitution]),
         stiffness=np.array([tip.stiffness, table.stiffness]),

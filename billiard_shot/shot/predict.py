@@ -52,7 +52,8 @@ def predict(
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
     model = model_of(scene)
-    normal, velocity = np.array([stroke.normal]), np.array([stroke.velocity])
+    normal = np.array([stroke.touching(model.dome).normal])
+    velocity = np.array([stroke.velocity])
     row = np.empty((1, at.COLUMNS))
     phases, segments = _PHASES, _SEGMENTS
     while True:
@@ -99,7 +100,8 @@ def predict_batch(
     scene, tolerance, position
         As for `predict`.
     normals, velocities : (n, 3) array_like
-        As of `Stroke`. A row that is none (not finite, or zero) gets the status INVALID_STROKE.
+        As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that is
+        none (not finite, or zero) gets the status INVALID_STROKE.
 
     """
     _check_tolerance(tolerance)

@@ -20,17 +20,20 @@ def sensitivity_of(
     """
     Derivative of the place of rest (x, y) by (a, b, elevation, azimuth, speed), (2, 5).
 
+    (a, b) is where the tip touches the ball.
+
     The stroke is one that can be played. Central differences; one-sided where only one of the two
     neighbours can be played, and zero where neither can. `position` is the ball's [m].
     """
-    base = np.array(stroke.offsets)
+    model = model_of(scene)
+    base = np.array(stroke.touching(model.dome).offsets)
     steps = np.full(5, STEP)
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
     rows = np.empty((len(strokes), at.COLUMNS))
     shoot(
-        model_of(scene), np.array([s.normal for s in strokes]),
+        model, np.array([s.normal for s in strokes]),
         np.array([s.velocity for s in strokes]), position, TOLERANCE, rows,
         np.empty((0, 12)), np.empty((0, motion.COLUMNS)),
     )

@@ -24,6 +24,9 @@ class Stroke:
         Outward normal of the ball where the tip hits it, frame `table`; any length but 0.
     velocity : (3,) array_like
         Velocity of the cue [m/s], frame `table`; not 0.
+    axis : bool
+        Whether `normal` is where the axis of the cue meets the ball, so that a rounded tip touches
+        it elsewhere. Else the tip touches the ball there, whatever its shape.
 
     Raises
     ------
@@ -35,16 +38,20 @@ class Stroke:
 
     normal: Vector  # of length 1
     velocity: Vector
+    axis: bool
     # How the tip passes the ball, in the terms in which the stroke was stated; empty if it hits.
     miss: str = field(compare=False, repr=False)
 
-    def __init__(self, normal: Numbers, velocity: Numbers, *, miss: str = '') -> None:
+    def __init__(
+        self, normal: Numbers, velocity: Numbers, *, axis: bool = False, miss: str = ''
+    ) -> None:
         x, y, z = _direction('normal', normal, 3)
         u, v, w = _numbers('velocity', velocity, 3)
         if u == v == w == 0.0:
             raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
         object.__setattr__(self, 'normal', (x, y, z))
         object.__setattr__(self, 'velocity', (u, v, w))
+        object.__setattr__(self, 'axis', bool(axis))
         object.__setattr__(self, 'miss', miss)
 
     @classmethod
@@ -82,7 +89,7 @@ class Stroke:
         cls, position: Numbers, quaternion: Numbers, speed: float, ball: Numbers
     ) -> Stroke:
         """
-        Find where a tip that moves straight ahead meets the ball.
+        Find where the axis of a cue that moves straight ahead meets the ball.
 
         Parameters
         ----------
@@ -106,18 +113,39 @@ class Stroke:
         aside = away + ahead * along
         distance = math.hypot(*aside)
         if distance >= radius:
-            return cls(aside, speed * along, miss=(
+            return cls(aside, speed * along, axis=True, miss=(
                 f'position, quaternion: the axis of the tip is not allowed to pass the centre of '
                 f'the ball at {distance:.4g} m; that must be below the radius, {radius:.4g} m'
             ))
         depth = math.sqrt(radius * radius - distance * distance)
         if ahead - depth < -1e-9 * radius:  # less is rounding of a tip that touches the ball
             # ahead of it is at most the point where its axis leaves the ball
-            return cls(aside + depth * along, speed * along, miss=(
+            return cls(aside + depth * along, speed * along, axis=True, miss=(
                 f'position: {tuple(position)} is not allowed; the tip must start in front of the '
                 f'ball, but is {depth - ahead:.4g} m past where it would meet it'
             ))
-        return cls(aside - depth * along, speed * along)
+        return cls(aside - depth * along, speed * along, axis=True)
+
+    def touching(self, dome: float) -> Stroke:
+        """
+        Find where a rounded tip touches the ball.
+
+        The tip's centre is on the axis, and `dome` away from the ball's surface: an axis that
+        passes the ball's centre at p touches it at p / (1 + dome) beside the middle.
+
+        Parameters
+        ----------
+        dome : float
+            Radius of the tip's sphere, in radii of the ball.
+
+        """
+        if not self.axis or self.miss or dome == 0.0:
+            return self
+        along = np.array(self.velocity) / self.speed
+        aside = np.array(self.normal) - (along @ self.normal) * along
+        beside = aside / (1.0 + dome)
+        depth = math.sqrt(max(1.0 - float(beside @ beside), 0.0))
+        return Stroke(beside - depth * along, self.velocity)
 
     @property
     def speed(self) -> float:

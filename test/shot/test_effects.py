@@ -11,9 +11,11 @@ from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.model import numbers_of
 
 NAMES = [gate.name for gate in GATES]
-POOL, PAPER = Scene.load('pool'), Scene.load('paper')
+PAPER = Scene.load('paper')
+POOL = Scene.from_dict({'like': 'pool', 'cue': {'dome': 0.0106}})
+PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
 # a little of everything: jumps, bounces, slides, rolls, and has spin about the vertical
-BUSY = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
+BUSY = Stroke(PLAIN.normal, PLAIN.velocity, axis=True)
 LEVEL = Stroke.from_offsets(0, 0, 0, 0, 1)
 
 
@@ -102,7 +104,7 @@ def test_what_is_forced_off_is_reported(name):
 @pytest.mark.parametrize('name', NAMES)
 def test_what_is_forced_off_changes_the_shot(name):
     free, off = predict(POOL, BUSY), predict(wishing(POOL, **{name: 'off'}), BUSY)
-    strike = name in ('table_contact', 'tip_friction', 'table_friction', 'end_mass')
+    strike = NAMES.index(name) < NAMES.index('flight')
     assert np.allclose(free.velocity, off.velocity, atol=1e-12) != strike
     assert (off.status == Status.NEVER_RESTS) == (name in ('roll', 'spin_decay'))
     if name == 'spin_decay':
@@ -148,6 +150,26 @@ def test_without_end_mass_a_cue_throws_the_ball_like_a_guided_one():
     off = predict(wishing(POOL, end_mass='off'), BUSY)
     guided = dataclasses.replace(POOL, cue=dataclasses.replace(POOL.cue, guided=True))
     assert off.velocity.tolist() == predict(guided, BUSY).velocity.tolist()
+
+
+def test_a_rounded_tip_touches_nearer_to_the_middle():
+    """A tip as round as the ball, of a cue whose axis is 0.4 radii off: it touches at 0.2."""
+    data = {'like': 'pool', 'cue': {'dome': POOL.ball.radius}}
+    scene, point = Scene.from_dict(data), Scene.load('pool')
+    axis = Stroke.from_pose((-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 2,
+                            (0, 0, POOL.ball.radius))
+    shot = predict(scene, axis)
+    expected = predict(point, Stroke.from_offsets(0.2, 0, 0, 0, 2))
+    assert shot.velocity == pytest.approx(expected.velocity, rel=1e-9, abs=1e-12)
+    assert shot.spin == pytest.approx(expected.spin, rel=1e-9, abs=1e-9)
+    assert shot.sensitivity == pytest.approx(expected.sensitivity, rel=1e-3, abs=1e-6)
+    assert effect(shot, 'tip_curvature').reason.startswith('the tip touches the ball 5.7')
+    stated = predict(scene, Stroke.from_offsets(0.2, 0, 0, 0, 2))
+    assert stated.velocity.tolist() == expected.velocity.tolist()
+    assert not effect(stated, 'tip_curvature').wanted
+    off = predict(wishing(scene, tip_curvature='off'), axis)
+    assert off.velocity == pytest.approx(
+        predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12)
 
 
 def test_a_guided_cue_has_no_end_mass_to_turn_on():

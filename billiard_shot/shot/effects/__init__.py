@@ -6,14 +6,14 @@ from billiard_shot.shot.effects.air import Bounce, Flight
 from billiard_shot.shot.effects.cloth import Roll, Slide, SpinDecay
 from billiard_shot.shot.effects.effect import Effect, Gate, Look, OFF, ON, report
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
-from billiard_shot.shot.effects.strike import EndMass, TableContact
+from billiard_shot.shot.effects.strike import EndMass, TableContact, TipCurvature
 from billiard_shot.shot.model import Model, numbers_of
 
 __all__ = ['Effect', 'Gate', 'GATES', 'Look', 'effects_of', 'effects_of_nothing', 'model_of']
 
 GATES: tuple[Gate, ...] = (
-    TableContact(), TipFriction(), TableFriction(), EndMass(), Flight(), Bounce(), Slide(), Roll(),
-    SpinDecay(),
+    TableContact(), TipFriction(), TableFriction(), EndMass(), TipCurvature(),
+    Flight(), Bounce(), Slide(), Roll(), SpinDecay(),
 )
 
 

@@ -1,4 +1,6 @@
-"""What takes part in the strike beside the ball: the table below it, the end of the cue."""
+"""What takes part in the strike beside the ball: the table below it, the cue's end and tip."""
+import math
+
 from billiard_shot.shot.effects.effect import Gate, Look, Seen
 from billiard_shot.shot.model import Model, TABLE
 
@@ -37,3 +39,28 @@ class EndMass(Gate):
     def off(self, model: Model) -> Model:
         """No sideways motion."""
         return model._replace(softness=0.0)
+
+
+class TipCurvature(Gate):
+    """Without, a rounded tip meets the ball where the axis of the cue does."""
+
+    name = 'tip_curvature'
+    needs = 'the tip is rounded, and the stroke says where the axis of the cue goes'
+
+    def seen(self, look: Look) -> Seen:
+        """The cue and the stroke say so."""
+        dome, radius = look.scene.cue.dome, look.scene.ball.radius
+        if dome == 0.0:
+            return Seen(False, 'the tip is a point: the cue has no dome')
+        if not look.stroke.axis:
+            return Seen(False, 'the stroke says where the tip touches the ball')
+        a, b, *_ = look.stroke.offsets
+        offset = radius * math.hypot(a, b)
+        if offset <= 1e-12 * radius:
+            return Seen(False, 'the axis of the cue goes through the middle of the ball')
+        nearer = 1e3 * offset * dome / (radius + dome)
+        return Seen(True, f'the tip touches the ball {nearer:.3g} mm nearer to its middle')
+
+    def off(self, model: Model) -> Model:
+        """Tip that is a point."""
+        return model._replace(dome=0.0)
