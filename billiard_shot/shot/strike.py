@@ -137,11 +137,11 @@ def shoot(
             row[at.PHASES], row[at.EVALUATIONS] = phases, steps
             miscue = book(model, lever, c, speed, account, row)
             ball = motion.start(position, row[at.VELOCITY], row[at.SPIN])
-            end, left_out = roll_out(model.surface, ball, 0.25 * tolerance, accuracy, segments)
+            end, left_out = roll_out(model.surface, ball, 0.25 * tolerance, segments)
             row[at.ERROR] = left_out + error_of(accuracy, speed, ball[motion.TIME])
             row[at.STATUS] = verdict(status, miscue, end, row[at.ERROR] <= tolerance)
         else:
-            motion.follow(ball, np.inf, segments)
+            motion.record(ball, segments)
         row[at.REST] = ball[motion.POSITION:motion.VELOCITY]
         row[at.DURATION] = ball[motion.TIME]
         row[at.SEGMENTS] = ball[motion.COUNT]

@@ -12,6 +12,8 @@ from billiard_shot.table.motion import (
     ACCELERATION,
     ANGULAR,
     ANGULAR_ACCELERATION,
+    CAUSE,
+    Cause,
     COLUMNS,
     MOTION,
     Motion,
@@ -54,6 +56,11 @@ class EventKind(StrEnum):
     SPIN = 'spin'  # stands still, but for the spin about the vertical
     SPIN_END = 'spin_end'  # the spin about the vertical is used up; slides or rolls on
     REST = 'rest'
+    BALL = 'ball'  # meets another ball
+    CUSHION = 'cushion'
+    CLUSTER = 'cluster'  # an impact of more than two bodies
+    POCKET = 'pocket'
+    OFF = 'off'  # leaves the table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,8 +95,8 @@ class Trajectory:
 
     @property
     def rests(self) -> bool:
-        """Whether the ball comes to rest."""
-        return bool(self.rows[-1, MOTION] == Motion.REST)
+        """Whether the ball comes to rest, on the table, in a pocket or off it."""
+        return self.rows[-1, MOTION] in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
 
     @property
     def duration(self) -> float:
@@ -121,7 +128,7 @@ class Trajectory:
         return BallState(
             position=row[..., POSITION:VELOCITY] + (velocity + 0.5 * acceleration * dt) * dt,
             velocity=velocity + acceleration * dt,
-            spin=spin + row[..., ANGULAR_ACCELERATION:] * dt,
+            spin=spin + row[..., ANGULAR_ACCELERATION:CAUSE] * dt,
             motion=row[..., MOTION].astype(np.uint8),
         )
 
@@ -133,7 +140,7 @@ class Trajectory:
             Segment(
                 float(row[TIME]), end, Motion(int(row[MOTION])), row[POSITION:VELOCITY],
                 row[VELOCITY:ACCELERATION], row[ACCELERATION:ANGULAR],
-                row[ANGULAR:ANGULAR_ACCELERATION], row[ANGULAR_ACCELERATION:],
+                row[ANGULAR:ANGULAR_ACCELERATION], row[ANGULAR_ACCELERATION:CAUSE],
             )
             for row, end in zip(self.rows, ends, strict=True)
         )
@@ -144,13 +151,20 @@ class Trajectory:
         return tuple(self._events())
 
     def _events(self) -> Iterator[Event]:
-        for before, after in pairwise(self.segments):
-            if before.motion == Motion.FLIGHT:
-                in_air = after.motion == Motion.FLIGHT
-                yield Event(
-                    after.start, EventKind.BOUNCE if in_air else EventKind.LAND, after.position
-                )
-            elif after.motion == before.motion:
-                yield Event(after.start, EventKind.SPIN_END, after.position)
-            if after.motion != before.motion and after.motion.name.lower() in list(EventKind):
-                yield Event(after.start, EventKind(after.motion.name.lower()), after.position)
+        causes = [Cause(int(code)) for code in self.rows[1:, CAUSE]]
+        for (before, after), cause in zip(pairwise(self.segments), causes, strict=True):
+            for kind in kinds_of(before.motion, after.motion, cause):
+                yield Event(after.start, kind, after.position)
+
+
+def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]:
+    """What happened between two segments."""
+    if cause != Cause.OWN:
+        yield EventKind(cause.name.lower())
+        return
+    if before == Motion.FLIGHT:
+        yield EventKind.BOUNCE if after == Motion.FLIGHT else EventKind.LAND
+    elif after == before:
+        yield EventKind.SPIN_END
+    if after != before and after.name.lower() in list(EventKind):
+        yield EventKind(after.name.lower())

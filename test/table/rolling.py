@@ -18,7 +18,7 @@ POOL = Surface(
 @entry
 def roll(surface, position, velocity, spin, tolerance, segments):
     ball = motion.start(position, velocity, spin)
-    status, error = roll_out(surface, ball, tolerance, 1e-12, segments)
+    status, error = roll_out(surface, ball, tolerance, segments)
     return status, error, int(ball[motion.COUNT])
 
 

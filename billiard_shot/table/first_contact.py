@@ -1,0 +1,93 @@
+"""
+When a gap closes: the first root of a polynomial of fourth degree, found without a doubt.
+
+On an interval the polynomial lies between its Bernstein coefficients. None below zero: no root.
+One change of sign among them: exactly one root (variation diminishing property; Farin, Curves and
+Surfaces for CAGD, ch. 5), which Newton's method finds inside a bracket. More: look at the half.
+"""
+import numpy as np
+
+from billiard_shot.compiled import compiled
+
+NARROW = 1e-7  # part of the interval in which a gap that closes and opens again is no event
+HORIZON = 1e5  # s: as far as endless motions are looked at
+
+
+@compiled
+def refine(
+    a: float, b: float, c: float, d: float, e: float, low: float, high: float
+) -> float:
+    """Root of a + b x + ... between low (polynomial positive) and high (not positive)."""
+    x = 0.5 * (low + high)
+    for _ in range(80):
+        value = (((e * x + d) * x + c) * x + b) * x + a
+        slope = ((4.0 * e * x + 3.0 * d) * x + 2.0 * c) * x + b
+        if value == 0.0:
+            return x
+        if value > 0.0:
+            low = x
+        else:
+            high = x
+        step = x - value / slope if slope < 0.0 else np.inf
+        if abs(step - x) <= 2e-16 * x or high - low <= 2e-16 * high:
+            return x
+        x = step if low < step < high else 0.5 * (low + high)
+    return x
+
+
+@compiled
+def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
+    """First x of (0, 1] where a + b x + c x^2 + d x^3 + e x^4, a > 0, turns negative, or inf."""
+    low, width = 0.0, 1.0
+    while low < 1.0:
+        q0 = (((e * low + d) * low + c) * low + b) * low + a
+        q1 = (((4.0 * e * low + 3.0 * d) * low + 2.0 * c) * low + b) * width
+        q2 = ((6.0 * e * low + 3.0 * d) * low + c) * width * width
+        q3 = (4.0 * e * low + d) * width * width * width
+        b1 = q0 + 0.25 * q1
+        b2 = q0 + 0.5 * q1 + q2 / 6.0
+        b3 = q0 + 0.75 * q1 + 0.5 * q2 + 0.25 * q3
+        b4 = q0 + q1 + q2 + q3 + e * width * width * width * width
+        if b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0:
+            low += width
+            width = min(2.0 * width, 1.0 - low)
+            continue
+        # From positive on, the signs change once if they never return to positive.
+        once = b4 <= 0.0 and (b3 <= 0.0 or (b2 > 0.0 and b1 > 0.0)) and (b2 <= 0.0 or b1 > 0.0)
+        if once:
+            return refine(a, b, c, d, e, low, low + width)
+        if width < NARROW:
+            low += width
+            if b4 <= 0.0:
+                return low
+        else:
+            width *= 0.5
+    return np.inf
+
+
+@compiled
+def first_contact(
+    a: float, b: float, c: float, d: float, e: float, end: float, scale: float
+) -> float:
+    """
+    When a gap a + b t + c t^2 + d t^3 + e t^4 closes: the first such time in [0, end], or inf.
+
+    `scale` is the polynomial's value per metre of the gap. Bodies within TOUCH of each other
+    touch: if they part, the contact that is over is divided out; if they approach, they meet at
+    once; if they do neither (below STILL), they meet when they are pressed together by PRESSED.
+    """
+    if a <= TOUCH * scale:
+        if b < -STILL * scale:
+            return 0.0
+        if b > STILL * scale:
+            a, b, c, d, e = b, c, d, e, 0.0
+        else:
+            a = max(a + PRESSED * scale, 0.1 * PRESSED * scale)
+    span = min(end, HORIZON)
+    square = span * span
+    return span * first_root(a, b * span, c * square, d * square * span, e * square * square)
+
+
+TOUCH = 1e-10  # m
+PRESSED = 5e-10  # m
+STILL = 1e-5  # m/s

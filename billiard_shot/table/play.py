@@ -1,0 +1,312 @@
+"""
+A table that is played to its end: event by event, in the order of their times.
+
+Where times are equal the order is: ends of a ball's own motion, then what it meets of the table,
+then what balls meet; among these in the order of the balls. Three or more bodies in touch are one
+event (cluster.py). That order, and nothing else, decides; so runs are the same to the bit.
+"""
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import compiled, entry
+from billiard_shot.status import Status
+from billiard_shot.table.airborne import off_bed
+from billiard_shot.table.balls import strike_each_other
+from billiard_shot.table.cushion import strike_cushion
+from billiard_shot.table.flight import bounce, error_of_pause
+from billiard_shot.table.furniture import Bed, Furniture, lay_out
+from billiard_shot.table.motion import (
+    advance,
+    ANGULAR,
+    BALL,
+    CAUSE,
+    CLIMB,
+    CUSHION,
+    END,
+    FALL,
+    FLIGHT,
+    halt,
+    HEIGHT,
+    HOPS,
+    MOTION,
+    OFF,
+    OFF_TABLE,
+    OWN,
+    POCKET,
+    POCKETED,
+    POSITION,
+    REST,
+    START,
+    TIME,
+    VELOCITY,
+)
+from billiard_shot.table.rails import HOLES, NOTHING, OUTSIDE
+from billiard_shot.table.roll_out import ending
+from billiard_shot.table.steps import begin, finish
+from billiard_shot.table.surface import AUTO, Surface
+from billiard_shot.table.surface import OFF as NEVER
+from billiard_shot.table.world import (
+    empty_world,
+    energy_of,
+    log_event,
+    schedule_meetings,
+    schedule_rail,
+    World,
+    write_down,
+)
+
+OK = int(Status.OK)
+BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+TABLE_OFF = int(Status.OFF_TABLE)
+INVALID_REQUEST = int(Status.INVALID_REQUEST)
+
+INPUT = 9  # columns of a given state: position, velocity, spin
+RESULT = 10  # columns of a result: position, velocity, spin, motion
+DEEPEST = 1e-9  # m: overlap that a given state may have by rounding
+
+
+@compiled
+def calm(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> None:
+    """
+    Let the cloth answer to an impact that pushed a ball into it or off it.
+
+    Hops that are not worth resolving are left out, with the little that the cloth does in them.
+    """
+    ball[HOPS] = 0.0
+    ball[FALL] = 0.0
+    if ball[HEIGHT] > surface.radius or ball[CLIMB] == 0.0:
+        return
+    small = surface.flight == AUTO and error_of_pause(surface, ball, abs(ball[CLIMB])) <= tolerance
+    if small or surface.flight == NEVER:
+        ball[CLIMB] = 0.0
+    elif ball[CLIMB] < 0.0:
+        bounce(surface, ball)
+        ball[HOPS] = 0.0
+
+
+@compiled
+def go_on(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, cause: int,
+    tolerance: float,
+) -> None:
+    """Begin the motion that follows an event, and find what its ball meets of the table."""
+    ball = w.balls[index]
+    ball[CAUSE] = cause
+    if ball[MOTION] <= FLIGHT:
+        if cause not in (OWN, START):
+            calm(surface, ball, tolerance)
+        begin(surface, ball, tolerance)
+    write_down(w, index)
+    schedule_rail(surface, furniture, bed, w, index)
+
+
+@compiled
+def next_event(w: World) -> tuple[float, int, int]:
+    """When something happens next, and to which ball; with another one, or itself, or no one."""
+    time, ball, other = np.inf, NOTHING, NOTHING
+    count = w.balls.shape[0]
+    for i in range(count):
+        if w.balls[i, END] < time:
+            time, ball, other = w.balls[i, END], i, NOTHING
+    for i in range(count):
+        if w.rail_time[i] < time:
+            time, ball, other = w.rail_time[i], i, i
+    for i in range(count):
+        for j in range(i + 1, count):
+            if w.meet[i, j] < time:
+                time, ball, other = w.meet[i, j], i, j
+    return time, ball, other
+
+
+@compiled
+def end_motion(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
+) -> None:
+    """Let a ball's motion end by itself."""
+    ball = w.balls[index]
+    before_motion = ball[MOTION]
+    lands_outside = False
+    advance(ball, ball[END])
+    before = energy_of(surface, ball)
+    if before_motion == FLIGHT and furniture.length < np.inf:
+        lands_outside = off_bed(bed, ball)
+    if lands_outside:
+        halt(ball, OFF_TABLE)
+        cause = OFF
+    else:
+        finish(surface, ball)
+        cause = OWN
+    after = energy_of(surface, ball)
+    go_on(surface, furniture, bed, w, index, cause, tolerance)
+    log_event(
+        w, ball[TIME], cause, index, NOTHING, 2.0**index, before, after,
+        before_motion + 8.0 * ball[MOTION],
+    )
+
+
+@compiled
+def meet_table(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
+) -> None:
+    """Let a ball meet something of the table."""
+    ball, what = w.balls[index], w.rail[index]
+    advance(ball, w.rail_time[index])
+    before, motion = energy_of(surface, ball), ball[MOTION]
+    if what == OUTSIDE:
+        cause, what = OFF, NOTHING
+        halt(ball, OFF_TABLE)
+    elif what >= HOLES:
+        cause, what = POCKET, what - HOLES
+        w.pocket[index] = what
+        halt(ball, POCKETED)
+    else:
+        cause = CUSHION
+        lying = motion != FLIGHT or ball[HEIGHT] == surface.radius
+        strike_cushion(surface, furniture, bed, ball, what, lying)
+    after = energy_of(surface, ball)
+    go_on(surface, furniture, bed, w, index, cause, tolerance)
+    log_event(
+        w, ball[TIME], cause, index, what, 2.0**index, before, after, motion + 8.0 * ball[MOTION]
+    )
+
+
+@compiled
+def meet_ball(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, i: int, j: int, time: float,
+    tolerance: float,
+) -> None:
+    """Let two balls meet."""
+    a, b = w.balls[i], w.balls[j]
+    advance(a, time)
+    advance(b, time)
+    before, motion = energy_of(surface, a) + energy_of(surface, b), a[MOTION]
+    strike_each_other(surface, furniture, a, b)
+    for one, other in ((i, j), (j, i)):
+        if w.first[one] == NOTHING:
+            w.first[one] = other
+        go_on(surface, furniture, bed, w, one, BALL, tolerance)
+    after = energy_of(surface, a) + energy_of(surface, b)
+    log_event(
+        w, time, BALL, i, j, 2.0**i + 2.0**j, before, after, motion + 8.0 * a[MOTION]
+    )
+
+
+@compiled
+def play(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, tolerance: float, limit: int
+) -> tuple[float, int]:
+    """Play until nothing moves any more; return when that is, or the last motion begins; status."""
+    diameter = 2.0 * surface.radius
+    count = w.balls.shape[0]
+    now = 0.0
+    for i in range(count):
+        go_on(surface, furniture, bed, w, i, START, tolerance)
+    for i in range(count):
+        schedule_meetings(w, i, now, diameter)
+    while True:
+        time, i, j = next_event(w)
+        if time == np.inf:
+            break
+        if w.count[1] >= limit:
+            return now, BUDGET_EXCEEDED
+        now = time
+        if j == NOTHING:
+            end_motion(surface, furniture, bed, w, i, tolerance)
+        elif j == i:
+            meet_table(surface, furniture, bed, w, i, tolerance)
+        else:
+            meet_ball(surface, furniture, bed, w, i, j, now, tolerance)
+            schedule_meetings(w, j, now, diameter)
+        schedule_meetings(w, i, now, diameter)
+    status = OK
+    for i in range(count):
+        own = ending(surface, w.balls[i])
+        if w.balls[i, MOTION] == OFF_TABLE:
+            own = TABLE_OFF
+        status = max(status, own)
+    return now, status
+
+
+@compiled
+def set_up(
+    surface: Surface, w: World, states: NDArray[np.float64], table: int
+) -> bool:
+    """Put balls where they are given to be; return whether they can be there."""
+    count = w.balls.shape[0]
+    for i in range(count):
+        ball = w.balls[i]
+        for k in range(ball.shape[0]):
+            ball[k] = 0.0
+        for k in range(3):
+            ball[POSITION + k] = states[table, i, k]
+            ball[VELOCITY + k] = states[table, i, 3 + k]
+            ball[ANGULAR + k] = states[table, i, 6 + k]
+        for k in range(INPUT):
+            if not np.isfinite(states[table, i, k]):
+                return False
+        if ball[HEIGHT] < surface.radius * (1.0 - 1e-6):
+            return False
+        w.pocket[i] = NOTHING
+        w.first[i] = NOTHING
+        for j in range(i):
+            square = 0.0
+            for k in range(3):
+                square += (ball[POSITION + k] - w.balls[j, POSITION + k]) ** 2
+            if np.sqrt(square) < 2.0 * surface.radius - DEEPEST:
+                return False
+    w.count[0] = 0
+    w.count[1] = 0
+    return True
+
+
+@entry
+def play_tables(
+    surface: Surface,
+    furniture: Furniture,
+    states: NDArray[np.float64],
+    tolerance: float,
+    limit: int,
+    results: NDArray[np.float64],
+    summary: NDArray[np.float64],
+    places: NDArray[np.int64],
+    segments: NDArray[np.float64],
+    events: NDArray[np.float64],
+) -> None:
+    """
+    Play tables, one after the other, each to its end.
+
+    Parameters
+    ----------
+    surface, furniture : Surface, Furniture
+    states : (tables, balls, INPUT) float array
+    tolerance : float
+        For leaving out small hops [m].
+    limit : int
+        Most events of a table.
+    results : (tables, balls, RESULT) float array, written
+    summary : (tables, 4) float array, written
+        Duration [s], status, number of segments, number of events.
+    places : (tables, balls, 2) int array, written
+        The pocket in which each ball lies, and the first ball it met; or NOTHING.
+    segments, events : float arrays, written
+        Of the last table, see world.py; as many as there is room for.
+
+    """
+    bed = lay_out(furniture, surface.radius)
+    w = empty_world(states.shape[1], segments, events)
+    for table in range(states.shape[0]):
+        if set_up(surface, w, states, table):
+            summary[table, 0], summary[table, 1] = play(
+                surface, furniture, bed, w, tolerance, limit
+            )
+        else:
+            summary[table, 0], summary[table, 1] = 0.0, INVALID_REQUEST
+        summary[table, 2], summary[table, 3] = w.count[0], w.count[1]
+        for i in range(w.balls.shape[0]):
+            for k in range(3):
+                results[table, i, k] = w.balls[i, POSITION + k]
+                results[table, i, 3 + k] = w.balls[i, VELOCITY + k]
+                results[table, i, 6 + k] = w.balls[i, ANGULAR + k]
+            results[table, i, 9] = w.balls[i, MOTION]
+            places[table, i, 0] = w.pocket[i]
+            places[table, i, 1] = w.first[i]
