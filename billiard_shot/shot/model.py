@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
-from billiard_shot.table.surface import AUTO, Surface
+from billiard_shot.table.model import surface_of
+from billiard_shot.table.surface import Surface
 
 TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
 
@@ -30,25 +31,16 @@ class Model(NamedTuple):
 def numbers_of(scene: Scene) -> Model:
     """Collect the numbers of a scene, all effects as they are called for."""
     tip, table = scene.contacts.cue_ball, scene.contacts.ball_table
-    ball, cloth = scene.ball, scene.cloth
-    law = LAWS[scene.law]
     return Model(
         cue_mass=scene.cue.mass,
         softness=1.0 / scene.cue.end_mass,
         tip_radius=scene.cue.tip_radius,
-        dome=scene.cue.dome / ball.radius,
+        dome=scene.cue.dome / scene.ball.radius,
         friction=np.array([tip.friction, table.friction]),
         restitution=np.array([tip.restitution, table.restitution]),
         stiffness=np.array([tip.stiffness, table.stiffness]),
-        law=law,
+        law=LAWS[scene.law],
         exponent=scene.exponent,
         table=True,
-        surface=Surface(
-            mass=ball.mass, radius=ball.radius, inertia=ball.inertia, gravity=cloth.gravity,
-            sliding=cloth.sliding_friction, rolling=cloth.rolling_resistance,
-            spin_deceleration=cloth.spin_deceleration,
-            restitution=table.restitution,
-            friction=table.friction, law=law, exponent=scene.exponent,
-            flight=AUTO, bounce=AUTO,
-        ),
+        surface=surface_of(scene),
     )

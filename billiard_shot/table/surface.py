@@ -16,7 +16,8 @@ class Surface(NamedTuple):
     spin_deceleration: float  # of the spin about the vertical, rad/s^2
     restitution: float  # of a bounce
     friction: float  # of a bounce
-    law: int  # of a bounce, see billiard_shot.impact.laws
-    exponent: float  # of a bounce
+    stiffness: float  # of the cloth's virtual spring, like the next two for clusters of bodies
+    law: int  # of impacts, see billiard_shot.impact.laws
+    exponent: float  # of the springs
     flight: int  # AUTO, ON or OFF
     bounce: int = AUTO  # or ON; off is a restitution of 0

@@ -1,6 +1,6 @@
 """The motion of one ball, as people use it: its state at any time, its segments and events."""
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
@@ -25,12 +25,26 @@ from billiard_shot.table.motion import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BallState:
-    """State of a ball; at many times, all arrays have the axes of the times in front."""
+    """
+    State of a ball; at many times, all arrays have the axes of the times in front.
 
-    position: NDArray[np.float64]  # (..., 3) centre [m]
-    velocity: NDArray[np.float64]  # (..., 3) [m/s]
-    spin: NDArray[np.float64]  # (..., 3) [rad/s]
-    motion: NDArray[np.uint8]  # (...) a Motion
+    Parameters
+    ----------
+    position : (..., 3) array_like
+        Centre [m].
+    velocity : (..., 3) array_like
+        [m/s].
+    spin : (..., 3) array_like
+        [rad/s].
+    motion : (...) uint8 array
+        A `Motion`; what a ball that is given to `simulate` does follows from the rest.
+
+    """
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    spin: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    motion: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((), np.uint8))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,83 @@
+"""A scene's numbers in the form that compiled code takes: ball and cloth, table and contacts."""
+import math
+
+from billiard_shot.impact.laws import LAWS
+from billiard_shot.scene import Effects, Scene
+from billiard_shot.scene.furniture import Pocket
+from billiard_shot.table.furniture import Furniture, HAN, MATHAVAN
+from billiard_shot.table.surface import AUTO, OFF, ON, Surface
+
+_CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
+
+# What a scene's wishes change in the numbers of ball and cloth.
+_FORCED: dict[tuple[str, str], dict[str, float]] = {
+    ('flight', 'off'): {'flight': OFF},
+    ('flight', 'on'): {'flight': ON},
+    ('bounce', 'off'): {'restitution': 0.0},
+    ('bounce', 'on'): {'bounce': ON},
+    ('slide', 'off'): {'sliding': math.inf},
+    ('roll', 'off'): {'rolling': 0.0},
+    ('spin_decay', 'off'): {'spin_deceleration': 0.0},
+    ('table_friction', 'off'): {'friction': 0.0},
+}
+
+
+def surface_of(scene: Scene) -> Surface:
+    """Collect what the motion of a ball on the cloth depends on, all effects as called for."""
+    ball, cloth, table = scene.ball, scene.cloth, scene.contacts.ball_table
+    return Surface(
+        mass=float(ball.mass), radius=float(ball.radius), inertia=float(ball.inertia),
+        gravity=float(cloth.gravity), sliding=float(cloth.sliding_friction),
+        rolling=float(cloth.rolling_resistance),
+        spin_deceleration=float(cloth.spin_deceleration),
+        restitution=float(table.restitution), friction=float(table.friction),
+        stiffness=float(table.stiffness), law=LAWS[scene.law], exponent=float(scene.exponent),
+        flight=AUTO, bounce=AUTO,
+    )
+
+
+def forced(surface: Surface, effects: Effects) -> Surface:
+    """Change the numbers by what a scene forces on or off."""
+    for (name, wish), change in _FORCED.items():
+        if getattr(effects, name) == wish:
+            surface = surface._replace(**change)
+    return surface
+
+
+def furniture_of(scene: Scene) -> Furniture:
+    """Collect what there is to meet; without a table a length without end."""
+    table, balls = scene.table, scene.contacts.ball_ball
+    if table is None:
+        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 1.0)
+        height, depth, pockets = 1.0, 0.0, False
+        corner = side = (1.0, 1.0, 0.0, 0.0, 0.0)
+        corner_hole = side_hole = (0.0, 0.0)
+    else:
+        cushion = table.cushion
+        length, width, pockets = float(table.length), float(table.width), table.pockets
+        model = _CUSHIONS[cushion.model]
+        numbers = (
+            float(cushion.restitution), float(cushion.friction), float(cushion.stiffness)
+        )
+        height, depth = 2.0 * scene.ball.radius * cushion.height, float(cushion.depth)
+        corner, side = _mouth(table.corner), _mouth(table.side)
+        corner_hole = (
+            table.corner.shelf + table.corner.radius - 0.5 * table.corner.mouth,
+            float(table.corner.radius),
+        )
+        side_hole = table.side.shelf + table.side.radius, float(table.side.radius)
+    return Furniture(
+        length, width, pockets, model, *numbers, height, depth, corner, side, corner_hole,
+        side_hole, float(balls.restitution), float(balls.friction_fast),
+        float(balls.friction_slow), float(balls.friction_decay), float(balls.stiffness),
+        float(balls.gap),
+    )
+
+
+def _mouth(pocket: Pocket) -> tuple[float, float, float, float, float]:
+    """Mouth, sine and cosine of the turn from nose to facing, radius and setback of the jaws."""
+    turn = math.radians(180.0 - pocket.cut_deg)
+    return (
+        float(pocket.mouth), math.sin(turn), math.cos(turn), float(pocket.jaw_radius),
+        pocket.jaw_radius * math.tan(0.5 * turn),
+    )
