@@ -10,11 +10,14 @@ if TYPE_CHECKING:
     from billiard_shot.shot.stroke import Stroke
     from billiard_shot.status import Status
     from billiard_shot.table.motion import Motion
-    from billiard_shot.table.trajectory import BallState, Trajectory
+    from billiard_shot.table.run import TableRun
+    from billiard_shot.table.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
 __all__ = [
     'Scene', 'Stroke', 'predict', 'predict_batch', 'Shot', 'BatchResult', 'Status', 'Effect',
-    'Trajectory', 'BallState', 'Motion',
+    'Trajectory', 'BallState', 'EventKind', 'Motion', 'simulate', 'simulate_batch',
+    'TableBatch', 'TableRun',
 ]
 
 # Imported when first used: `import billiard_shot` alone must not wait for numba.
@@ -30,6 +33,11 @@ _HOMES = {
     'Motion': 'table.motion',
     'Trajectory': 'table.trajectory',
     'BallState': 'table.trajectory',
+    'EventKind': 'table.trajectory',
+    'simulate': 'table.simulate',
+    'simulate_batch': 'table.simulate',
+    'TableBatch': 'table.simulate',
+    'TableRun': 'table.run',
 }
 
 

@@ -5,10 +5,9 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled
 from billiard_shot.table.first_contact import first_contact
 from billiard_shot.table.furniture import Furniture
-from billiard_shot.table.motion import ACCELERATION, ANGULAR, POSITION, TIME, VELOCITY
-from billiard_shot.table.sphere import drag_of, push_ball, restitution_at, slip_at
+from billiard_shot.table.motion import ACCELERATION, POSITION, TIME, VELOCITY
+from billiard_shot.table.sphere import drag_of, push_ball, slip_at
 from billiard_shot.table.surface import Surface
-
 
 OVERLAP = 1e-10  # m
 
@@ -35,19 +34,39 @@ def meeting(
 
 
 @compiled
+def normal_of(
+    a: NDArray[np.float64], b: NDArray[np.float64]
+) -> tuple[float, float, float, float]:
+    """Unit vector from ball b to ball a, and the distance of their centres [m]."""
+    x = a[POSITION] - b[POSITION]
+    y = a[POSITION + 1] - b[POSITION + 1]
+    z = a[POSITION + 2] - b[POSITION + 2]
+    distance = np.sqrt(x * x + y * y + z * z)
+    return x / distance, y / distance, z / distance, distance
+
+
+@compiled
+def away(
+    a: NDArray[np.float64], b: NDArray[np.float64], column: int, x: float, y: float, z: float
+) -> float:
+    """Component along (x, y, z) of a vector of ball a, against that of ball b."""
+    return float(
+        x * (a[column] - b[column]) + y * (a[column + 1] - b[column + 1])
+        + z * (a[column + 2] - b[column + 2])
+    )
+
+
+@compiled
 def strike_each_other(
-    surface: Surface, furniture: Furniture, a: NDArray[np.float64], b: NDArray[np.float64]
+    surface: Surface, furniture: Furniture, a: NDArray[np.float64], b: NDArray[np.float64],
+    restitution: float,
 ) -> None:
     """
     Change the velocities and spins of two equal balls that meet: restitution and friction.
 
     Friction after Alciatore (technical proof TP A.14): its coefficient depends on the slip.
     """
-    x = a[POSITION] - b[POSITION]
-    y = a[POSITION + 1] - b[POSITION + 1]
-    z = a[POSITION + 2] - b[POSITION + 2]
-    distance = np.sqrt(x * x + y * y + z * z)
-    x, y, z = x / distance, y / distance, z / distance
+    x, y, z, distance = normal_of(a, b)
     overlap = 2.0 * surface.radius - distance
     if overlap > OVERLAP:  # pressed together by their motion on the cloth
         for i, n in enumerate((x, y, z)):
@@ -57,11 +76,7 @@ def strike_each_other(
     u, v, w = slip_at(b, surface.radius, x, y, z)
     u, v, w = p - u, q - v, s - w
     slip = np.sqrt(u * u + v * v + w * w)
-    approach = 0.0
-    for i, n in enumerate((x, y, z)):
-        approach += n * (b[VELOCITY + i] - a[VELOCITY + i])
-    e = restitution_at(furniture.ball_restitution, approach)
-    push = 0.5 * surface.mass * (1.0 + e) * approach
+    push = -0.5 * surface.mass * (1.0 + restitution) * away(a, b, VELOCITY, x, y, z)
     friction = furniture.friction_fast + furniture.friction_slow * np.exp(
         -furniture.friction_decay * slip
     )

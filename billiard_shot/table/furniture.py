@@ -1,9 +1,9 @@
 """
 What balls meet on the table, in the form that compiled code takes: sizes, then lines and arcs.
 
-Pockets are numbered 0 to 5: corners in the quadrants (+, +), (-, +), (-, -), (+, -) of (x, y), then
-the sides at y > 0 and y < 0. Each has two jaws, numbered 2 p and 2 p + 1: an arc that rounds off
-the end of a nose, and the facing that goes on from it into the pocket.
+Pockets are numbered 0 to 5: corners in the quadrants (+, +), (-, +), (-, -), (+, -) of (x, y),
+then the sides at y > 0 and y < 0. Each has two jaws, numbered 2 p and 2 p + 1: an arc that rounds
+off the end of a nose, and the facing that goes on from it into the pocket.
 """
 from typing import NamedTuple
 

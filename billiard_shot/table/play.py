@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled, entry
 from billiard_shot.status import Status
 from billiard_shot.table.airborne import off_bed
-from billiard_shot.table.balls import strike_each_other
-from billiard_shot.table.cushion import strike_cushion
+from billiard_shot.table.balls import away, normal_of, strike_each_other
+from billiard_shot.table.cushion import strike_cushion, touch_edge
 from billiard_shot.table.flight import bounce, error_of_pause
 from billiard_shot.table.furniture import Bed, Furniture, lay_out
 from billiard_shot.table.motion import (
+    ACCELERATION,
     advance,
     ANGULAR,
     BALL,
@@ -35,13 +36,13 @@ from billiard_shot.table.motion import (
     POCKET,
     POCKETED,
     POSITION,
-    REST,
     START,
     TIME,
     VELOCITY,
 )
 from billiard_shot.table.rails import HOLES, NOTHING, OUTSIDE
 from billiard_shot.table.roll_out import ending
+from billiard_shot.table.sphere import LEAST_APPROACH
 from billiard_shot.table.steps import begin, finish
 from billiard_shot.table.surface import AUTO, Surface
 from billiard_shot.table.surface import OFF as NEVER
@@ -62,6 +63,7 @@ INVALID_REQUEST = int(Status.INVALID_REQUEST)
 
 INPUT = 9  # columns of a given state: position, velocity, spin
 RESULT = 10  # columns of a result: position, velocity, spin, motion
+APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 DEEPEST = 1e-9  # m: overlap that a given state may have by rounding
 
 
@@ -145,6 +147,47 @@ def end_motion(
 
 
 @compiled
+def set_apart(
+    w: World, bed: Bed, radius: float, index: int, space: float, x: float, y: float, z: float
+) -> None:
+    """Shift a ball by half of a space along (x, y, z), if nothing is in its way."""
+    ball, shift = w.balls[index], 0.5 * space
+    px, py, pz = ball[POSITION] + shift * x, ball[POSITION + 1] + shift * y, ball[HEIGHT]
+    if ball[HEIGHT] > radius:
+        pz += shift * z
+    if bed.reach > 0.0 and (abs(px) > bed.x or abs(py) > bed.y):
+        return
+    for other in range(w.balls.shape[0]):
+        there = w.balls[other]
+        dt = ball[TIME] - there[TIME]
+        square = 0.0
+        for k, here in enumerate((px, py, pz)):
+            gap = here - there[POSITION + k] - dt * (
+                there[VELOCITY + k] + 0.5 * dt * there[ACCELERATION + k]
+            )
+            square += gap * gap
+        free = other == index or there[MOTION] > FLIGHT or square > 4.0 * radius * radius
+        if not free and away(ball, there, POSITION, x, y, z) < 0.0:
+            return
+    ball[POSITION], ball[POSITION + 1], ball[HEIGHT] = px, py, pz
+
+
+@compiled
+def bump(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, what: int
+) -> None:
+    """Let a ball strike a nose, facing or arc."""
+    ball = w.balls[index]
+    x, y, z, lying = touch_edge(furniture, bed, surface.radius, ball, what)
+    approach = -(ball[VELOCITY] * x + ball[VELOCITY + 1] * y + ball[CLIMB] * z)
+    slow = approach <= LEAST_APPROACH
+    e = 0.0 if slow else furniture.cushion_restitution
+    strike_cushion(surface, furniture, ball, lying, x, y, z, e)
+    if slow and lying:
+        set_apart(w, bed, surface.radius, index, 2.0 * APART, x, y, 0.0)
+
+
+@compiled
 def meet_table(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
 ) -> None:
@@ -161,8 +204,7 @@ def meet_table(
         halt(ball, POCKETED)
     else:
         cause = CUSHION
-        lying = motion != FLIGHT or ball[HEIGHT] == surface.radius
-        strike_cushion(surface, furniture, bed, ball, what, lying)
+        bump(surface, furniture, bed, w, index, what)
     after = energy_of(surface, ball)
     go_on(surface, furniture, bed, w, index, cause, tolerance)
     log_event(
@@ -180,7 +222,16 @@ def meet_ball(
     advance(a, time)
     advance(b, time)
     before, motion = energy_of(surface, a) + energy_of(surface, b), a[MOTION]
-    strike_each_other(surface, furniture, a, b)
+    x, y, z, distance = normal_of(a, b)
+    approach = -away(a, b, VELOCITY, x, y, z)
+    slow = approach <= LEAST_APPROACH
+    strike_each_other(
+        surface, furniture, a, b, 0.0 if slow else furniture.ball_restitution
+    )
+    if slow:
+        space = APART - distance + 2.0 * surface.radius
+        set_apart(w, bed, surface.radius, i, space, x, y, z)
+        set_apart(w, bed, surface.radius, j, space, -x, -y, -z)
     for one, other in ((i, j), (j, i)):
         if w.first[one] == NOTHING:
             w.first[one] = other
@@ -195,7 +246,7 @@ def meet_ball(
 def play(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, tolerance: float, limit: int
 ) -> tuple[float, int]:
-    """Play until nothing moves any more; return when that is, or the last motion begins; status."""
+    """Play until nothing moves, or only endlessly; return when that is, and the status."""
     diameter = 2.0 * surface.radius
     count = w.balls.shape[0]
     now = 0.0
@@ -207,7 +258,7 @@ def play(
         time, i, j = next_event(w)
         if time == np.inf:
             break
-        if w.count[1] >= limit:
+        if w.counts[1] >= limit:
             return now, BUDGET_EXCEEDED
         now = time
         if j == NOTHING:
@@ -254,8 +305,8 @@ def set_up(
                 square += (ball[POSITION + k] - w.balls[j, POSITION + k]) ** 2
             if np.sqrt(square) < 2.0 * surface.radius - DEEPEST:
                 return False
-    w.count[0] = 0
-    w.count[1] = 0
+    w.counts[0] = 0
+    w.counts[1] = 0
     return True
 
 
@@ -301,7 +352,7 @@ def play_tables(
             )
         else:
             summary[table, 0], summary[table, 1] = 0.0, INVALID_REQUEST
-        summary[table, 2], summary[table, 3] = w.count[0], w.count[1]
+        summary[table, 2], summary[table, 3] = w.counts[0], w.counts[1]
         for i in range(w.balls.shape[0]):
             for k in range(3):
                 results[table, i, k] = w.balls[i, POSITION + k]

@@ -13,15 +13,9 @@ from billiard_shot.compiled import compiled
 from billiard_shot.table.motion import ANGULAR, VELOCITY
 from billiard_shot.table.surface import Surface
 
-# A ball that is pressed against a body by its motion on the cloth would meet it ever more often.
-# Below this speed [m/s] they part as fast as they meet; that hop is less than a micrometre.
+# Bodies that meet more slowly [m/s] stay together. Where their motion on the cloth presses them
+# together they would meet ever more often, so they are set apart by a micrometre (play.py).
 LEAST_APPROACH = 1e-3
-
-
-@compiled
-def restitution_at(restitution: float, approach: float) -> float:
-    """Coefficient of restitution at a speed [m/s], see LEAST_APPROACH."""
-    return restitution if approach > LEAST_APPROACH else 1.0
 
 
 @compiled

@@ -39,7 +39,7 @@ class World(NamedTuple):
     meet: NDArray[np.float64]  # (n, n) when each pair meets, above the diagonal
     pocket: NDArray[np.int64]  # (n,) in which a ball lies, or NOTHING
     first: NDArray[np.int64]  # (n,) the first ball that each one met, or NOTHING
-    count: NDArray[np.int64]  # (2,) segments and events so far
+    counts: NDArray[np.int64]  # (2,) segments and events so far
     segments: NDArray[np.float64]  # (segments, COLUMNS + 1) the last column: which ball
     events: NDArray[np.float64]  # (events, EVENT_COLUMNS)
 
@@ -69,12 +69,12 @@ def energy_of(surface: Surface, ball: NDArray[np.float64]) -> float:
 @compiled
 def write_down(w: World, index: int) -> None:
     """Record a ball's motion as its next segment."""
-    row = w.count[0]
+    row = w.counts[0]
     if row < w.segments.shape[0]:
         for i in range(COLUMNS):
             w.segments[row, i] = w.balls[index, i]
         w.segments[row, COLUMNS] = index
-    w.count[0] += 1
+    w.counts[0] += 1
 
 
 @compiled
@@ -83,7 +83,7 @@ def log_event(
     after: float, motions: float,
 ) -> None:
     """Record an event."""
-    row = w.count[1]
+    row = w.counts[1]
     if row < w.events.shape[0]:
         w.events[row, EVENT_TIME] = time
         w.events[row, EVENT_CAUSE] = cause
@@ -93,7 +93,7 @@ def log_event(
         w.events[row, BEFORE] = before
         w.events[row, AFTER] = after
         w.events[row, EVENT_MOTIONS] = motions
-    w.count[1] += 1
+    w.counts[1] += 1
 
 
 @compiled

@@ -10,8 +10,8 @@ from billiard_shot.table.trajectory import Trajectory
 
 POOL = Surface(
     mass=0.17, radius=0.028, inertia=0.4 * 0.17 * 0.028**2, gravity=9.8, sliding=0.2,
-    rolling=0.01, spin_deceleration=10.0, restitution=0.5, friction=0.2, stiffness=1.0, law=0, exponent=1.0,
-    flight=0,
+    rolling=0.01, spin_deceleration=10.0, restitution=0.5, friction=0.2, stiffness=1.0,
+    law=0, exponent=1.0, flight=0,
 )
 
 

@@ -1,0 +1,143 @@
+"""What cushions and pockets do to a ball."""
+import numpy as np
+import pytest
+from tables import after, play, POOL, R, rolling, scene_with, state
+
+from billiard_shot.status import Status
+from billiard_shot.table.motion import Motion
+from billiard_shot.table.trajectory import EventKind
+
+HAN = scene_with(cushion={'model': 'han'})
+
+
+def test_a_ball_touches_the_nose_where_its_height_says():
+    run = play(POOL, cue=state(1.0, 0.3, (1, 0, 0)))
+    hit = next(e for e in run.events if e.kind == EventKind.CUSHION)
+    nose = POOL.table.cushion.height * 2 * R
+    assert hit.place == 'foot'
+    assert hit.position[0] == pytest.approx(1.27 - np.sqrt(R**2 - (nose - R) ** 2), abs=1e-12)
+
+
+def test_han_by_hand():
+    # stun at 1 m/s, straight: Han 2005, equations 14 to 22
+    run = play(HAN, cue=state(1.242, 0.3, (1, 0, 0)))
+    before = run.balls['cue'].at(
+        next(e for e in run.events if e.kind == EventKind.CUSHION).time - 1e-12
+    )
+    sine = 2 * 0.635 - 1
+    cosine = np.sqrt(1 - sine**2)
+    v, w = before.velocity[0], before.spin[1]
+    push = (1 + 0.85) * v * cosine
+    slip = v * sine + R * w  # of the ball's surface at the nose, along it
+    drag = min(0.2 * push, 2 / 7 * abs(slip)) * np.sign(slip)
+    rebound = after(run, 'cue', EventKind.CUSHION)
+    assert rebound.velocity[0] == pytest.approx(v - push * cosine - drag * sine, rel=1e-6)
+    assert rebound.velocity[1:] == pytest.approx([0, 0], abs=1e-12)
+
+
+@pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
+def test_a_mirrored_shot_is_mirrored(scene):
+    states = {'cue': ((2, 1.1, 0), (20, 30, 40))}
+    (velocity, spin), = states.values()
+    run = play(scene, cue=state(0.2, 0.1, velocity, spin))
+    x, y, _ = velocity
+    flipped = play(scene, cue=state(0.2, -0.1, (x, -y, 0), (-spin[0], spin[1], -spin[2])))
+    assert flipped.rest['cue'] == pytest.approx(run.rest['cue'] * (1, -1, 1), abs=1e-9)
+    turned = play(scene, cue=state(-0.2, -0.1, (-x, -y, 0), (-spin[0], -spin[1], spin[2])))
+    assert turned.rest['cue'] == pytest.approx(run.rest['cue'] * (-1, -1, 1), abs=1e-9)
+
+
+@pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
+def test_running_english_widens_and_reverse_narrows_the_rebound(scene):
+    angles = []
+    for spin in (-40, 0, 40):
+        run = play(scene, cue=state(1.0, 0, (1, 0.7, 0), (-0.7 / R, 1 / R, spin)))
+        v = after(run, 'cue', EventKind.CUSHION).velocity
+        angles.append(np.arctan2(v[1], -v[0]))
+    assert angles[0] < angles[1] < angles[2] or angles[0] > angles[1] > angles[2]
+
+
+def test_no_cushion_gains_energy():
+    random = np.random.default_rng(4)
+    for scene in (POOL, HAN, scene_with(cushion={'restitution': 1.0}),
+                  scene_with(cushion={'restitution': 0.0})):
+        for _ in range(100):
+            v = random.normal(size=2) * 3
+            run = play(scene, cue=state(0.1, 0.1, (*v, 0), random.normal(size=3) * 80))
+            for event in run.events:
+                assert event.dissipated >= -1e-12 * event.energy_before
+
+
+@pytest.mark.parametrize(('place', 'velocity', 'pocket'), [
+    ((0, 0), (2.54, 1.27), 'foot_left'),
+    ((0, 0), (-2.54, 1.27), 'head_left'),
+    ((0, 0), (-2.54, -1.27), 'head_right'),
+    ((0, 0), (2.54, -1.27), 'foot_right'),
+    ((0.05, 0), (-0.03, 2), 'side_left'),
+    ((0.05, 0), (-0.03, -2), 'side_right'),
+])
+def test_pockets_take_what_is_shot_at_them(place, velocity, pocket):
+    run = play(POOL, cue=state(*place, (*velocity, 0)))
+    assert run.pocketed == {'cue': pocket}
+    assert run.balls['cue'].at(run.duration).motion == Motion.POCKETED
+    last = run.events[-1]
+    assert (last.kind, last.place, last.energy_after) == (EventKind.POCKET, pocket, 0.0)
+
+
+def test_jaws_reject_what_comes_along_the_rail():
+    # hard along the cushion, a ball's radius away from it: it rattles
+    for inset in (0.0005, 0.004):
+        run = play(POOL, cue=rolling(0.2, 0.635 - R - inset, 4, 0))
+        assert any('jaw of foot_left' in e.place for e in run.events)
+
+
+def test_a_ball_driven_into_the_rail_beside_a_side_pocket_stays_on_the_table():
+    for x in np.linspace(0.02, 0.12, 41):
+        run = play(POOL, cue=state(x, 0.4, (0, 1.5, 0)))
+        end = run.balls['cue'].at(run.duration)
+        if end.motion == Motion.POCKETED:
+            assert set(run.pocketed.values()) <= {'side_left', 'side_right'}
+        else:
+            assert abs(run.rest['cue'][1]) < 0.635
+
+
+def test_a_carom_table_keeps_its_balls():
+    table = {'pockets': False}
+    scene = POOL.from_dict(POOL.to_dict() | {'table': table})
+    random = np.random.default_rng(2)
+    for _ in range(100):
+        run = play(scene, cue=state(0, 0, (*random.normal(size=2) * 4, 0)))
+        assert run.status == Status.OK
+        assert not run.pocketed
+
+
+def test_off_the_table():
+    run = play(POOL, cue=state(1.0, 0, (3, 0, 2)))
+    assert run.status == Status.OFF_TABLE
+    assert run.off_table == ('cue',)
+    assert run.balls['cue'].at(9.0).motion == Motion.OFF_TABLE
+    assert run.rest['cue'][0] > 1.27
+
+
+def test_a_low_flier_meets_the_nose():
+    run = play(POOL, cue=state(1.0, 0.3, (2, 0, 0.4)))
+    hit = next(e for e in run.events if e.kind == EventKind.CUSHION)
+    assert hit.position[2] > R
+    nose = np.array([1.27, hit.position[1], POOL.table.cushion.height * 2 * R])
+    assert np.linalg.norm(hit.position - nose) == pytest.approx(R, abs=1e-9)
+    assert run.status == Status.OK
+
+
+def test_a_flier_drops_into_a_pocket():
+    run = play(POOL, cue=state(0.9, 0.3, (1.2, 1.0, 0.8)))
+    target = np.array([1.27, 0.635]) - (0.9, 0.3)
+    run = play(POOL, cue=state(0.9, 0.3, (*(target * 3), 0.5)))
+    assert run.pocketed == {'cue': 'foot_left'}
+
+
+def test_spin_against_a_frozen_cushion_ends():
+    reach = np.sqrt(R**2 - (0.635 * 2 * R - R) ** 2)
+    run = play(POOL, cue=state(1.27 - reach, 0.2, (0, 0, 0), (0, 100, 0)))
+    assert run.status == Status.OK
+    assert run.rest['cue'][0] < 1.27 - reach + 1e-9
+    assert len(run.events) < 2000

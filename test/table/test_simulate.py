@@ -1,0 +1,216 @@
+"""Whole tables: nothing missed, nothing gained, the same every time."""
+import dataclasses
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from tables import ENDLESS, play, POOL, R, random_states, state
+
+from billiard_shot.compiled import entry
+from billiard_shot.scene import Scene
+from billiard_shot.status import Status
+from billiard_shot.table.motion import ACCELERATION, COLUMNS, MOTION, Motion, POSITION, VELOCITY
+from billiard_shot.table.simulate import simulate, simulate_batch
+from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.world import AFTER, BEFORE
+
+TINY = 1e-18  # J
+
+
+@entry
+def worst(segments, count, duration, step, diameter, x_most, y_most):
+    """Deepest overlap of two balls, and of a ball with the walls where there is no pocket."""
+    current = np.full(count, -1)
+    places = np.zeros((count, 3))
+    deepest, outside = 0.0, 0.0
+    row = 0
+    for k in range(int(duration / step) + 1):
+        t = k * step
+        while row < len(segments) and segments[row, 0] <= t:
+            current[int(segments[row, COLUMNS])] = row
+            row += 1
+        for i in range(count):
+            s = segments[current[i]]
+            dt = t - s[0]
+            for c in range(3):
+                places[i, c] = s[POSITION + c] + dt * (
+                    s[VELOCITY + c] + 0.5 * dt * s[ACCELERATION + c]
+                )
+            if s[MOTION] > 4:
+                places[i, 2] = 1e9 * (i + 1)  # pocketed
+                continue
+            x, y = abs(places[i, 0]), abs(places[i, 1])
+            lying = places[i, 2] == 0.5 * diameter  # above the cloth it may reach farther
+            if lying and y < y_most - 0.1 and x > x_most:
+                outside = max(outside, x - x_most)
+            if lying and 0.1 < x < x_most - 0.1 and y > y_most:
+                outside = max(outside, y - y_most)
+            for j in range(i):
+                square = 0.0
+                for c in range(3):
+                    square += (places[i, c] - places[j, c]) ** 2
+                deepest = max(deepest, diameter - np.sqrt(square))
+    return deepest, outside
+
+
+REACH = np.sqrt(R**2 - (0.635 * 2 * R - R) ** 2)
+
+
+def check_random_tables(count, seed):
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        states = random_states(random, POOL.table, int(random.integers(2, 8)))
+        run = simulate(POOL, states)
+        assert run.status in (Status.OK, Status.OFF_TABLE)
+        deepest, outside = worst(
+            run._segments, len(states), run.duration, 1e-3, 2 * R, 1.27 - REACH, 0.635 - REACH
+        )
+        assert deepest <= 1e-9
+        assert outside <= 1e-9
+        assert (run._events[:, AFTER] <= run._events[:, BEFORE] * (1 + 1e-12) + TINY).all()
+
+
+def test_nothing_is_missed_nothing_overlaps_nothing_is_gained():
+    check_random_tables(500, 1)
+
+
+@pytest.mark.slow
+def test_nothing_is_missed_on_ten_thousand_tables():
+    check_random_tables(10_000, 2)
+
+
+@pytest.mark.parametrize('name', ['nine_ball', 'eight_ball'])
+def test_breaks(name):
+    scene = Scene.load(name)
+    for seed in range(10):
+        states = break_of(scene, 8.0, 0.002 * seed)
+        run = simulate(scene, states)
+        assert run.status == Status.OK
+        deepest, outside = worst(
+            run._segments, len(states), run.duration, 1e-4, 2 * R, 1.27 - REACH, 0.635 - REACH
+        )
+        assert deepest <= 1e-9
+        assert outside <= 1e-9
+        assert all(e.dissipated >= -1e-12 * e.energy_before - TINY for e in run.events)
+        assert any(e.kind == EventKind.CUSHION and e.balls != ('cue',) for e in run.events)
+
+
+def break_of(scene, speed, aside=0.0):
+    states = {name: state(*place) for name, place in scene.balls.items()}
+    x, y = scene.balls['cue']
+    angle = np.arctan2(-y, 0.635 - x) + aside
+    velocity = speed * np.array([np.cos(angle), np.sin(angle), 0])
+    return states | {'cue': state(x, y, velocity)}
+
+
+def test_runs_are_the_same_to_the_bit():
+    states = break_of(Scene.load('eight_ball'), 7.0)
+    one, two = (simulate(Scene.load('eight_ball'), states) for _ in range(2))
+    assert one._segments.tobytes() == two._segments.tobytes()
+    assert one._events.tobytes() == two._events.tobytes()
+
+
+def test_a_batch_gives_what_single_runs_give():
+    scene = Scene.load('nine_ball')
+    states = break_of(scene, 8.0)
+    velocity = states['cue'].velocity * np.linspace(0.2, 1, 25)[:, None]
+    many = simulate_batch(scene, states | {'cue': BallState(states['cue'].position, velocity)})
+    assert many.rest.shape == (25, 10, 3)
+    for i in (0, 7, 24):
+        run = simulate(scene, states | {'cue': BallState(states['cue'].position, velocity[i])})
+        assert many.status[i] == run.status
+        assert many.duration[i] == run.duration
+        for k, name in enumerate(many.names):
+            assert (many.rest[i, k] == run.rest[name]).all()
+            assert (many.pocket[i, k] >= 0) == (name in run.pocketed)
+        assert many.names[many.first_met[i, many.names.index('cue')]] == run.first_met['cue']
+
+
+def test_a_sequence_of_tables_is_a_batch_too():
+    tables = [{'cue': state(0, 0, (v, 0, 0)), '1': state(0.5, 0.02)} for v in (0.5, 1.0)]
+    many = simulate_batch(POOL, tables)
+    assert (many.rest[1, 0] == simulate(POOL, tables[1]).rest['cue']).all()
+
+
+def test_a_bad_row_has_a_status_of_its_own():
+    places = np.array([[0, 0, R], [0.5, 0, R], [np.nan, 0, R]])
+    many = simulate_batch(POOL, {'cue': BallState(places, (1, 0, 0)), '1': state(0.5, 0.01)})
+    assert many.status.tolist() == [Status.OK, Status.INVALID_REQUEST, Status.INVALID_REQUEST]
+
+
+@pytest.mark.parametrize(('states', 'mistake'), [
+    ({'cue': state(0, 0), '1': state(R, 0)}, "balls 'cue' and '1' overlap by 0.0286"),
+    ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: .* on the table"),
+    ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
+    ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
+    ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
+])
+def test_mistakes_are_named(states, mistake):
+    with pytest.raises(ValueError, match=mistake):
+        simulate(POOL, states)
+
+
+def test_options_are_checked():
+    with pytest.raises(ValueError, match=r'tolerance: 0 is not allowed; .* above 0 \(m\)'):
+        simulate(POOL, {'cue': state(0, 0)}, tolerance=0)
+    with pytest.raises(ValueError, match='max_events: 0 is not allowed'):
+        simulate(POOL, {'cue': state(0, 0)}, max_events=0)
+
+
+def test_a_run_too_long_says_so():
+    run = simulate(POOL, {'cue': state(0, 0, (3, 1, 0))}, max_events=3)
+    assert run.status == Status.BUDGET_EXCEEDED
+    assert len(run._events) == 3
+
+
+def test_one_ball_does_what_it_does_alone():
+    from rolling import run as alone
+
+    from billiard_shot.table.model import surface_of
+    path, _, _ = alone((1, 0.2, 0), (30, -10, 20), surface_of(POOL))
+    run = play(ENDLESS, cue=state(0, 0, (1, 0.2, 0), (30, -10, 20)))
+    assert (run.balls['cue'].rows == path.rows).all()
+
+
+def test_states_of_all_balls_at_any_time():
+    run = play(POOL, cue=state(0, 0, (1, 0, 0)), one=state(0.4, 0.01))
+    states = run.at([0.0, 0.1, 5.0])
+    assert set(states) == {'cue', 'one'}
+    assert states['one'].position.shape == (3, 3)
+    times = [event.time for event in run.events]
+    assert times == sorted(times)
+    kinds = {event.kind for event in run.balls['one'].events}
+    assert EventKind.BALL in kinds
+    assert run.first_met == {'cue': 'one', 'one': 'cue'}
+
+
+def test_no_friction_at_all_never_rests():
+    from tables import scene_with
+    cloth = dataclasses.replace(POOL.cloth, sliding_friction=0.0, rolling_resistance=0.0)
+    scene = scene_with(ENDLESS, cloth=cloth)
+    run = play(scene, cue=state(0, 0, (1, 0, 0)), one=state(0.5, 0.01))
+    assert run.status == Status.NEVER_RESTS
+    assert run.at(1e3)['one'].motion == Motion.SLIDE
+
+
+def test_without_the_jit():
+    code = (
+        'from billiard_shot.scene import Scene\n'
+        'from billiard_shot.table.simulate import simulate\n'
+        'from billiard_shot.table.trajectory import BallState\n'
+        's = Scene.load("pool_table")\n'
+        'run = simulate(s, {"cue": BallState((0, 0, .028575), (2, .3, 0), (9, 8, 7)),'
+        ' "1": BallState((.3, .05, .028575)), "2": BallState((-1, .2, .028575), (1, 1, 1))})\n'
+        'print(*(x for rest in run.rest.values() for x in rest.tolist()), run.status.value)\n'
+    )
+    results = []
+    for disabled in ('0', '1'):
+        environment = os.environ | {'NUMBA_DISABLE_JIT': disabled}
+        out = subprocess.run(
+            [sys.executable, '-c', code], env=environment, capture_output=True, text=True,
+            check=True, timeout=120,
+        )
+        results.append(np.array(out.stdout.split(), float))
+    assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
