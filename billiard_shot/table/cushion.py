@@ -56,7 +56,8 @@ def strike_lying(
     vx, vy, wx, wy, wz = bounce_of(
         nx * v - ny * u, -nx * u - ny * v, r * (nx * q - ny * p), -r * (nx * p + ny * q),
         r * ball[ANGULAR + 2], (furniture.height - r) / r, restitution,
-        furniture.cushion_friction, surface.sliding, surface.mass * r * r / surface.inertia,
+        furniture.cushion_friction, min(surface.sliding, 1e3),
+        surface.mass * r * r / surface.inertia,
     )
     ball[VELOCITY] = -ny * vx - nx * vy
     ball[VELOCITY + 1] = nx * vx - ny * vy

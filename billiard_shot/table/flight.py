@@ -27,6 +27,7 @@ from billiard_shot.table.surface import OFF, ON, Surface
 
 MAX_HOPS = 1000  # more than it takes at restitution 0.99
 LYING = 1e-9  # in radii: height above the cloth that is only rounding
+LOWEST = 1e-20  # in radii: height of a hop that is lost in rounding
 
 
 @compiled
@@ -63,7 +64,8 @@ def take_off(
 
     """
     above = ball[HEIGHT] - surface.radius
-    least = 1e-14 * speed_of(ball, surface.radius)  # less is rounding
+    lowest = np.sqrt(2.0 * surface.gravity * LOWEST * surface.radius)
+    least = max(1e-14 * speed_of(ball, surface.radius), lowest)  # less is rounding
     if above <= LYING * surface.radius:
         above = 0.0
         ball[HEIGHT] = surface.radius

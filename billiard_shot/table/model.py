@@ -1,5 +1,6 @@
 """A scene's numbers in the form that compiled code takes: ball and cloth, table and contacts."""
 import math
+from typing import Any
 
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Effects, Scene
@@ -10,7 +11,7 @@ from billiard_shot.table.surface import AUTO, OFF, ON, Surface
 _CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
 
 # What a scene's wishes change in the numbers of ball and cloth.
-_FORCED: dict[tuple[str, str], dict[str, float]] = {
+_FORCED: dict[tuple[str, str], dict[str, Any]] = {
     ('flight', 'off'): {'flight': OFF},
     ('flight', 'on'): {'flight': ON},
     ('bounce', 'off'): {'restitution': 0.0},
