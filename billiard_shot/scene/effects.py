@@ -18,8 +18,7 @@ class Effects:
     table_contact : str
         `off`: the ball is struck as if nothing were below it, and then put onto the cloth.
     tip_friction, table_friction : str
-        `off`: in the strike the tip, or the cloth, only pushes along the normal; the cloth also in
-        bounces.
+        `off`: in the strike the tip, or the cloth, only pushes along the normal.
     end_mass : str
         `off`: the tip cannot give way sideways, as if the cue were guided.
     tip_curvature : str
@@ -34,6 +33,13 @@ class Effects:
         `off`: the ball rolls at once, as it would at the end of its slide.
     roll, spin_decay : str
         `off`: nothing slows the roll, or the spin about the vertical; the ball may never rest.
+    cushion, pocket : str
+        `off`: the cloth goes on for ever; or the cushions go on where the pockets would be.
+        `pocket: on`: every pocket is searched, however far from the path of a ball.
+    ball_ball : str
+        `off`: balls go through each other. `on`: every pair is searched, moving or not.
+    throw : str
+        `off`: balls are smooth when they meet.
 
     """
 
@@ -47,6 +53,10 @@ class Effects:
     slide: str = choice(*_WISHES, default='auto')
     roll: str = choice(*_WISHES, default='auto')
     spin_decay: str = choice(*_WISHES, default='auto')
+    cushion: str = choice(*_WISHES, default='auto')
+    pocket: str = choice(*_WISHES, default='auto')
+    ball_ball: str = choice(*_WISHES, default='auto')
+    throw: str = choice(*_WISHES, default='auto')
 
     def __post_init__(self) -> None:
         check(self)

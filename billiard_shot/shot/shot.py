@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
-from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, Look
+from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
 from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
@@ -86,15 +86,18 @@ class Shot:
             return effects_of_nothing()
         from billiard_shot.shot.predict import predict  # which makes shots
 
-        def again(scene: Scene) -> Look:
+        def again(scene: Scene) -> ShotLook:
             place = self.trajectory.at(0.0).position
             return predict(scene, self.stroke, self.tolerance, place)._look
 
         return effects_of(self._look, again)
 
     @property
-    def _look(self) -> Look:
-        return Look(self.scene, self.stroke, self.tolerance, self.trajectory, self._row)
+    def _look(self) -> ShotLook:
+        return ShotLook(
+            self.scene, self.velocity, self.spin, self.trajectory, None, self.stroke,
+            self._row[at.IMPULSE].reshape(2, 3),
+        )
 
     @property
     def error_estimate(self) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
+from billiard_shot.table.surface import AUTO, ON
 
 HAN, MATHAVAN = 0, 1
 POCKETS = 6
@@ -38,6 +39,8 @@ class Furniture(NamedTuple):
     friction_decay: float  # s/m
     ball_stiffness: float
     gap: float  # m, within which bodies touch
+    pairs: int = AUTO  # ON: every pair of balls is looked at; OFF: none
+    mouths: int = AUTO  # ON: every pocket is looked at
 
 
 class Bed(NamedTuple):
@@ -131,4 +134,7 @@ def lay_out(f: Furniture, radius: float) -> Bed:
             bed.holes[pocket, 1] = sy * (y + f.side_hole[0])
             bed.holes[pocket, 2] = f.side_hole[1]
         enclose(bed, pocket)
+        if f.mouths == ON:
+            bed.boxes[pocket, 2] = np.inf
+            bed.boxes[pocket, 3] = np.inf
     return bed

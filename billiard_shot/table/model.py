@@ -1,26 +1,13 @@
 """A scene's numbers in the form that compiled code takes: ball and cloth, table and contacts."""
 import math
-from typing import Any
 
 from billiard_shot.impact.laws import LAWS
-from billiard_shot.scene import Effects, Scene
+from billiard_shot.scene import Scene
 from billiard_shot.scene.furniture import Pocket
 from billiard_shot.table.furniture import Furniture, HAN, MATHAVAN
-from billiard_shot.table.surface import AUTO, OFF, ON, Surface
+from billiard_shot.table.surface import AUTO, Surface
 
 _CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
-
-# What a scene's wishes change in the numbers of ball and cloth.
-_FORCED: dict[tuple[str, str], dict[str, Any]] = {
-    ('flight', 'off'): {'flight': OFF},
-    ('flight', 'on'): {'flight': ON},
-    ('bounce', 'off'): {'restitution': 0.0},
-    ('bounce', 'on'): {'bounce': ON},
-    ('slide', 'off'): {'sliding': math.inf},
-    ('roll', 'off'): {'rolling': 0.0},
-    ('spin_decay', 'off'): {'spin_deceleration': 0.0},
-    ('table_friction', 'off'): {'friction': 0.0},
-}
 
 
 def surface_of(scene: Scene) -> Surface:
@@ -37,16 +24,8 @@ def surface_of(scene: Scene) -> Surface:
     )
 
 
-def forced(surface: Surface, effects: Effects) -> Surface:
-    """Change the numbers by what a scene forces on or off."""
-    for (name, wish), change in _FORCED.items():
-        if getattr(effects, name) == wish:
-            surface = surface._replace(**change)
-    return surface
-
-
 def furniture_of(scene: Scene) -> Furniture:
-    """Collect what there is to meet; without a table a length without end."""
+    """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
     if table is None:
         length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 1.0)

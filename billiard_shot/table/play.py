@@ -253,7 +253,7 @@ def play(
     for i in range(count):
         go_on(surface, furniture, bed, w, i, START, tolerance)
     for i in range(count):
-        schedule_meetings(w, i, now, diameter)
+        schedule_meetings(w, i, now, diameter, furniture.pairs)
     while True:
         time, i, j = next_event(w)
         if time == np.inf:
@@ -267,8 +267,8 @@ def play(
             meet_table(surface, furniture, bed, w, i, tolerance)
         else:
             meet_ball(surface, furniture, bed, w, i, j, now, tolerance)
-            schedule_meetings(w, j, now, diameter)
-        schedule_meetings(w, i, now, diameter)
+            schedule_meetings(w, j, now, diameter, furniture.pairs)
+        schedule_meetings(w, i, now, diameter, furniture.pairs)
     status = OK
     for i in range(count):
         own = ending(surface, w.balls[i])
@@ -305,8 +305,7 @@ def set_up(
                 square += (ball[POSITION + k] - w.balls[j, POSITION + k]) ** 2
             if np.sqrt(square) < 2.0 * surface.radius - DEEPEST:
                 return False
-    w.counts[0] = 0
-    w.counts[1] = 0
+    w.counts[:] = 0
     return True
 
 
@@ -335,8 +334,8 @@ def play_tables(
     limit : int
         Most events of a table.
     results : (tables, balls, RESULT) float array, written
-    summary : (tables, 4) float array, written
-        Duration [s], status, number of segments, number of events.
+    summary : (tables, 5) float array, written
+        Duration [s], status, numbers of segments, of events, and of contacts looked for.
     places : (tables, balls, 2) int array, written
         The pocket in which each ball lies, and the first ball it met; or NOTHING.
     segments, events : float arrays, written
@@ -352,7 +351,8 @@ def play_tables(
             )
         else:
             summary[table, 0], summary[table, 1] = 0.0, INVALID_REQUEST
-        summary[table, 2], summary[table, 3] = w.counts[0], w.counts[1]
+        for k in range(3):
+            summary[table, 2 + k] = w.counts[k]
         for i in range(w.balls.shape[0]):
             for k in range(3):
                 results[table, i, k] = w.balls[i, POSITION + k]

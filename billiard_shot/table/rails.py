@@ -97,13 +97,17 @@ def on_nose(bed: Bed, nose: int, x: float, y: float) -> bool:
 @compiled
 def next_of_table(
     bed: Bed, depth: float, ball: NDArray[np.float64]
-) -> tuple[float, int]:
-    """When a lying ball meets something of the table before its motion ends, and what."""
+) -> tuple[float, int, int]:
+    """
+    When a lying ball meets something of the table before its motion ends, and what.
+
+    And in how many pockets that was looked for: those whose box the ball's path may enter.
+    """
     px, py, vx, vy = ball[POSITION], ball[POSITION + 1], ball[VELOCITY], ball[VELOCITY + 1]
     ax, ay = ball[ACCELERATION], ball[ACCELERATION + 1]
-    end, what = ball[END] - ball[TIME], NOTHING
+    end, what, looked = ball[END] - ball[TIME], NOTHING, 0
     if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
-        return np.inf, what
+        return np.inf, what, looked
     for nose in range(4):
         sign = 1.0 if nose % 2 == 0 else -1.0
         if nose < 2:
@@ -122,6 +126,7 @@ def next_of_table(
             if (low_x > box[0] + box[2] or high_x < box[0] - box[2]
                     or low_y > box[1] + box[3] or high_y < box[1] - box[3]):
                 continue
+            looked += 1
             for jaw in range(2 * pocket, 2 * pocket + 2):
                 t = reach_facing(ball, bed, jaw)
                 if t < end:
@@ -142,4 +147,4 @@ def next_of_table(
                 )
                 if t < end:
                     end, what = t, OUTSIDE
-    return (ball[TIME] + end if what != NOTHING else np.inf), what
+    return (ball[TIME] + end if what != NOTHING else np.inf), what, looked

@@ -62,6 +62,7 @@ class TableRun:
     status: Status
     duration: float  # s until all balls rest, or the last endless motion begins
     wall_time: float  # s that the simulation took
+    searches: int  # how many contacts were looked for
     _segments: NDArray[np.float64] = field(repr=False)
     _events: NDArray[np.float64] = field(repr=False)
     _places: NDArray[np.int64] = field(repr=False)

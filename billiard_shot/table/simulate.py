@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table import motion, world
-from billiard_shot.table.model import forced, furniture_of, surface_of
+from billiard_shot.table.effects import numbers_on_table
 from billiard_shot.table.play import INPUT, play_tables, RESULT
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import BallState
@@ -61,9 +61,9 @@ def simulate(
     check_options(tolerance, max_events)
     names = tuple(states)
     given = _checked(scene, states)
-    surface, furniture = forced(surface_of(scene), scene.effects), furniture_of(scene)
+    surface, furniture = numbers_on_table(scene)
     count = len(names)
-    results, summary = np.empty((1, count, RESULT)), np.empty((1, 4))
+    results, summary = np.empty((1, count, RESULT)), np.empty((1, 5))
     places = np.empty((1, count, 2), np.int64)
     room = _SEGMENTS, _EVENTS
     while True:
@@ -79,6 +79,7 @@ def simulate(
         room = needed
     return TableRun(
         names, Status(int(summary[0, 1])), float(summary[0, 0]), perf_counter() - begin,
+        int(summary[0, 4]),
         segments[: needed[0]], events[: needed[1]], places[0],
     )
 
@@ -95,6 +96,7 @@ class TableBatch:
     duration: NDArray[np.float64]  # (tables,) s until all rest
     status: NDArray[np.uint16]  # (tables,) Status
     events: NDArray[np.int64]  # (tables,) how many there were
+    searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
 
 
 def simulate_batch(
@@ -121,9 +123,9 @@ def simulate_batch(
     """
     check_options(tolerance, max_events)
     names, given = _many(states)
-    surface, furniture = forced(surface_of(scene), scene.effects), furniture_of(scene)
+    surface, furniture = numbers_on_table(scene)
     tables, count = given.shape[:2]
-    results, summary = np.empty((tables, count, RESULT)), np.empty((tables, 4))
+    results, summary = np.empty((tables, count, RESULT)), np.empty((tables, 5))
     places = np.empty((tables, count, 2), np.int64)
     nothing = np.empty((0, motion.COLUMNS + 1)), np.empty((0, world.EVENT_COLUMNS))
     threads = workers or os.cpu_count() or 1
@@ -143,6 +145,7 @@ def simulate_batch(
         names=names, rest=results[..., :3], motion=results[..., 9].astype(np.uint8),
         pocket=places[..., 0], first_met=places[..., 1], duration=summary[:, 0],
         status=summary[:, 1].astype(np.uint16), events=summary[:, 3].astype(np.int64),
+        searches=summary[:, 4].astype(np.int64),
     )
 
 

@@ -21,7 +21,7 @@ from billiard_shot.table.motion import (
     VELOCITY,
 )
 from billiard_shot.table.rails import next_of_table, NOTHING
-from billiard_shot.table.surface import Surface
+from billiard_shot.table.surface import OFF, ON, Surface
 
 # columns of an event: what it was (a Cause), ball, what it met (a ball, a part of the table), the
 # balls that took part (a sum of powers of two), their kinetic energy before and after it [J]
@@ -39,7 +39,7 @@ class World(NamedTuple):
     meet: NDArray[np.float64]  # (n, n) when each pair meets, above the diagonal
     pocket: NDArray[np.int64]  # (n,) in which a ball lies, or NOTHING
     first: NDArray[np.int64]  # (n,) the first ball that each one met, or NOTHING
-    counts: NDArray[np.int64]  # (2,) segments and events so far
+    counts: NDArray[np.int64]  # (3,) segments, events, and contacts looked for so far
     segments: NDArray[np.float64]  # (segments, COLUMNS + 1) the last column: which ball
     events: NDArray[np.float64]  # (events, EVENT_COLUMNS)
 
@@ -52,7 +52,7 @@ def empty_world(
     return World(
         np.zeros((count, STATE)), np.full(count, np.inf), np.full(count, NOTHING, np.int64),
         np.full((count, count), np.inf), np.full(count, NOTHING, np.int64),
-        np.full(count, NOTHING, np.int64), np.zeros(2, np.int64), segments, events,
+        np.full(count, NOTHING, np.int64), np.zeros(3, np.int64), segments, events,
     )
 
 
@@ -114,19 +114,32 @@ def schedule_rail(
     elif ball[MOTION] == FLIGHT and ball[ACCELERATION + 2] != 0.0:
         w.rail_time[index], w.rail[index] = next_of_flight(bed, furniture, surface.radius, ball)
     else:
-        w.rail_time[index], w.rail[index] = next_of_table(bed, furniture.depth, ball)
+        w.rail_time[index], w.rail[index], looked = next_of_table(bed, furniture.depth, ball)
+        w.counts[2] += looked
 
 
 @compiled
-def schedule_meetings(w: World, index: int, now: float, diameter: float) -> None:
-    """Find when a ball meets each other one, before either does something else anyway."""
-    until = min(w.balls[index, END], w.rail_time[index])
+def schedule_meetings(w: World, index: int, now: float, diameter: float, pairs: int) -> None:
+    """
+    Find when a ball meets each other one, before either does something else anyway.
+
+    `pairs`: ON looks at every pair, and to the end of its motions; OFF at none.
+    """
+    if pairs == OFF:
+        return
+    until = w.balls[index, END]
+    if pairs != ON:
+        until = min(until, w.rail_time[index])
     moving = moves(w.balls[index])
     for other in range(w.balls.shape[0]):
         if other == index:
             continue
         time = np.inf
-        if w.balls[other, MOTION] <= FLIGHT and (moving or moves(w.balls[other])):
-            end = min(until, w.balls[other, END], w.rail_time[other])
+        near = moving or moves(w.balls[other]) or pairs == ON
+        if w.balls[other, MOTION] <= FLIGHT and near:
+            end = min(until, w.balls[other, END])
+            if pairs != ON:
+                end = min(end, w.rail_time[other])
+            w.counts[2] += 1
             time = meeting(w.balls[index], w.balls[other], now, end, diameter)
         w.meet[min(index, other), max(index, other)] = time

@@ -7,10 +7,13 @@ import pytest
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.scene.bundled import scene_names
-from billiard_shot.shot.effects import GATES
+from billiard_shot.shot.effects import GATES, STRIKE_GATES
 from billiard_shot.shot.model import numbers_of
+from billiard_shot.table.effects import TABLE_GATES
+from billiard_shot.table.model import furniture_of
 
 NAMES = [gate.name for gate in GATES]
+OF_ONE_BALL = NAMES[:NAMES.index('cushion')]  # the others: test/table/test_table_effects.py
 PAPER = Scene.load('paper')
 POOL = Scene.from_dict({'like': 'pool', 'cue': {'dome': 0.0106}})
 PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
@@ -92,7 +95,7 @@ def test_gates_want_the_same_whether_forced_or_not(name):
         assert not effect(off, name).simulated
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', OF_ONE_BALL)
 def test_what_is_forced_off_is_reported(name):
     shot = predict(wishing(POOL, **{name: 'off'}), BUSY)
     report = effect(shot, name)
@@ -101,7 +104,7 @@ def test_what_is_forced_off_is_reported(name):
     assert effect(predict(POOL, BUSY), name).simulated
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', OF_ONE_BALL)
 def test_what_is_forced_off_changes_the_shot(name):
     free, off = predict(POOL, BUSY), predict(wishing(POOL, **{name: 'off'}), BUSY)
     strike = NAMES.index(name) < NAMES.index('flight')
@@ -119,7 +122,9 @@ def test_reasons_of_what_is_not_called_for():
     assert reasons['end_mass'] == 'the cue is guided: its tip cannot move sideways'
     assert reasons['flight'] == 'the ball does not leave the cloth'
     assert reasons['bounce'] == 'there is no flight'
-    assert reasons['spin_decay'] == 'the ball has no spin about the vertical'
+    assert reasons['spin_decay'] == 'no ball that would spin about the vertical'
+    assert reasons['cushion'] == 'the scene has no table: the cloth is endless'
+    assert reasons['ball_ball'] == 'there is no other ball'
     assert reasons['tip_friction'] == 'there is no slip to resist at the tip'
     assert effect(shot, 'slide').simulated
     off = predict(wishing(PAPER, flight='off'), LEVEL)
@@ -181,11 +186,15 @@ def test_every_effect_can_be_wished_for_and_has_a_gate():
     assert [field.name for field in dataclasses.fields(Effects)] == NAMES
 
 
-def test_what_is_left_out_of_the_numbers_is_all_that_changes():
-    """Each gate's changes, to numbers it has in hand."""
-    model = numbers_of(POOL)
-    for gate in GATES:
-        assert repr(gate.off(model)) != repr(model)
+def test_what_is_forced_off_changes_the_numbers_of_one_thing():
+    """Of the strike; or of ball and cloth, or what there is on the table, but not of both."""
+    strike = [numbers_of(POOL)]
+    table = [strike[0].surface, furniture_of(Scene.load('pool_table'))]
+    for gates, numbers in ((STRIKE_GATES, strike), (TABLE_GATES, table)):
+        for gate in gates:
+            changed = [repr(gate.force(each, 'off')) != repr(each) for each in numbers]
+            assert sum(changed) == 1
+            assert all(repr(gate.force(each, 'auto')) == repr(each) for each in numbers)
 
 
 def test_nothing_was_simulated_in_a_refused_stroke():

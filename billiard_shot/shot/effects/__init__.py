@@ -1,35 +1,29 @@
 """Effects: what is simulated where scene, stroke and motion call for it, one object each."""
 from collections.abc import Callable
+from typing import Any
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.effects.air import Bounce, Flight
-from billiard_shot.shot.effects.cloth import Roll, Slide, SpinDecay
-from billiard_shot.shot.effects.effect import Effect, Gate, Look, OFF, ON, report
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
+from billiard_shot.shot.effects.look import ShotLook
 from billiard_shot.shot.effects.strike import EndMass, TableContact, TipCurvature
 from billiard_shot.shot.model import Model, numbers_of
+from billiard_shot.table.effects import Effect, forced, Gate, report, TABLE_GATES
 
-__all__ = ['Effect', 'Gate', 'GATES', 'Look', 'effects_of', 'effects_of_nothing', 'model_of']
+__all__ = ['Effect', 'GATES', 'ShotLook', 'effects_of', 'effects_of_nothing', 'model_of']
 
-GATES: tuple[Gate, ...] = (
+STRIKE_GATES: tuple[Gate[ShotLook], ...] = (
     TableContact(), TipFriction(), TableFriction(), EndMass(), TipCurvature(),
-    Flight(), Bounce(), Slide(), Roll(), SpinDecay(),
 )
+GATES: tuple[Gate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES)
 
 
 def model_of(scene: Scene) -> Model:
     """Collect the numbers of a scene, with the effects that it forces on or off."""
-    model = numbers_of(scene)
-    for gate in GATES:
-        wish = getattr(scene.effects, gate.name)
-        if wish == OFF:
-            model = gate.off(model)
-        elif wish == ON:
-            model = gate.on(model)
-    return model
+    model = forced(numbers_of(scene), STRIKE_GATES, scene.effects)
+    return model._replace(surface=forced(model.surface, TABLE_GATES, scene.effects))
 
 
-def effects_of(look: Look, again: Callable[[Scene], Look]) -> tuple[Effect, ...]:
+def effects_of(look: ShotLook, again: Callable[[Scene], ShotLook]) -> tuple[Effect, ...]:
     """Say of every effect whether it was simulated, and why; see `report`."""
     return tuple(report(gate, look, again) for gate in GATES)
 

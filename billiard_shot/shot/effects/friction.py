@@ -1,9 +1,14 @@
 """Friction in the strike: of the tip on the ball, and of the cloth under it."""
+from typing import ClassVar, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.shot.effects.effect import Gate, Look, Seen
+from billiard_shot.shot.effects.look import ShotLook
 from billiard_shot.shot.model import Model, TABLE, TIP
+from billiard_shot.table.effects import Gate, OFF, Seen
+
+N = TypeVar('N')
 
 
 def _seen(friction: float, impulse: NDArray[np.float64], body: str) -> Seen:
@@ -17,38 +22,40 @@ def _seen(friction: float, impulse: NDArray[np.float64], body: str) -> Seen:
     return Seen(False, f'there is no slip to resist at {body}')
 
 
-def _without_friction(model: Model, contact: int) -> Model:
-    friction = model.friction.copy()
-    friction[contact] = 0.0
-    return model._replace(friction=friction)
+class _Friction(Gate[ShotLook]):
+    """Without, the body only pushes along the normal."""
+
+    contact: ClassVar[int]
+    changes: ClassVar = {}
+
+    def force(self, numbers: N, wish: str) -> N:
+        """Smooth contact."""
+        if wish == OFF and isinstance(numbers, Model):
+            friction = numbers.friction.copy()
+            friction[self.contact] = 0.0
+            numbers = numbers._replace(friction=friction)
+        return numbers
 
 
-class TipFriction(Gate):
+class TipFriction(_Friction):
     """Without, the tip only pushes along the normal: no English, no squirt, no massé."""
 
     name = 'tip_friction'
     needs = 'the tip has friction, and would slip'
+    contact = TIP
 
-    def seen(self, look: Look) -> Seen:
+    def seen(self, look: ShotLook) -> Seen:
         """Off-centre strokes make the tip slip, or would."""
         return _seen(look.scene.contacts.cue_ball.friction, look.impulse(TIP), 'the tip')
 
-    def off(self, model: Model) -> Model:
-        """Smooth tip."""
-        return _without_friction(model, TIP)
 
-
-class TableFriction(Gate):
-    """Without, the cloth only pushes upwards while the tip is on the ball, and in bounces."""
+class TableFriction(_Friction):
+    """Without, the cloth only pushes upwards while the tip is on the ball."""
 
     name = 'table_friction'
-    needs = 'the ball is pressed onto the cloth, and would slip on it'
+    needs = 'the strike presses the ball onto the cloth, and it would slip'
+    contact = TABLE
 
-    def seen(self, look: Look) -> Seen:
+    def seen(self, look: ShotLook) -> Seen:
         """Only a ball that is pressed onto the cloth is dragged."""
         return _seen(look.scene.contacts.ball_table.friction, look.impulse(TABLE), 'the cloth')
-
-    def off(self, model: Model) -> Model:
-        """Smooth cloth in impacts; between them, friction is a matter of `slide`."""
-        return _without_friction(model, TABLE)._replace(
-            surface=model.surface._replace(friction=0.0))

@@ -1,53 +1,50 @@
 """What takes part in the strike beside the ball: the table below it, the cue's end and tip."""
 import math
+from typing import ClassVar
 
-from billiard_shot.shot.effects.effect import Gate, Look, Seen
-from billiard_shot.shot.model import Model, TABLE
+from billiard_shot.shot.effects.look import ShotLook
+from billiard_shot.shot.model import TABLE
+from billiard_shot.table.effects import Gate, OFF, Seen
 
 
-class TableContact(Gate):
+class TableContact(Gate[ShotLook]):
     """Without, the ball is struck as if nothing were below it, and then put onto the cloth."""
 
     name = 'table_contact'
     needs = 'the strike presses the ball onto the cloth'
+    changes: ClassVar = {OFF: {'table': False}}
 
-    def seen(self, look: Look) -> Seen:
+    def seen(self, look: ShotLook) -> Seen:
         """The impact itself closes the contact, or leaves it open."""
         push = look.impulse(TABLE)[0]
         if push > 0.0:
             return Seen(True, f'the ball is pressed onto the cloth, with {push:.3g} N s')
         return Seen(False, 'the strike never presses the ball onto the cloth')
 
-    def off(self, model: Model) -> Model:
-        """Contact that nothing closes."""
-        return model._replace(table=False)
 
-
-class EndMass(Gate):
+class EndMass(Gate[ShotLook]):
     """Without, the tip cannot give way sideways, and throws the ball off line: a guided cue."""
 
     name = 'end_mass'
     needs = 'the cue is not guided'
+    changes: ClassVar = {OFF: {'softness': 0.0}}
 
-    def seen(self, look: Look) -> Seen:
+    def seen(self, look: ShotLook) -> Seen:
         """The cue says so."""
         cue = look.scene.cue
         if cue.guided:
             return Seen(False, 'the cue is guided: its tip cannot move sideways')
         return Seen(True, f'the tip can move sideways, with {1e3 * cue.end_mass:.3g} g of the cue')
 
-    def off(self, model: Model) -> Model:
-        """No sideways motion."""
-        return model._replace(softness=0.0)
 
-
-class TipCurvature(Gate):
+class TipCurvature(Gate[ShotLook]):
     """Without, a rounded tip meets the ball where the axis of the cue does."""
 
     name = 'tip_curvature'
     needs = 'the tip is rounded, and the stroke says where the axis of the cue goes'
+    changes: ClassVar = {OFF: {'dome': 0.0}}
 
-    def seen(self, look: Look) -> Seen:
+    def seen(self, look: ShotLook) -> Seen:
         """The cue and the stroke say so."""
         dome, radius = look.scene.cue.dome, look.scene.ball.radius
         if dome == 0.0:
@@ -60,7 +57,3 @@ class TipCurvature(Gate):
             return Seen(False, 'the axis of the cue goes through the middle of the ball')
         nearer = 1e3 * offset * dome / (radius + dome)
         return Seen(True, f'the tip touches the ball {nearer:.3g} mm nearer to its middle')
-
-    def off(self, model: Model) -> Model:
-        """Tip that is a point."""
-        return model._replace(dome=0.0)

@@ -1,0 +1,20 @@
+"""What the gates of a strike may look at."""
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.effects import Look
+
+
+@dataclass(frozen=True, slots=True)
+class ShotLook(Look):
+    """Scene, stroke and the motion that came of them."""
+
+    stroke: Stroke
+    impulses: NDArray[np.float64]  # (2, 3) N s: of tip and table; normal and two tangential
+
+    def impulse(self, contact: int) -> NDArray[np.float64]:
+        """Normal and two tangential impulses of a contact in the strike (3,) [N s]."""
+        return self.impulses[contact]

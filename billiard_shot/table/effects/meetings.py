@@ -1,0 +1,116 @@
+"""What balls meet on the table: cushions, pockets, each other, with friction, and in clusters."""
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from billiard_shot.table import surface
+from billiard_shot.table.effects.effect import Gate, Look, OFF, ON, Seen
+from billiard_shot.table.run import TableEvent
+from billiard_shot.table.trajectory import BallState, EventKind
+
+JAW = 'jaw of'
+ALONE = Seen(False, 'what was simulated is the ball that is struck, alone on an endless cloth')
+
+
+class Cushion(Gate[Look]):
+    """Without, the cloth goes on for ever; without cushions there are no pockets either."""
+
+    name = 'cushion'
+    needs = 'the path of a ball reaches one'
+    changes: ClassVar = {OFF: {'length': math.inf, 'pockets': False}}
+
+    def seen(self, look: Look) -> Seen:
+        """Events with a nose."""
+        if look.scene.table is None:
+            return Seen(False, 'the scene has no table: the cloth is endless')
+        if look.table is None:
+            return ALONE
+        events = [event for event in look.events(EventKind.CUSHION)
+                  if not event.place.startswith(JAW)]
+        return _count(events, 'a cushion')
+
+
+class Pocket(Gate[Look]):
+    """Without, the cushions go on where the pockets would be."""
+
+    name = 'pocket'
+    needs = 'the path of a ball reaches one'
+    changes: ClassVar = {OFF: {'pockets': False}, ON: {'mouths': surface.ON}}
+
+    def seen(self, look: Look) -> Seen:
+        """Balls in pockets, and jaws that were hit."""
+        table = look.scene.table
+        if table is None or not table.pockets:
+            what = 'scene has no table' if table is None else 'table has none'
+            return Seen(False, f'the {what}')
+        if look.table is None:
+            return ALONE
+        fallen = [f'{event.balls[0]} in {event.place}' for event in look.events(EventKind.POCKET)]
+        if fallen:
+            return Seen(True, f'balls that fall: {", ".join(fallen)}')
+        jaws = [event for event in look.events(EventKind.CUSHION) if event.place.startswith(JAW)]
+        return _count(jaws, 'a jaw of a pocket')
+
+
+class BallBall(Gate[Look]):
+    """Without, balls go through each other."""
+
+    name = 'ball_ball'
+    needs = 'the path of a ball reaches another one'
+    changes: ClassVar = {OFF: {'pairs': surface.OFF}, ON: {'pairs': surface.ON}}
+
+    def seen(self, look: Look) -> Seen:
+        """Events of two balls or more."""
+        if not set(look.scene.balls if look.table is None else look.table.balls) - {'cue'}:
+            return Seen(False, 'there is no other ball')
+        if look.table is None:
+            return ALONE
+        return _count(look.events(EventKind.BALL, EventKind.CLUSTER), 'another ball')
+
+
+class Throw(Gate[Look]):
+    """Without, balls that meet are smooth: no throw, no spin from one to the other."""
+
+    name = 'throw'
+    needs = 'balls meet with slip, and have friction'
+    changes: ClassVar = {OFF: {'friction_fast': 0.0, 'friction_slow': 0.0}}
+
+    def seen(self, look: Look) -> Seen:
+        """The fastest slip in which two balls met."""
+        balls = look.scene.contacts.ball_ball
+        if balls.friction_fast == balls.friction_slow == 0.0:
+            return Seen(False, 'balls have no friction on each other')
+        if look.table is None and set(look.scene.balls) - {'cue'}:
+            return ALONE
+        slips = [_slip(look, event) for event in look.events(EventKind.BALL, EventKind.CLUSTER)]
+        if not slips:
+            return Seen(False, 'no ball meets another one')
+        if max(slips) < 1e-9:
+            return Seen(False, 'the balls meet without slip')
+        return Seen(True, f'balls meet with slip, of {max(slips):.3g} m/s at most')
+
+
+def _count(events: list[TableEvent], what: str) -> Seen:
+    if not events:
+        return Seen(False, f'no path reaches {what}')
+    first = events[0]
+    times = f'{len(events)} time{"s" * (len(events) > 1)}'
+    return Seen(True, f'balls meet {what} {times}, first {first.balls[0]} at {first.time:.3g} s')
+
+
+def _slip(look: Look, event: TableEvent) -> float:
+    """Slip of two balls just before they meet [m/s]; 0 where more than two do."""
+    if len(event.balls) != 2:
+        return 0.0
+    one, other = (_just_before(look, name, event.time) for name in event.balls)
+    between = one.position - other.position
+    normal = between / np.linalg.norm(between)
+    arm = look.scene.ball.radius * normal
+    slip = one.velocity - other.velocity - np.cross(one.spin + other.spin, arm)
+    return float(np.linalg.norm(slip - (slip @ normal) * normal))
+
+
+def _just_before(look: Look, name: str, time: float) -> BallState:
+    """State of a ball at the end of what it did before an event."""
+    return look.trajectories[name].at(np.nextafter(time, -np.inf))
