@@ -2,6 +2,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import math
+from typing import Any
 
 import numpy as np
 
@@ -10,11 +11,12 @@ from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.effects import Gate, OFF, ON
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
 
 REPEATS = 40  # of each shot, for the time
-AUTO, OFF, ON = 'auto', 'off', 'on'
+AUTO = 'auto'
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +85,7 @@ def study_effects(
         for gate in GATES:
             shot = predict(_wishing(scene, gate.name, AUTO), stroke, tolerance)
             if not shot.status.refused:
-                studies[gate.name].append(_compared(shot, gate.name, repeats))
+                studies[gate.name].append(_compared(shot, gate, repeats))
             done += 1
             report(done)
     return [EffectStudy(gate.name, gate.needs, tuple(studies[gate.name])) for gate in GATES]
@@ -127,12 +129,12 @@ def heading(trajectory: Trajectory) -> float:
     return math.atan2(first.velocity[1], first.velocity[0])
 
 
-def _compared(shot: Shot, name: str, repeats: int) -> Change:
-    effect = next(effect for effect in shot.effects if effect.name == name)
+def _compared(shot: Shot, gate: Gate[Any], repeats: int) -> Change:
+    effect = next(effect for effect in shot.effects if effect.name == gate.name)
     wish = OFF if effect.simulated else ON
-    if wish == ON and name == 'end_mass' and shot.scene.cue.guided:
+    if wish not in gate.changes:
         return Change(False, effect.reason, 0.0, 0, 0.0, 0.0)
-    other = predict(_wishing(shot.scene, name, wish), shot.stroke, shot.tolerance)
+    other = predict(_wishing(shot.scene, gate.name, wish), shot.stroke, shot.tolerance)
     sign = 1.0 if effect.simulated else -1.0
     times = [_time_of(shot) - _time_of(other) for _ in range(repeats)]
     return Change(

@@ -26,7 +26,7 @@ class _Friction(Gate[ShotLook]):
     """Without, the body only pushes along the normal."""
 
     contact: ClassVar[int]
-    changes: ClassVar = {}
+    changes: ClassVar = {OFF: {}}  # one number of an array, see `force`
 
     def force(self, numbers: N, wish: str) -> N:
         """Smooth contact."""
