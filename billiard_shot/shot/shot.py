@@ -88,12 +88,13 @@ class Shot:
 
         def again(scene: Scene) -> ShotLook:
             place = self.trajectory.at(0.0).position
-            return predict(scene, self.stroke, self.tolerance, place)._look
+            return predict(scene, self.stroke, self.tolerance, place).look
 
-        return effects_of(self._look, again)
+        return effects_of(self.look, again)
 
     @property
-    def _look(self) -> ShotLook:
+    def look(self) -> ShotLook:
+        """What the gates of effects may look at."""
         return ShotLook(
             self.scene, self.velocity, self.spin, self.trajectory, None, self.stroke,
             self._row[at.IMPULSE].reshape(2, 3),

@@ -8,6 +8,7 @@ from billiard_shot.study.effects import EffectStudy
 from billiard_shot.study.pictures import new_figure, save
 
 COLOUR, PALE = '#1b6b4a', '#a9c9ba'  # called for; only if forced on
+LINEAR = 10.0  # us, to which the axis of time is linear
 LEAST = 1e-3  # mm and degrees: less is not drawn
 
 
@@ -48,6 +49,8 @@ def _bars(
         axis.set_xlim(LEAST, 10.0 * max([10.0 * LEAST, *finite]))
         lengths = [max(value, LEAST) for value in values]
     else:
+        axis.set_xscale('symlog', linthresh=LINEAR)  # some effects save time, and much of it
+        axis.axvline(0.0, color='black', linewidth=0.8)
         lengths = values
     shown = [length if math.isfinite(length) else 10.0 * max([LEAST, *finite])
              for length in lengths]

@@ -9,7 +9,8 @@ from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
-from billiard_shot.study.effects import comparisons, strokes_for, study_effects
+from billiard_shot.study.effects import comparisons, study_effects
+from billiard_shot.study.usual_strokes import strokes_for
 
 POOL, PAPER = Scene.load('pool'), Scene.load('paper')
 STROKES = Path(__file__).parents[2] / 'config' / 'strokes' / 'paper.yaml'
@@ -135,3 +136,15 @@ def test_friction_is_compared_without_it():
     assert found['tip_friction'].distance > 0.1
     assert not found['cushion'].simulated
     assert found['cushion'].time == 0
+
+
+def test_effects_of_a_table():
+    """A stroke at the object ball of `frozen_combination`: throw and pockets matter, in mm."""
+    scene = Scene.load('frozen_combination')
+    (x, y), (u, v) = scene.balls['cue'], scene.balls['1']
+    found = changes(scene, Stroke.from_offsets(0.2, 0, 0, math.atan2(v - y, u - x), 2))
+    for name in ('ball_ball', 'throw', 'slide', 'roll'):
+        assert found[name].simulated
+        assert found[name].distance > 1e-3
+    assert found['ball_ball'].reason.startswith('balls meet another ball')
+    assert found['end_mass'].turn > math.radians(1)

@@ -1,0 +1,33 @@
+"""Strokes to try in a scene that comes without any."""
+import math
+
+import numpy as np
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
+
+
+def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
+    """
+    Strokes as people play them, for a scene that comes without any.
+
+    Half of them level; within half a radius of the middle; 0.5 to 5 m/s; at another ball, full or
+    thin, where there is one, else in any direction.
+    """
+    draw = np.random.default_rng(seed)
+    x, y, _ = scene.cue_ball
+    aims = [(math.atan2(v - y, u - x), math.hypot(u - x, v - y))
+            for name, (u, v) in scene.balls.items() if (u, v) != (x, y)]
+    strokes = []
+    for number in range(count):
+        offset, around = 0.5 * math.sqrt(draw.random()), draw.uniform(0.0, 2.0 * math.pi)
+        elevation = math.radians(draw.uniform(5.0, 45.0)) if number % 2 else 0.0
+        azimuth = draw.uniform(-math.pi, math.pi)
+        if aims:
+            direction, distance = aims[draw.integers(len(aims))]
+            thin = 2.0 * scene.ball.radius / distance
+            azimuth = direction + draw.uniform(-1.0, 1.0) * math.asin(min(thin, 1.0))
+        speed = 0.5 * 10.0 ** draw.random()
+        strokes.append(Stroke.from_offsets(
+            offset * math.cos(around), offset * math.sin(around), elevation, azimuth, speed))
+    return strokes
