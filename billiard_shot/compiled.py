@@ -39,6 +39,18 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     return registered
 
 
+def fused(function: Callable[P, R]) -> Callable[P, R]:
+    """
+    Compile a function as `compiled` does, and melt it into all that call it.
+
+    For small functions that pass tuples of arrays around, whose many words would be copied at
+    every call.
+    """
+    jit: Any = numba.extending.register_jitable
+    registered: Callable[P, R] = jit(forceinline=True, **OPTIONS)(function)
+    return registered
+
+
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a function as a piece of its only caller.

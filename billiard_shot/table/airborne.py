@@ -8,7 +8,7 @@ slow where a ball comes close without touching, but few balls fly, and not for l
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.first_contact import STILL, TOUCH
 from billiard_shot.table.furniture import Bed, Furniture, POCKETS
 from billiard_shot.table.motion import (
@@ -27,7 +27,7 @@ NEAR = 1e-12  # m
 SKIP = 1e-5  # s: how long a ball that just left an edge is not looked at
 
 
-@compiled
+@fused
 def edge_at(
     bed: Bed, what: int, x: float, y: float
 ) -> tuple[float, float, float]:
@@ -46,7 +46,7 @@ def edge_at(
     return dx / distance, dy / distance, distance - arc[2]
 
 
-@compiled
+@fused
 def beside(bed: Bed, what: int, x: float, y: float) -> bool:
     """Whether the point of an edge that is nearest to (x, y) belongs to it."""
     if what < FACINGS:
@@ -58,7 +58,7 @@ def beside(bed: Bed, what: int, x: float, y: float) -> bool:
     return True
 
 
-@compiled
+@fused
 def reach_edge(
     bed: Bed, height: float, radius: float, ball: NDArray[np.float64], what: int, end: float
 ) -> float:
@@ -86,7 +86,7 @@ def reach_edge(
     return np.inf
 
 
-@compiled
+@fused
 def next_of_flight(
     bed: Bed, furniture: Furniture, radius: float, ball: NDArray[np.float64]
 ) -> tuple[float, int]:
@@ -117,7 +117,7 @@ def next_of_flight(
     return (ball[TIME] + end if what != NOTHING else np.inf), what
 
 
-@compiled
+@fused
 def drop(
     bed: Bed, lid: float, ball: NDArray[np.float64], pocket: int, end: float
 ) -> float:
@@ -143,7 +143,7 @@ def drop(
     return down if begin <= down <= leave else np.inf
 
 
-@compiled
+@fused
 def off_bed(bed: Bed, ball: NDArray[np.float64]) -> bool:
     """Whether a ball is behind the line of noses: where it lands is not the bed."""
     return bool(

@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.first_contact import first_contact
 from billiard_shot.table.furniture import Furniture
 from billiard_shot.table.motion import ACCELERATION, POSITION, TIME, VELOCITY
@@ -12,7 +12,7 @@ from billiard_shot.table.surface import Surface
 OVERLAP = 1e-10  # m
 
 
-@compiled
+@fused
 def meeting(
     a: NDArray[np.float64], b: NDArray[np.float64], now: float, end: float, diameter: float
 ) -> float:
@@ -33,7 +33,7 @@ def meeting(
     return now + first_contact(c0, c1, c2, c3, c4, end - now, 2.0 * diameter)
 
 
-@compiled
+@fused
 def normal_of(
     a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> tuple[float, float, float, float]:
@@ -45,7 +45,7 @@ def normal_of(
     return x / distance, y / distance, z / distance, distance
 
 
-@compiled
+@fused
 def away(
     a: NDArray[np.float64], b: NDArray[np.float64], column: int, x: float, y: float, z: float
 ) -> float:
@@ -56,7 +56,7 @@ def away(
     )
 
 
-@compiled
+@fused
 def strike_each_other(
     surface: Surface, furniture: Furniture, a: NDArray[np.float64], b: NDArray[np.float64],
     restitution: float,

@@ -8,7 +8,7 @@ a solid ball after 2 |u| / (7 mu g)). The spin about the vertical decays by itse
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.motion import (
     ACCELERATION,
     ANGULAR,
@@ -28,7 +28,7 @@ from billiard_shot.table.motion import (
 from billiard_shot.table.surface import Surface
 
 
-@compiled
+@fused
 def speed_of(ball: NDArray[np.float64], radius: float) -> float:
     """Speed scale of a ball, to tell motion from rounding."""
     largest = 0.0
@@ -37,7 +37,7 @@ def speed_of(ball: NDArray[np.float64], radius: float) -> float:
     return largest
 
 
-@compiled
+@fused
 def slip_of(ball: NDArray[np.float64], radius: float) -> tuple[float, float, float]:
     """Size and direction (x, y) of the lowest point's velocity; zero where it is only rounding."""
     x = ball[VELOCITY] - radius * ball[ANGULAR + 1]
@@ -48,20 +48,20 @@ def slip_of(ball: NDArray[np.float64], radius: float) -> tuple[float, float, flo
     return slip, x / slip, y / slip
 
 
-@compiled
+@fused
 def time_to_stop(speed: float, deceleration: float) -> float:
     """Time until a speed is used up, infinite without deceleration."""
     return speed / deceleration if deceleration > 0.0 else np.inf
 
 
-@compiled
+@fused
 def roll_with(surface: Surface, ball: NDArray[np.float64]) -> None:
     """Turn a ball as it rolls at its speed."""
     ball[ANGULAR] = -ball[VELOCITY + 1] / surface.radius
     ball[ANGULAR + 1] = ball[VELOCITY] / surface.radius
 
 
-@compiled
+@fused
 def lie(surface: Surface, ball: NDArray[np.float64]) -> None:
     """Find what a ball on the cloth does from now on, its accelerations, and when it ends."""
     lasting = np.inf
@@ -105,7 +105,7 @@ def lie(surface: Surface, ball: NDArray[np.float64]) -> None:
     ball[END] = ball[TIME] + lasting
 
 
-@compiled
+@fused
 def settle(surface: Surface, ball: NDArray[np.float64]) -> None:
     """Make exact what the end of a motion on the cloth brings: no slip, no speed, or no spin."""
     if ball[SPIN_ENDS] != 0.0:

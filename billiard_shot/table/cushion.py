@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.airborne import edge_at
 from billiard_shot.table.furniture import Bed, Furniture, MATHAVAN
 from billiard_shot.table.mathavan import bounce_of
@@ -11,7 +11,7 @@ from billiard_shot.table.sphere import strike_fixed
 from billiard_shot.table.surface import Surface
 
 
-@compiled
+@fused
 def touch_edge(
     furniture: Furniture, bed: Bed, radius: float, ball: NDArray[np.float64], what: int
 ) -> tuple[float, float, float, bool]:
@@ -28,7 +28,7 @@ def touch_edge(
     return x * away / distance, y * away / distance, z / distance, False
 
 
-@compiled
+@fused
 def strike_cushion(
     surface: Surface, furniture: Furniture, ball: NDArray[np.float64], lying: bool,
     x: float, y: float, z: float, restitution: float,
@@ -43,7 +43,7 @@ def strike_cushion(
         ball[CLIMB] = 0.0  # the cloth holds it
 
 
-@compiled
+@fused
 def strike_lying(
     surface: Surface, furniture: Furniture, ball: NDArray[np.float64], nx: float, ny: float,
     restitution: float,

@@ -7,13 +7,13 @@ Surfaces for CAGD, ch. 5), which Newton's method finds inside a bracket. More: l
 """
 import numpy as np
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 
 NARROW = 1e-7  # part of the interval in which a gap that closes and opens again is no event
 HORIZON = 1e5  # s: as far as endless motions are looked at
 
 
-@compiled
+@fused
 def refine(
     a: float, b: float, c: float, d: float, e: float, low: float, high: float
 ) -> float:
@@ -35,7 +35,7 @@ def refine(
     return x
 
 
-@compiled
+@fused
 def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
     """First x of (0, 1] where a + b x + c x^2 + d x^3 + e x^4, a > 0, turns negative, or inf."""
     low, width = 0.0, 1.0
@@ -65,7 +65,7 @@ def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
     return np.inf
 
 
-@compiled
+@fused
 def first_contact(
     a: float, b: float, c: float, d: float, e: float, end: float, scale: float
 ) -> float:

@@ -9,7 +9,7 @@ pause, and one bounce from a fall at s / (1 - e), after which the ball stays dow
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.cloth import slip_of, speed_of
 from billiard_shot.table.motion import (
     ACCELERATION,
@@ -30,7 +30,7 @@ LYING = 1e-9  # in radii: height above the cloth that is only rounding
 LOWEST = 1e-20  # in radii: height of a hop that is lost in rounding
 
 
-@compiled
+@fused
 def error_of_pause(surface: Surface, ball: NDArray[np.float64], up: float) -> float:
     """
     Bound of the error in position [m] if all hops from a speed `up` [m/s] on are done at once.
@@ -49,7 +49,7 @@ def error_of_pause(surface: Surface, ball: NDArray[np.float64], up: float) -> fl
     return error
 
 
-@compiled
+@fused
 def take_off(
     surface: Surface, ball: NDArray[np.float64], tolerance: float
 ) -> tuple[bool, float]:
@@ -95,7 +95,7 @@ def take_off(
     return True, 0.0
 
 
-@compiled
+@fused
 def bounce(surface: Surface, ball: NDArray[np.float64]) -> None:
     """Let a ball that comes down to the cloth leave it again; after a pause it stays down."""
     paused = ball[FALL] > 0.0

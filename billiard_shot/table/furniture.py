@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
+from billiard_shot.table.lent import lent
 from billiard_shot.table.surface import AUTO, ON
 
 HAN, MATHAVAN = 0, 1
@@ -57,7 +58,16 @@ class Bed(NamedTuple):
     boxes: NDArray[np.float64]  # (6, 4) centre (x, y) and half sizes around all that is there
 
 
-@compiled
+@fused
+def lend_bed(bed: Bed) -> Bed:
+    """Return the same bed, whose arrays nobody counts; the bed itself has to stay."""
+    return Bed(
+        bed.x, bed.y, bed.reach, bed.corner_end, bed.side_end, lent(bed.facings), lent(bed.arcs),
+        lent(bed.holes), lent(bed.boxes),
+    )
+
+
+@fused
 def place_jaw(
     f: Furniture, bed: Bed, jaw: int, mouth: tuple[float, float, float, float, float],
     x: float, y: float, dx: float, dy: float, ox: float, oy: float,
@@ -76,7 +86,7 @@ def place_jaw(
     bed.facings[jaw, 5] = sine * dy - cosine * oy
 
 
-@compiled
+@fused
 def enclose(bed: Bed, pocket: int) -> None:
     """Find the box within which a ball's centre can meet anything of a pocket."""
     hole = bed.holes[pocket]
@@ -99,7 +109,7 @@ def enclose(bed: Bed, pocket: int) -> None:
     bed.boxes[pocket, 3] = 0.5 * (high_y - low_y)
 
 
-@compiled
+@fused
 def lay_out(f: Furniture, radius: float) -> Bed:
     """Lay out the table for balls of a radius [m]."""
     x, y = 0.5 * f.length, 0.5 * f.width

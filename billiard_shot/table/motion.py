@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 
 
 class Motion(IntEnum):
@@ -57,7 +57,7 @@ STATE = 23
 HEIGHT, CLIMB, VERTICAL_SPIN = POSITION + 2, VELOCITY + 2, ANGULAR + 2
 
 
-@compiled
+@fused
 def start(
     position: NDArray[np.float64], velocity: NDArray[np.float64], spin: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -70,7 +70,7 @@ def start(
     return ball
 
 
-@compiled
+@fused
 def record(ball: NDArray[np.float64], segments: NDArray[np.float64]) -> None:
     """Write the ball's motion down as its next segment; without room for it, only count it."""
     count = int(ball[COUNT])
@@ -80,7 +80,7 @@ def record(ball: NDArray[np.float64], segments: NDArray[np.float64]) -> None:
     ball[COUNT] += 1.0
 
 
-@compiled
+@fused
 def advance(ball: NDArray[np.float64], time: float) -> None:
     """Move the ball on to a time."""
     dt = time - ball[TIME]
@@ -92,7 +92,7 @@ def advance(ball: NDArray[np.float64], time: float) -> None:
     ball[TIME] = time
 
 
-@compiled
+@fused
 def halt(ball: NDArray[np.float64], motion: int) -> None:
     """Stop the ball where it is, for good."""
     for i in range(3):

@@ -8,13 +8,13 @@ event (cluster.py). That order, and nothing else, decides; so runs are the same 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, entry
+from billiard_shot.compiled import entry, fused
 from billiard_shot.status import Status
 from billiard_shot.table.airborne import off_bed
 from billiard_shot.table.balls import away, normal_of, strike_each_other
 from billiard_shot.table.cushion import strike_cushion, touch_edge
 from billiard_shot.table.flight import bounce, error_of_pause
-from billiard_shot.table.furniture import Bed, Furniture, lay_out
+from billiard_shot.table.furniture import Bed, Furniture, lay_out, lend_bed
 from billiard_shot.table.motion import (
     ACCELERATION,
     advance,
@@ -49,6 +49,7 @@ from billiard_shot.table.surface import OFF as NEVER
 from billiard_shot.table.world import (
     empty_world,
     energy_of,
+    lend_world,
     log_event,
     schedule_meetings,
     schedule_rail,
@@ -67,7 +68,7 @@ APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 DEEPEST = 1e-9  # m: overlap that a given state may have by rounding
 
 
-@compiled
+@fused
 def calm(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> None:
     """
     Let the cloth answer to an impact that pushed a ball into it or off it.
@@ -86,7 +87,7 @@ def calm(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> None:
         ball[HOPS] = 0.0
 
 
-@compiled
+@fused
 def go_on(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, cause: int,
     tolerance: float,
@@ -102,7 +103,7 @@ def go_on(
     schedule_rail(surface, furniture, bed, w, index)
 
 
-@compiled
+@fused
 def next_event(w: World) -> tuple[float, int, int]:
     """When something happens next, and to which ball; with another one, or itself, or no one."""
     time, ball, other = np.inf, NOTHING, NOTHING
@@ -120,7 +121,7 @@ def next_event(w: World) -> tuple[float, int, int]:
     return time, ball, other
 
 
-@compiled
+@fused
 def end_motion(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
 ) -> None:
@@ -146,7 +147,7 @@ def end_motion(
     )
 
 
-@compiled
+@fused
 def set_apart(
     w: World, bed: Bed, radius: float, index: int, space: float, x: float, y: float, z: float
 ) -> None:
@@ -172,7 +173,7 @@ def set_apart(
     ball[POSITION], ball[POSITION + 1], ball[HEIGHT] = px, py, pz
 
 
-@compiled
+@fused
 def bump(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, what: int
 ) -> None:
@@ -187,7 +188,7 @@ def bump(
         set_apart(w, bed, surface.radius, index, 2.0 * APART, x, y, 0.0)
 
 
-@compiled
+@fused
 def meet_table(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
 ) -> None:
@@ -212,7 +213,7 @@ def meet_table(
     )
 
 
-@compiled
+@fused
 def meet_ball(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, i: int, j: int, time: float,
     tolerance: float,
@@ -242,7 +243,7 @@ def meet_ball(
     )
 
 
-@compiled
+@fused
 def play(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, tolerance: float, limit: int
 ) -> tuple[float, int]:
@@ -278,7 +279,7 @@ def play(
     return now, status
 
 
-@compiled
+@fused
 def set_up(
     surface: Surface, w: World, states: NDArray[np.float64], table: int
 ) -> bool:
@@ -342,8 +343,9 @@ def play_tables(
         Of the last table, see world.py; as many as there is room for.
 
     """
-    bed = lay_out(furniture, surface.radius)
-    w = empty_world(states.shape[1], segments, events)
+    own_bed = lay_out(furniture, surface.radius)
+    own_world = empty_world(states.shape[1], segments, events)
+    bed, w = lend_bed(own_bed), lend_world(own_world)
     for table in range(states.shape[0]):
         if set_up(surface, w, states, table):
             summary[table, 0], summary[table, 1] = play(
@@ -361,3 +363,4 @@ def play_tables(
             results[table, i, 9] = w.balls[i, MOTION]
             places[table, i, 0] = w.pocket[i]
             places[table, i, 1] = w.first[i]
+    own_world.counts[0] = own_bed.arcs.shape[0]  # so that they stay until here

@@ -7,7 +7,7 @@ What it meets is a number: a nose (+x, -x, +y, -y), then the 12 facings, the 12 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.first_contact import first_contact, PRESSED, STILL, TOUCH
 from billiard_shot.table.furniture import Bed, POCKETS
 from billiard_shot.table.motion import ACCELERATION, END, POSITION, TIME, VELOCITY
@@ -17,7 +17,7 @@ NOTHING = -1
 NOSES, FACINGS, ARCS, HOLES, OUTSIDE = 0, 4, 16, 28, 34
 
 
-@compiled
+@fused
 def crossing(gap: float, speed: float, half: float) -> float:
     """
     When gap - speed t - half t^2 goes from positive to negative: the one such t >= 0, or inf.
@@ -41,7 +41,7 @@ def crossing(gap: float, speed: float, half: float) -> float:
     return 2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / (2.0 * half)
 
 
-@compiled
+@fused
 def span(x: float, v: float, a: float, t: float) -> tuple[float, float]:
     """Least and largest x + v s + a s^2 / 2 for s from 0 to t."""
     end = x + (v + 0.5 * a * t) * t
@@ -52,7 +52,7 @@ def span(x: float, v: float, a: float, t: float) -> tuple[float, float]:
     return low, high
 
 
-@compiled
+@fused
 def reach_circle(
     ball: NDArray[np.float64], x: float, y: float, radius: float, end: float
 ) -> float:
@@ -67,7 +67,7 @@ def reach_circle(
     )
 
 
-@compiled
+@fused
 def reach_facing(ball: NDArray[np.float64], bed: Bed, jaw: int) -> float:
     """Time from now until a lying ball meets a facing."""
     f = bed.facings[jaw]
@@ -84,7 +84,7 @@ def reach_facing(ball: NDArray[np.float64], bed: Bed, jaw: int) -> float:
     return t if 0.0 <= along <= lx * lx + ly * ly else np.inf
 
 
-@compiled
+@fused
 def on_nose(bed: Bed, nose: int, x: float, y: float) -> bool:
     """Whether a ball at (x, y) is beside the straight part of a nose."""
     if bed.corner_end == 0.0:
@@ -94,7 +94,7 @@ def on_nose(bed: Bed, nose: int, x: float, y: float) -> bool:
     return bed.side_end <= abs(x) <= bed.x + bed.reach - bed.corner_end
 
 
-@compiled
+@fused
 def next_of_table(
     bed: Bed, depth: float, ball: NDArray[np.float64]
 ) -> tuple[float, int, int]:

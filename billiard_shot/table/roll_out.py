@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.status import Status
 from billiard_shot.table.motion import END, FLIGHT, MOTION, record, REST
 from billiard_shot.table.steps import begin, finish
@@ -13,7 +13,7 @@ NEVER_RESTS = int(Status.NEVER_RESTS)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
-@compiled
+@fused
 def ending(surface: Surface, ball: NDArray[np.float64]) -> int:
     """Status of a ball in its last motion: OK, NEVER_RESTS or BUDGET_EXCEEDED."""
     if ball[MOTION] == FLIGHT and surface.restitution < 1.0:
@@ -21,7 +21,7 @@ def ending(surface: Surface, ball: NDArray[np.float64]) -> int:
     return OK if ball[MOTION] == REST or ball[MOTION] > FLIGHT else NEVER_RESTS
 
 
-@compiled
+@fused
 def roll_out(
     surface: Surface, ball: NDArray[np.float64], tolerance: float, segments: NDArray[np.float64]
 ) -> tuple[int, float]:

@@ -9,7 +9,7 @@ restitution: the special case of billiard_shot.impact that Han (2005) works out 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.motion import ANGULAR, VELOCITY
 from billiard_shot.table.surface import Surface
 
@@ -18,7 +18,7 @@ from billiard_shot.table.surface import Surface
 LEAST_APPROACH = 1e-3
 
 
-@compiled
+@fused
 def slip_at(
     ball: NDArray[np.float64], lever: float, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
@@ -32,14 +32,14 @@ def slip_at(
     )
 
 
-@compiled
+@fused
 def drag_of(surface: Surface, push: float, slip: float, friction: float, balls: float) -> float:
     """Friction's impulse per slip [kg], against it, when a number of balls meet at a point."""
     response = balls * (1.0 / surface.mass + surface.radius**2 / surface.inertia)
     return min(friction * push / slip, 1.0 / response) if slip > 0.0 else 0.0
 
 
-@compiled
+@fused
 def push_ball(
     surface: Surface, ball: NDArray[np.float64], lever: float, x: float, y: float, z: float,
     u: float, v: float, w: float,
@@ -54,7 +54,7 @@ def push_ball(
     ball[ANGULAR + 2] += turn * (x * v - y * u)
 
 
-@compiled
+@fused
 def strike_fixed(
     surface: Surface, ball: NDArray[np.float64], x: float, y: float, z: float,
     restitution: float, friction: float,

@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.cloth import lie, settle
 from billiard_shot.table.flight import bounce, take_off
 from billiard_shot.table.motion import (
@@ -20,7 +20,7 @@ from billiard_shot.table.motion import (
 from billiard_shot.table.surface import Surface
 
 
-@compiled
+@fused
 def begin(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> float:
     """
     Find what a ball does from now on: motion, accelerations, end. Return the error made [m].
@@ -38,7 +38,7 @@ def begin(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> floa
     return error
 
 
-@compiled
+@fused
 def finish(surface: Surface, ball: NDArray[np.float64]) -> None:
     """Follow a ball's motion to its end, and make the change that ends it."""
     advance(ball, ball[END])

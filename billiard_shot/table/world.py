@@ -4,10 +4,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import fused
 from billiard_shot.table.airborne import next_of_flight
 from billiard_shot.table.balls import meeting
 from billiard_shot.table.furniture import Bed, Furniture
+from billiard_shot.table.lent import lent
 from billiard_shot.table.motion import (
     ACCELERATION,
     ANGULAR,
@@ -44,7 +45,7 @@ class World(NamedTuple):
     events: NDArray[np.float64]  # (events, EVENT_COLUMNS)
 
 
-@compiled
+@fused
 def empty_world(
     count: int, segments: NDArray[np.float64], events: NDArray[np.float64]
 ) -> World:
@@ -56,7 +57,16 @@ def empty_world(
     )
 
 
-@compiled
+@fused
+def lend_world(w: World) -> World:
+    """Return the same world, whose arrays nobody counts; the world itself has to stay."""
+    return World(
+        lent(w.balls), lent(w.rail_time), lent(w.rail), lent(w.meet), lent(w.pocket),
+        lent(w.first), lent(w.counts), lent(w.segments), lent(w.events),
+    )
+
+
+@fused
 def energy_of(surface: Surface, ball: NDArray[np.float64]) -> float:
     """Kinetic energy of a ball [J]."""
     moving, turning = 0.0, 0.0
@@ -66,7 +76,7 @@ def energy_of(surface: Surface, ball: NDArray[np.float64]) -> float:
     return 0.5 * (surface.mass * moving + surface.inertia * turning)
 
 
-@compiled
+@fused
 def write_down(w: World, index: int) -> None:
     """Record a ball's motion as its next segment."""
     row = w.counts[0]
@@ -77,7 +87,7 @@ def write_down(w: World, index: int) -> None:
     w.counts[0] += 1
 
 
-@compiled
+@fused
 def log_event(
     w: World, time: float, cause: int, ball: int, other: int, balls: float, before: float,
     after: float, motions: float,
@@ -96,14 +106,14 @@ def log_event(
     w.counts[1] += 1
 
 
-@compiled
+@fused
 def moves(ball: NDArray[np.float64]) -> bool:
     """Whether a ball's centre moves."""
     motion = ball[MOTION]
     return bool(motion != REST and motion != SPIN and motion <= FLIGHT)
 
 
-@compiled
+@fused
 def schedule_rail(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int
 ) -> None:
@@ -118,7 +128,7 @@ def schedule_rail(
         w.counts[2] += looked
 
 
-@compiled
+@fused
 def schedule_meetings(w: World, index: int, now: float, diameter: float, pairs: int) -> None:
     """
     Find when a ball meets each other one, before either does something else anyway.
