@@ -1,4 +1,5 @@
 """Messages to the library and back, without any middleware."""
+import dataclasses
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,8 @@ from hypothesis import strategies as st
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
 from billiard_shot.ros.client import PAPER_SHOTS, request_for
+from billiard_shot.scene import Effects
+from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.stroke_file import read_strokes
 
 SCENE = Scene.load('paper')
@@ -83,3 +86,15 @@ def test_path_stamps_carry_over_seconds():
     assert path.poses[0].header.stamp == Time(sec=7, nanosec=999_999_999)
     last = path.poses[-1].header.stamp
     assert last.sec + last.nanosec * 1e-9 == pytest.approx(8.0 + message.times[-1], abs=1e-6)
+
+
+def test_the_answer_lists_every_effect_and_why():
+    scene = dataclasses.replace(SCENE, effects=Effects(flight='off'))
+    normal, velocity = PAPER_SHOTS['massé']
+    effects = {effect.name: effect for effect in
+               conversions.response_of(predict(scene, Stroke(normal, velocity)), 2).effects}
+    assert list(effects) == [gate.name for gate in GATES]
+    assert effects['table_contact'].simulated
+    assert effects['end_mass'].reason == 'the cue is guided: its tip cannot move sideways'
+    assert not effects['flight'].simulated
+    assert effects['flight'].reason.startswith('the scene turns it off; it would be simulated: ')
