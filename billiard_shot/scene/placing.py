@@ -13,14 +13,18 @@ ROUNDING = 1e-9  # m, by which balls may reach into each other and into cushions
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     """One mistake for each pair of balls that overlap."""
     least = 2.0 * scene.ball.radius
-    lying = {CUE_BALL: (0.0, 0.0), **scene.balls}
-    for (one, here), (other, there) in combinations(lying.items(), 2):
+    for (one, here), (other, there) in combinations(lying(scene).items(), 2):
         overlap = least - math.dist(here, there)
         if overlap > ROUNDING:
             yield Mistake(('balls', other), (
                 f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; their centres must be at least '
                 f'{1e3 * least:.4g} mm apart'
             ))
+
+
+def lying(scene: Any) -> dict[str, tuple[float, float]]:
+    """Balls that are placed, and the cue ball, which is in the middle if it is not."""
+    return {CUE_BALL: (0.0, 0.0), **scene.balls}
 
 
 def balls_off_the_table(scene: Any) -> Iterator[Mistake]:

@@ -7,7 +7,6 @@ ascending order, are shuffled by Fisher and Yates with the numbers of Python's `
 .random()`, a sequence that Python promises never to change: the same seed gives the same rack in
 every process, on every machine.
 """
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import math
@@ -17,7 +16,7 @@ from typing import Any
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import choice, number, whole_number
 from billiard_shot.scene.mistakes import Mistake
-from billiard_shot.scene.placing import no_place, ROUNDING
+from billiard_shot.scene.placing import lying, no_place, ROUNDING
 
 Place = tuple[float, float]
 
@@ -100,7 +99,7 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
             yield Mistake(('balls', name), 'is there twice: the rack has such a ball, too')
         elif why := no_place(scene.table, x, y, radius):
             yield Mistake(('rack',), f'puts ball {name!r} at ({x:.4g}, {y:.4g}); {why}')
-        for other, place in scene.balls.items():
+        for other, place in lying(scene).items():
             if other != name and math.dist(place, (x, y)) < 2.0 * radius - ROUNDING:
                 yield Mistake(('balls', other), f'overlaps ball {name!r} of the rack')
 

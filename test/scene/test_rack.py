@@ -116,11 +116,19 @@ def test_racks_leave_nothing_behind():
     ({'table': None}, r'rack: needs a table to stand on: table is missing'),
     ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has such a ball, too'),
     ({'balls': {'cue': [0.69, 0.03]}}, r"balls\.cue: overlaps ball '.' of the rack"),
+    ({'like': 'snooker', 'balls': {'cue': [0, 0.01]}, 'rack': {'game': 'snooker'}},
+     r"balls\.cue: overlaps ball 'blue' of the rack"),
     ({'table': {'length': 0.5, 'width': 0.5, 'pockets': False}}, r"rack: puts ball '.' at"),
 ])
 def test_mistakes_with_racks(change, text):
     data = {'like': 'pool_table', 'rack': {'game': 'nine_ball'}, **change}
     with pytest.raises(ValueError, match=text):
+        Scene.from_dict(data)
+
+
+def test_a_rack_sees_a_cue_ball_that_is_not_placed():
+    data = {**Scene.load('snooker').to_dict(), 'balls': {}, 'rack': {'game': 'snooker'}}
+    with pytest.raises(ValueError, match=r"balls\.cue: overlaps ball 'blue' of the rack"):
         Scene.from_dict(data)
 
 
