@@ -29,7 +29,7 @@ def furniture_of(scene: Scene) -> Furniture:
     table, balls = scene.table, scene.contacts.ball_ball
     if table is None:
         length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 1.0)
-        height, depth, pockets = 1.0, 0.0, False
+        height, depth, pockets = float(scene.ball.radius), 0.0, False
         corner = side = (1.0, 1.0, 0.0, 0.0, 0.0)
         corner_hole = side_hole = (0.0, 0.0)
     else:

@@ -16,12 +16,12 @@ from billiard_shot.table.cushion import strike_cushion, touch_edge
 from billiard_shot.table.flight import bounce, error_of_pause
 from billiard_shot.table.furniture import Bed, Furniture, lay_out, lend_bed
 from billiard_shot.table.motion import (
-    ACCELERATION,
     advance,
     ANGULAR,
     BALL,
     CAUSE,
     CLIMB,
+    CLUSTER,
     CUSHION,
     END,
     FALL,
@@ -40,17 +40,18 @@ from billiard_shot.table.motion import (
     TIME,
     VELOCITY,
 )
-from billiard_shot.table.rails import HOLES, NOTHING, OUTSIDE
+from billiard_shot.table.rails import HOLES, NOTHING, on_nose, OUTSIDE
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.sphere import LEAST_APPROACH
 from billiard_shot.table.steps import begin, finish
 from billiard_shot.table.surface import AUTO, Surface
 from billiard_shot.table.surface import OFF as NEVER
 from billiard_shot.table.world import (
-    empty_world,
     energy_of,
     lend_world,
     log_event,
+    near_others,
+    place_at,
     schedule_meetings,
     schedule_rail,
     World,
@@ -59,6 +60,7 @@ from billiard_shot.table.world import (
 
 OK = int(Status.OK)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+PAUSED = -1
 TABLE_OFF = int(Status.OFF_TABLE)
 INVALID_REQUEST = int(Status.INVALID_REQUEST)
 
@@ -90,14 +92,14 @@ def calm(surface: Surface, ball: NDArray[np.float64], tolerance: float) -> None:
 @fused
 def go_on(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, cause: int,
-    tolerance: float,
+    tolerance: float, hop: float,
 ) -> None:
     """Begin the motion that follows an event, and find what its ball meets of the table."""
     ball = w.balls[index]
     ball[CAUSE] = cause
     if ball[MOTION] <= FLIGHT:
         if cause not in (OWN, START):
-            calm(surface, ball, tolerance)
+            calm(surface, ball, hop)
         begin(surface, ball, tolerance)
     write_down(w, index)
     schedule_rail(surface, furniture, bed, w, index)
@@ -123,7 +125,8 @@ def next_event(w: World) -> tuple[float, int, int]:
 
 @fused
 def end_motion(
-    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float,
+    hop: float,
 ) -> None:
     """Let a ball's motion end by itself."""
     ball = w.balls[index]
@@ -140,7 +143,7 @@ def end_motion(
         finish(surface, ball)
         cause = OWN
     after = energy_of(surface, ball)
-    go_on(surface, furniture, bed, w, index, cause, tolerance)
+    go_on(surface, furniture, bed, w, index, cause, tolerance, hop)
     log_event(
         w, ball[TIME], cause, index, NOTHING, 2.0**index, before, after,
         before_motion + 8.0 * ball[MOTION],
@@ -159,16 +162,12 @@ def set_apart(
     if bed.reach > 0.0 and (abs(px) > bed.x or abs(py) > bed.y):
         return
     for other in range(w.balls.shape[0]):
-        there = w.balls[other]
-        dt = ball[TIME] - there[TIME]
-        square = 0.0
-        for k, here in enumerate((px, py, pz)):
-            gap = here - there[POSITION + k] - dt * (
-                there[VELOCITY + k] + 0.5 * dt * there[ACCELERATION + k]
-            )
-            square += gap * gap
-        free = other == index or there[MOTION] > FLIGHT or square > 4.0 * radius * radius
-        if not free and away(ball, there, POSITION, x, y, z) < 0.0:
+        if other == index or w.balls[other, MOTION] > FLIGHT:
+            continue
+        u, v, t = place_at(w.balls[other], ball[TIME])
+        u, v, t = px - u, py - v, pz - t
+        inside = u * u + v * v + t * t <= 4.0 * radius * radius
+        if inside and u * x + v * y + t * z < 0.0:
             return
     ball[POSITION], ball[POSITION + 1], ball[HEIGHT] = px, py, pz
 
@@ -189,13 +188,41 @@ def bump(
 
 
 @fused
+def pause(w: World, time: float, ball: int, other: int) -> None:
+    """Stop for an impact of three bodies or more."""
+    w.pause[0], w.pause[1], w.pause[2], w.pause[3] = 1.0, time, ball, other
+
+
+@fused
+def crowded(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, i: int, j: int, time: float
+) -> bool:
+    """Whether either of two balls that meet touches another one, or a nose."""
+    reach = 2.0 * surface.radius + furniture.gap
+    if near_others(w, i, j, time, reach) or near_others(w, j, i, time, reach):
+        return True
+    for ball in (w.balls[i], w.balls[j]):
+        x, y, z = place_at(ball, time)
+        for nose in range(4):
+            out = abs(x) - bed.x if nose < 2 else abs(y) - bed.y
+            if z == surface.radius and abs(out) <= furniture.gap and on_nose(bed, nose, x, y):
+                return True
+    return False
+
+
+@fused
 def meet_table(
-    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, index: int, tolerance: float,
+    hop: float,
 ) -> None:
     """Let a ball meet something of the table."""
     ball, what = w.balls[index], w.rail[index]
     advance(ball, w.rail_time[index])
     before, motion = energy_of(surface, ball), ball[MOTION]
+    reach = 2.0 * surface.radius + furniture.gap
+    if 0 <= what < HOLES and near_others(w, index, index, ball[TIME], reach):
+        pause(w, ball[TIME], index, index)
+        return
     if what == OUTSIDE:
         cause, what = OFF, NOTHING
         halt(ball, OFF_TABLE)
@@ -207,7 +234,7 @@ def meet_table(
         cause = CUSHION
         bump(surface, furniture, bed, w, index, what)
     after = energy_of(surface, ball)
-    go_on(surface, furniture, bed, w, index, cause, tolerance)
+    go_on(surface, furniture, bed, w, index, cause, tolerance, hop)
     log_event(
         w, ball[TIME], cause, index, what, 2.0**index, before, after, motion + 8.0 * ball[MOTION]
     )
@@ -216,7 +243,7 @@ def meet_table(
 @fused
 def meet_ball(
     surface: Surface, furniture: Furniture, bed: Bed, w: World, i: int, j: int, time: float,
-    tolerance: float,
+    tolerance: float, hop: float,
 ) -> None:
     """Let two balls meet."""
     a, b = w.balls[i], w.balls[j]
@@ -226,6 +253,9 @@ def meet_ball(
     x, y, z, distance = normal_of(a, b)
     approach = -away(a, b, VELOCITY, x, y, z)
     slow = approach <= LEAST_APPROACH
+    if not slow and crowded(surface, furniture, bed, w, i, j, time):
+        pause(w, time, i, j)
+        return
     strike_each_other(
         surface, furniture, a, b, 0.0 if slow else furniture.ball_restitution
     )
@@ -236,7 +266,7 @@ def meet_ball(
     for one, other in ((i, j), (j, i)):
         if w.first[one] == NOTHING:
             w.first[one] = other
-        go_on(surface, furniture, bed, w, one, BALL, tolerance)
+        go_on(surface, furniture, bed, w, one, BALL, tolerance, hop)
     after = energy_of(surface, a) + energy_of(surface, b)
     log_event(
         w, time, BALL, i, j, 2.0**i + 2.0**j, before, after, motion + 8.0 * a[MOTION]
@@ -244,17 +274,36 @@ def meet_ball(
 
 
 @fused
+def resume(
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, cause: int, now: float,
+    tolerance: float, hop: float,
+) -> None:
+    """Let the balls that were touched go on."""
+    for i in range(w.balls.shape[0]):
+        if w.touched[i]:
+            go_on(surface, furniture, bed, w, i, cause, tolerance, hop)
+    for i in range(w.balls.shape[0]):
+        if w.touched[i]:
+            schedule_meetings(w, i, now, 2.0 * surface.radius, furniture.pairs)
+        w.touched[i] = False
+    w.pause[0] = 0.0
+
+
+@fused
 def play(
-    surface: Surface, furniture: Furniture, bed: Bed, w: World, tolerance: float, limit: int
+    surface: Surface, furniture: Furniture, bed: Bed, w: World, tolerance: float, hop: float,
+    limit: int,
 ) -> tuple[float, int]:
-    """Play until nothing moves, or only endlessly; return when that is, and the status."""
+    """
+    Play until nothing moves, or only endlessly, or several bodies meet.
+
+    Return when that is, and the status: of the table, or PAUSED.
+    """
     diameter = 2.0 * surface.radius
-    count = w.balls.shape[0]
-    now = 0.0
-    for i in range(count):
-        go_on(surface, furniture, bed, w, i, START, tolerance)
-    for i in range(count):
-        schedule_meetings(w, i, now, diameter, furniture.pairs)
+    now = w.pause[1]
+    resume(
+        surface, furniture, bed, w, CLUSTER if w.pause[0] > 0.0 else START, now, tolerance, hop
+    )
     while True:
         time, i, j = next_event(w)
         if time == np.inf:
@@ -263,15 +312,18 @@ def play(
             return now, BUDGET_EXCEEDED
         now = time
         if j == NOTHING:
-            end_motion(surface, furniture, bed, w, i, tolerance)
+            end_motion(surface, furniture, bed, w, i, tolerance, hop)
         elif j == i:
-            meet_table(surface, furniture, bed, w, i, tolerance)
+            meet_table(surface, furniture, bed, w, i, tolerance, hop)
         else:
-            meet_ball(surface, furniture, bed, w, i, j, now, tolerance)
-            schedule_meetings(w, j, now, diameter, furniture.pairs)
+            meet_ball(surface, furniture, bed, w, i, j, now, tolerance, hop)
+        if w.pause[0] > 0.0:
+            return now, PAUSED
         schedule_meetings(w, i, now, diameter, furniture.pairs)
+        if j not in (NOTHING, i):
+            schedule_meetings(w, j, now, diameter, furniture.pairs)
     status = OK
-    for i in range(count):
+    for i in range(w.balls.shape[0]):
         own = ending(surface, w.balls[i])
         if w.balls[i, MOTION] == OFF_TABLE:
             own = TABLE_OFF
@@ -298,8 +350,7 @@ def set_up(
                 return False
         if ball[HEIGHT] < surface.radius * (1.0 - 1e-6):
             return False
-        w.pocket[i] = NOTHING
-        w.first[i] = NOTHING
+        w.pocket[i], w.first[i], w.touched[i] = NOTHING, NOTHING, True
         for j in range(i):
             square = 0.0
             for k in range(3):
@@ -307,6 +358,7 @@ def set_up(
             if np.sqrt(square) < 2.0 * surface.radius - DEEPEST:
                 return False
     w.counts[:] = 0
+    w.pause[:] = 0.0
     return True
 
 
@@ -315,42 +367,51 @@ def play_tables(
     surface: Surface,
     furniture: Furniture,
     states: NDArray[np.float64],
+    table: int,
     tolerance: float,
+    hop: float,
     limit: int,
+    world: World,
     results: NDArray[np.float64],
     summary: NDArray[np.float64],
     places: NDArray[np.int64],
-    segments: NDArray[np.float64],
-    events: NDArray[np.float64],
-) -> None:
+) -> int:
     """
-    Play tables, one after the other, each to its end.
+    Play tables, one after the other, each to its end or until several bodies meet.
 
     Parameters
     ----------
     surface, furniture : Surface, Furniture
     states : (tables, balls, INPUT) float array
-    tolerance : float
-        For leaving out small hops [m].
+    table : int
+        The first one to play; where `world` has paused, it is the one that goes on.
+    tolerance, hop : float
+        For leaving out bounces of a ball that flies, and hops after impacts [m].
     limit : int
         Most events of a table.
+    world : World, changed
+        Its record is that of the last table, as far as there is room.
     results : (tables, balls, RESULT) float array, written
     summary : (tables, 5) float array, written
         Duration [s], status, numbers of segments, of events, and of contacts looked for.
     places : (tables, balls, 2) int array, written
         The pocket in which each ball lies, and the first ball it met; or NOTHING.
-    segments, events : float arrays, written
-        Of the last table, see world.py; as many as there is room for.
+
+    Returns
+    -------
+    table : int
+        The one that has paused, or the number of tables: all are played.
 
     """
-    own_bed = lay_out(furniture, surface.radius)
-    own_world = empty_world(states.shape[1], segments, events)
-    bed, w = lend_bed(own_bed), lend_world(own_world)
-    for table in range(states.shape[0]):
-        if set_up(surface, w, states, table):
+    laid_out = lay_out(furniture, surface.radius)
+    bed, w = lend_bed(laid_out), lend_world(world)
+    while table < states.shape[0]:
+        if w.pause[0] > 0.0 or set_up(surface, w, states, table):
             summary[table, 0], summary[table, 1] = play(
-                surface, furniture, bed, w, tolerance, limit
+                surface, furniture, bed, w, tolerance, hop, limit
             )
+            if w.pause[0] > 0.0:
+                break
         else:
             summary[table, 0], summary[table, 1] = 0.0, INVALID_REQUEST
         for k in range(3):
@@ -363,4 +424,6 @@ def play_tables(
             results[table, i, 9] = w.balls[i, MOTION]
             places[table, i, 0] = w.pocket[i]
             places[table, i, 1] = w.first[i]
-    own_world.counts[0] = own_bed.arcs.shape[0]  # so that they stay until here
+        table += 1
+    w.counts[0] += laid_out.arcs.shape[0] * 0  # so that the table stays until here
+    return table

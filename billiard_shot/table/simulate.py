@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import math
 import os
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,12 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table import motion, world
+from billiard_shot.table.cluster import resolve
 from billiard_shot.table.effects import numbers_on_table
+from billiard_shot.table.furniture import Furniture
 from billiard_shot.table.play import INPUT, play_tables, RESULT
 from billiard_shot.table.run import TableRun
+from billiard_shot.table.surface import Surface
 from billiard_shot.table.trajectory import BallState
 
 # Hops after impacts with balls and cushions that move a ball by less [m] are left out. Friction
@@ -57,21 +61,23 @@ def simulate(
         Naming the ball, field and value that makes no sense.
 
     """
-    begin = perf_counter()
     check_options(tolerance, max_events)
-    names = tuple(states)
-    given = _checked(scene, states)
+    return run_one(scene, tuple(states), _checked(scene, states), tolerance, tolerance, max_events)
+
+
+def run_one(
+    scene: Scene, names: tuple[str, ...], given: NDArray[np.float64], tolerance: float,
+    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT,
+) -> TableRun:
+    """Simulate one table from checked states (1, balls, INPUT), with all that happens."""
+    begin = perf_counter()
     surface, furniture = numbers_on_table(scene)
-    count = len(names)
-    results, summary = np.empty((1, count, RESULT)), np.empty((1, 5))
-    places = np.empty((1, count, 2), np.int64)
     room = _SEGMENTS, _EVENTS
     while True:
         segments = np.empty((room[0], motion.COLUMNS + 1))
         events = np.empty((room[1], world.EVENT_COLUMNS))
-        play_tables(
-            surface, furniture, given, tolerance, max_events, results, summary, places,
-            segments, events,
+        _, summary, places = _play(
+            surface, furniture, given, tolerance, hop, max_events, segments, events
         )
         needed = int(summary[0, 2]), int(summary[0, 3])
         if needed[0] <= room[0] and needed[1] <= room[1]:
@@ -79,9 +85,28 @@ def simulate(
         room = needed
     return TableRun(
         names, Status(int(summary[0, 1])), float(summary[0, 0]), perf_counter() - begin,
-        int(summary[0, 4]),
-        segments[: needed[0]], events[: needed[1]], places[0],
+        int(summary[0, 4]), segments[: needed[0]], events[: needed[1]], places[0],
     )
+
+
+def _play(
+    surface: Surface, furniture: Furniture, given: NDArray[np.float64], tolerance: float,
+    hop: float, max_events: int, segments: NDArray[np.float64], events: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """Play tables: see `play_tables` for what comes back."""
+    tables, count = given.shape[:2]
+    results, summary = np.empty((tables, count, RESULT)), np.empty((tables, 5))
+    places = np.empty((tables, count, 2), np.int64)
+    w = world.empty_world(count, segments, events)
+    table = 0
+    while True:
+        table = play_tables(
+            surface, furniture, given, table, tolerance, hop, max_events, w, results, summary,
+            places,
+        )
+        if table == tables:
+            return results, summary, places
+        resolve(surface, furniture, w)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,24 +148,28 @@ def simulate_batch(
     """
     check_options(tolerance, max_events)
     names, given = _many(states)
+    return run_many(scene, names, given, tolerance, tolerance, max_events, workers)
+
+
+def run_many(
+    scene: Scene, names: tuple[str, ...], given: NDArray[np.float64], tolerance: float,
+    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT, workers: int | None = None,
+) -> TableBatch:
+    """Simulate tables from states (tables, balls, INPUT)."""
     surface, furniture = numbers_on_table(scene)
-    tables, count = given.shape[:2]
-    results, summary = np.empty((tables, count, RESULT)), np.empty((tables, 5))
-    places = np.empty((tables, count, 2), np.int64)
-    nothing = np.empty((0, motion.COLUMNS + 1)), np.empty((0, world.EVENT_COLUMNS))
+    tables = len(given)
     threads = workers or os.cpu_count() or 1
     size = max(1, math.ceil(tables / (8 * threads)))  # small parts: tables differ in cost
+    nothing = np.empty((0, motion.COLUMNS + 1)), np.empty((0, world.EVENT_COLUMNS))
 
-    def play(begin: int) -> None:
-        part = slice(begin, begin + size)
-        play_tables(
-            surface, furniture, given[part], tolerance, max_events, results[part], summary[part],
-            places[part], *nothing,
-        )
+    def play(begin: int) -> tuple[NDArray[Any], ...]:
+        part = given[begin : begin + size]
+        return _play(surface, furniture, part, tolerance, hop, max_events, *nothing)
 
     with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(play, range(0, tables, size)):
-            pass
+        parts = list(pool.map(play, range(0, tables, size)))
+    empty = _play(surface, furniture, given[:0], tolerance, hop, max_events, *nothing)
+    results, summary, places = (np.concatenate(part) for part in zip(empty, *parts, strict=True))
     return TableBatch(
         names=names, rest=results[..., :3], motion=results[..., 9].astype(np.uint8),
         pocket=places[..., 0], first_met=places[..., 1], duration=summary[:, 0],

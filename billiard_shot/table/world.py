@@ -16,9 +16,11 @@ from billiard_shot.table.motion import (
     END,
     FLIGHT,
     MOTION,
+    POSITION,
     REST,
     SPIN,
     STATE,
+    TIME,
     VELOCITY,
 )
 from billiard_shot.table.rails import next_of_table, NOTHING
@@ -43,9 +45,12 @@ class World(NamedTuple):
     counts: NDArray[np.int64]  # (3,) segments, events, and contacts looked for so far
     segments: NDArray[np.float64]  # (segments, COLUMNS + 1) the last column: which ball
     events: NDArray[np.float64]  # (events, EVENT_COLUMNS)
+    # Where three bodies or more meet, the play pauses for cluster.py: (4,) whether it does, when,
+    # the ball and the one it met (itself: a cushion); (n,) the balls that took part.
+    pause: NDArray[np.float64]
+    touched: NDArray[np.bool_]
 
 
-@fused
 def empty_world(
     count: int, segments: NDArray[np.float64], events: NDArray[np.float64]
 ) -> World:
@@ -54,6 +59,7 @@ def empty_world(
         np.zeros((count, STATE)), np.full(count, np.inf), np.full(count, NOTHING, np.int64),
         np.full((count, count), np.inf), np.full(count, NOTHING, np.int64),
         np.full(count, NOTHING, np.int64), np.zeros(3, np.int64), segments, events,
+        np.zeros(4), np.zeros(count, np.bool_),
     )
 
 
@@ -63,6 +69,7 @@ def lend_world(w: World) -> World:
     return World(
         lent(w.balls), lent(w.rail_time), lent(w.rail), lent(w.meet), lent(w.pocket),
         lent(w.first), lent(w.counts), lent(w.segments), lent(w.events),
+        lent(w.pause), lent(w.touched),
     )
 
 
@@ -85,6 +92,31 @@ def write_down(w: World, index: int) -> None:
             w.segments[row, i] = w.balls[index, i]
         w.segments[row, COLUMNS] = index
     w.counts[0] += 1
+
+
+@fused
+def place_at(ball: NDArray[np.float64], time: float) -> tuple[float, float, float]:
+    """Where a ball's centre is at a time, in its present motion."""
+    dt = time - ball[TIME]
+    half = 0.5 * dt
+    return (
+        ball[POSITION] + dt * (ball[VELOCITY] + half * ball[ACCELERATION]),
+        ball[POSITION + 1] + dt * (ball[VELOCITY + 1] + half * ball[ACCELERATION + 1]),
+        ball[POSITION + 2] + dt * (ball[VELOCITY + 2] + half * ball[ACCELERATION + 2]),
+    )
+
+
+@fused
+def near_others(w: World, index: int, besides: int, time: float, reach: float) -> bool:
+    """Whether a ball is within reach of any other one, besides one."""
+    x, y, z = place_at(w.balls[index], time)
+    for other in range(w.balls.shape[0]):
+        if other in (index, besides) or w.balls[other, MOTION] > FLIGHT:
+            continue
+        p, q, r = place_at(w.balls[other], time)
+        if (x - p) ** 2 + (y - q) ** 2 + (z - r) ** 2 <= reach * reach:
+            return True
+    return False
 
 
 @fused

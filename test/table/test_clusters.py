@@ -1,0 +1,82 @@
+"""Three bodies or more in touch: all at once, and who comes first in the scene does not matter."""
+import dataclasses
+
+import numpy as np
+import pytest
+from tables import after, ENDLESS, play, POOL, R, rolling, scene_with, state
+
+from billiard_shot.table.simulate import simulate_batch
+from billiard_shot.table.trajectory import EventKind
+
+SMOOTH = {'restitution': 1.0, 'friction_fast': 0.0, 'friction_slow': 0.0}
+
+
+def speeds_of_three(exponent=1.0):
+    scene = dataclasses.replace(scene_with(ENDLESS, ball_ball=SMOOTH), exponent=exponent)
+    run = play(scene, a=rolling(-0.1 - 2 * R, 0, 1, 0), b=state(0, 0), c=state(2 * R, 0))
+    event = next(e for e in run.events if e.kind == EventKind.CLUSTER)
+    assert event.balls == ('a', 'b', 'c')
+    assert event.energy_after == pytest.approx(event.energy_before, rel=1e-9)
+    before = run.balls['a'].at(event.time - 1e-12).velocity[0]
+    return [run.balls[name].at(event.time).velocity[0] / before for name in 'abc']
+
+
+def test_three_in_a_line():
+    # linear springs of equal stiffness: the closed form of two coupled oscillators
+    assert speeds_of_three() == pytest.approx([-0.13026, 0.15023, 0.98003], abs=2e-5)
+
+
+def test_a_longer_line_hands_the_motion_on():
+    scene = dataclasses.replace(scene_with(ENDLESS, ball_ball=SMOOTH), exponent=1.5)
+    row = {str(i): state(2 * R * i, 0) for i in range(4)}
+    run = play(scene, cue=rolling(-2 * R - 0.05, 0, 1, 0), **row)
+    event = next(e for e in run.events if e.kind == EventKind.CLUSTER)
+    ends = np.array([run.balls[name].at(event.time).velocity[0] for name in ('cue', *row)])
+    assert ends.sum() == pytest.approx(
+        run.balls['cue'].at(event.time - 1e-12).velocity[0], rel=1e-9)
+    assert (np.diff(ends) > 0).all()
+    assert 0.98 < ends[-1] / ends.sum() < 1
+
+
+def test_a_symmetric_break_is_symmetric_whoever_is_named_first():
+    scene = scene_with(ENDLESS, ball_ball=SMOOTH | {'restitution': 0.9})
+    left = state(0.05 + np.sqrt(3) * R, R)
+    right = state(0.05 + np.sqrt(3) * R, -R)
+    cue = rolling(-2 * R, 0, 2, 0)
+    one = play(scene, cue=cue, head=state(0.05, 0), left=left, right=right)
+    two = play(scene, right=right, left=left, head=state(0.05, 0), cue=cue)
+    for run in (one, two):
+        assert run.rest['left'] == pytest.approx(run.rest['right'] * (1, -1, 1), abs=1e-6)
+        assert run.rest['cue'][1] == pytest.approx(0, abs=1e-6)
+    assert one.rest['left'] == pytest.approx(two.rest['left'], abs=1e-6)
+
+
+def test_a_ball_frozen_to_a_cushion():
+    reach = np.sqrt(R**2 - (0.635 * 2 * R - R) ** 2)
+    frozen = state(1.27 - reach, 0.2)
+    run = play(POOL, cue=rolling(0.8, 0.2, 1.0, 0), one=frozen)
+    event = next(e for e in run.events if e.kind == EventKind.CLUSTER)
+    assert event.balls == ('cue', 'one')
+    assert 0 < event.dissipated < event.energy_before
+    assert after(run, 'cue', EventKind.CLUSTER).velocity[0] < 0
+    assert run.rest['one'][0] < 1.27 - reach + 1e-9
+
+
+def test_no_cluster_gains_energy_and_batches_agree():
+    random = np.random.default_rng(7)
+    tables = []
+    for _ in range(20):
+        angle = random.uniform(0, 2 * np.pi)
+        tables.append({
+            'cue': rolling(-0.3, random.normal() * R, 2, 0),
+            '1': state(0, 0), '2': state(2 * R * np.cos(angle), 2 * R * np.sin(angle)),
+        })
+    many = simulate_batch(POOL, tables)
+    clusters = 0
+    for i, states in enumerate(tables):
+        run = play(POOL, **states)
+        for event in run.events:
+            assert event.dissipated >= -1e-9 * event.energy_before
+            clusters += event.kind == EventKind.CLUSTER
+        assert (many.rest[i] == np.array([run.rest[name] for name in many.names])).all()
+    assert clusters > 10
