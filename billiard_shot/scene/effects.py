@@ -40,6 +40,8 @@ class Effects:
         `off`: balls go through each other. `on`: every pair is searched, moving or not.
     throw : str
         `off`: balls are smooth when they meet.
+    cluster : str
+        `off`: bodies in touch meet two by two, one pair after the other.
 
     """
 
@@ -57,6 +59,7 @@ class Effects:
     pocket: str = choice(*_WISHES, default='auto')
     ball_ball: str = choice(*_WISHES, default='auto')
     throw: str = choice(*_WISHES, default='auto')
+    cluster: str = choice(*_WISHES, default='auto')
 
     def __post_init__(self) -> None:
         check(self)

@@ -77,6 +77,24 @@ def test_without_throw_balls_are_smooth():
     assert play(smooth, **CUT).rest['1'].tolist() == run.rest['1'].tolist()
 
 
+def test_without_clusters_balls_meet_two_by_two():
+    """Three balls in a line that touch: the last one takes all of it, as in a chain of pairs."""
+    scene = scene_with(ENDLESS, ball_ball={'restitution': 1, 'friction_fast': 0,
+                                           'friction_slow': 0})
+    line = {'cue': state(-0.5, 0, (2, 0, 0)), **{
+        name: state(x, 0) for name, x in (('1', 0), ('2', 2 * R), ('3', 4 * R))}}
+    runs = simulate(scene, line), simulate(wishing(scene, cluster='off'), line)
+    kinds = [{event.kind for event in run.events} for run in runs]
+    assert EventKind.CLUSTER in kinds[0]
+    assert EventKind.CLUSTER not in kinds[1]
+    assert EventKind.BALL in kinds[1]
+    pairs = after(runs[1], '3', EventKind.BALL).velocity
+    assert pairs[0] > 1.02 * after(runs[0], '3', EventKind.CLUSTER).velocity[0]
+    found = effects(wishing(scene, cluster='off'), line)['cluster']
+    assert (found.simulated, found.wanted) == (False, True)
+    assert found.reason.endswith('impacts of more than two bodies: 1, of up to 4 balls')
+
+
 def test_what_is_called_for_and_why_not_the_rest():
     found = effects(POOL, CUT)
     assert found['ball_ball'].reason.startswith('balls meet another ball 1 time, first cue at 0.')
@@ -93,6 +111,7 @@ def test_what_is_called_for_and_why_not_the_rest():
         'pocket': 'no path reaches a jaw of a pocket',
         'ball_ball': 'there is no other ball',
         'throw': 'no ball meets another one',
+        'cluster': 'no more than two bodies ever meet',
     }
     endless = effects(ENDLESS, {'cue': rolling(-0.5, 0.0, 0.3, 0.0)})
     assert endless['cushion'].reason == 'the scene has no table: the cloth is endless'

@@ -12,7 +12,7 @@ from billiard_shot.table.effects.effect import (
     report,
     Seen,
 )
-from billiard_shot.table.effects.meetings import BallBall, Cushion, Pocket, Throw
+from billiard_shot.table.effects.meetings import BallBall, Cluster, Cushion, Pocket, Throw
 from billiard_shot.table.furniture import Furniture
 from billiard_shot.table.model import furniture_of, surface_of
 from billiard_shot.table.surface import Surface
@@ -24,6 +24,7 @@ __all__ = [
 
 TABLE_GATES: tuple[Gate[Look], ...] = (
     Flight(), Bounce(), Slide(), Roll(), SpinDecay(), Cushion(), Pocket(), BallBall(), Throw(),
+    Cluster(),
 )
 
 

@@ -91,6 +91,23 @@ class Throw(Gate[Look]):
         return Seen(True, f'balls meet with slip, of {max(slips):.3g} m/s at most')
 
 
+class Cluster(Gate[Look]):
+    """Without, bodies in touch meet two by two, one pair after the other."""
+
+    name = 'cluster'
+    needs = 'a ball meets one that touches others, or a cushion'
+    changes: ClassVar = {OFF: {'gap': -1e-3}}  # m: nothing is ever so deep in something else
+
+    def seen(self, look: Look) -> Seen:
+        """Events of more than two bodies."""
+        events = look.events(EventKind.CLUSTER)
+        if not events:
+            return Seen(False, 'no more than two bodies ever meet')
+        most = max(events, key=lambda event: len(event.balls))
+        return Seen(True, f'impacts of more than two bodies: {len(events)}, of up to '
+                    f'{len(most.balls)} balls')
+
+
 def _count(events: list[TableEvent], what: str) -> Seen:
     if not events:
         return Seen(False, f'no path reaches {what}')
