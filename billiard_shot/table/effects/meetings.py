@@ -1,4 +1,5 @@
 """What balls meet on the table: cushions, pockets, each other, with friction, and in clusters."""
+from itertools import combinations
 import math
 from typing import ClassVar
 
@@ -117,15 +118,19 @@ def _count(events: list[TableEvent], what: str) -> Seen:
 
 
 def _slip(look: Look, event: TableEvent) -> float:
-    """Slip of two balls just before they meet [m/s]; 0 where more than two do."""
-    if len(event.balls) != 2:
-        return 0.0
-    one, other = (_just_before(look, name, event.time) for name in event.balls)
-    between = one.position - other.position
-    normal = between / np.linalg.norm(between)
-    arm = look.scene.ball.radius * normal
-    slip = one.velocity - other.velocity - np.cross(one.spin + other.spin, arm)
-    return float(np.linalg.norm(slip - (slip @ normal) * normal))
+    """Slip of two balls just before they meet [m/s]; in a cluster, the largest of those that do."""
+    radius = look.scene.ball.radius
+    states = [_just_before(look, name, event.time) for name in event.balls]
+    largest = 0.0
+    for one, other in combinations(states, 2):
+        between = one.position - other.position
+        distance = float(np.linalg.norm(between))
+        if distance <= 2.0 * radius + look.scene.contacts.ball_ball.gap:
+            normal = between / distance
+            slip = one.velocity - other.velocity
+            slip = slip - radius * np.cross(one.spin + other.spin, normal)
+            largest = max(largest, float(np.linalg.norm(slip - (slip @ normal) * normal)))
+    return largest
 
 
 def _just_before(look: Look, name: str, time: float) -> BallState:
