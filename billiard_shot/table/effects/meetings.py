@@ -118,7 +118,7 @@ def _count(events: list[TableEvent], what: str) -> Seen:
 
 
 def _slip(look: Look, event: TableEvent) -> float:
-    """Slip of two balls just before they meet [m/s]; in a cluster, the largest of those that do."""
+    """Slip of balls just before they meet [m/s]; in a cluster, the largest."""
     radius = look.scene.ball.radius
     states = [_just_before(look, name, event.time) for name in event.balls]
     largest = 0.0
