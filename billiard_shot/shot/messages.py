@@ -4,16 +4,21 @@ import math
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import Trajectory
 
 
-def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory) -> str:
+def message_of(
+    status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, table: TableRun | None
+) -> str:
     """Say what happened; for a refused stroke: field, value and allowed range."""
     x, y, z = stroke.velocity
     elevation = math.degrees(math.atan2(-z, math.hypot(x, y)))
     match status:
         case Status.OK:
-            return f'at rest after {trajectory.duration:.3g} s'
+            return f'at rest after {table.duration if table else trajectory.duration:.3g} s'
+        case Status.OFF_TABLE:
+            return f'off the table: {", ".join(table.off_table) if table else "the ball"}'
         case Status.MISCUE:
             return 'the tip still slid when it left the ball'
         case Status.NEVER_RESTS:

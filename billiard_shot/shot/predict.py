@@ -12,10 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.on_table import (
+    check_place,
+    CUE,
+    follow,
+    follow_many,
+    has_table,
+    states_of,
+)
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke, unit_rows
+from billiard_shot.status import Status
 from billiard_shot.table import motion
+from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.trajectory import Trajectory
 
 DEFAULT_TOLERANCE = 1e-4  # m
@@ -31,12 +41,14 @@ def predict(
     """
     Predict what a stroke does to the cue ball, from the impact to rest.
 
+    In a scene with a table or other balls, also to all that it meets.
+
     Parameters
     ----------
     scene : Scene
     stroke : Stroke
     tolerance : float
-        Largest error of the trajectory [m], above 0.
+        Largest error of the trajectory [m], above 0; up to the first impact with another ball.
     position : (2,) or (3,) array_like, optional
         Where the cue ball lies on the cloth (x, y) [m]; by default where the scene has it. A third
         number, its height, must be 0 or the radius.
@@ -63,10 +75,14 @@ def predict(
         if needed[0] <= phases and needed[1] <= segments:
             break
         phases, segments = needed
+    table, trajectory = None, Trajectory(rows[: needed[1]])
+    if has_table(scene) and row[0, at.STATUS] < Status.MISS:
+        table = follow(scene, states_of(scene, centre, row), tolerance, row)
+        trajectory = table.balls[CUE]
     row.flags.writeable = False
     return Shot(
-        scene, stroke, tolerance, perf_counter() - begin, Trajectory(rows[: needed[1]]),
-        row[0], log[: needed[0]],
+        scene, stroke, tolerance, perf_counter() - begin, trajectory, table, row[0],
+        log[: needed[0]],
     )
 
 
@@ -83,6 +99,7 @@ class BatchResult:
     dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
     evaluations: NDArray[np.int64]  # (n,) steps of the impact
     error_estimate: NDArray[np.float64]  # (n,) m
+    table: TableBatch | None  # where there is more than the cue ball on an endless cloth
 
 
 def predict_batch(
@@ -124,6 +141,9 @@ def predict_batch(
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(play, range(0, len(n), size)):
             pass
+    table = None
+    if has_table(scene):
+        table = follow_many(scene, states_of(scene, centre, rows), tolerance, rows)
     return BatchResult(
         velocity=rows[:, at.VELOCITY],
         spin=rows[:, at.SPIN],
@@ -134,6 +154,7 @@ def predict_batch(
         dissipated=rows[:, at.LOSS].reshape(-1, 2, 2),
         evaluations=rows[:, at.EVALUATIONS].astype(np.int64),
         error_estimate=rows[:, at.ERROR],
+        table=table,
     )
 
 
@@ -149,7 +170,9 @@ def _centre(
 ) -> NDArray[np.float64]:
     radius = scene.ball.radius
     if position is None:
-        return np.array(scene.cue_ball)
+        centre = np.array(scene.cue_ball)
+        check_place(scene, centre)
+        return centre
     try:
         place = np.array(position, dtype=float)
     except (TypeError, ValueError):
@@ -162,6 +185,7 @@ def _centre(
             f'position: {position!r} is not allowed; it must be finite (x, y) or (x, y, z), '
             f'z 0 or the radius, {radius:g} (m)'
         )
+    check_place(scene, place)
     return np.array([place[0], place[1], radius])
 
 

@@ -15,6 +15,7 @@ from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import Trajectory
 
 
@@ -45,6 +46,7 @@ class Shot:
     tolerance: float  # m
     wall_time: float  # s that the prediction took
     trajectory: Trajectory  # of the cue ball, from the end of the strike
+    table: TableRun | None  # every ball, where there is more than this one on an endless cloth
     _row: NDArray[np.float64] = field(repr=False)
     _log: NDArray[np.float64] = field(repr=False)
 
@@ -56,7 +58,8 @@ class Shot:
     @cached_property
     def message(self) -> str:
         """The outcome in one line; for a refused stroke, what is wrong with it."""
-        return message_of(self.status, self.scene, self.stroke, self.trajectory)
+        return message_of(
+            self.status, self.scene, self.stroke, self.trajectory, self.table)
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -96,7 +99,7 @@ class Shot:
     def look(self) -> ShotLook:
         """What the gates of effects may look at."""
         return ShotLook(
-            self.scene, self.velocity, self.spin, self.trajectory, None, self.stroke,
+            self.scene, self.velocity, self.spin, self.trajectory, self.table, self.stroke,
             self._row[at.IMPULSE].reshape(2, 3),
         )
 

@@ -1,0 +1,81 @@
+"""What follows a strike where there is more than a ball on an endless cloth: the whole table."""
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot import row as at
+from billiard_shot.status import Status
+from billiard_shot.table.play import INPUT
+from billiard_shot.table.run import TableRun
+from billiard_shot.table.simulate import run_many, run_one, TableBatch
+
+CUE = 'cue'
+# Statuses of a strike alone on an endless cloth that the table may overrule.
+_OPEN = (Status.OK, Status.NEVER_RESTS)
+
+
+def has_table(scene: Scene) -> bool:
+    """Whether a struck ball can meet anything but the cloth."""
+    return scene.table is not None or bool(set(scene.balls) - {CUE})
+
+
+def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
+    """Raise ValueError if the cue ball cannot be there, because another one is, or no table."""
+    x, y = float(centre[0]), float(centre[1])
+    for name, (other_x, other_y) in scene.balls.items():
+        overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
+        if name != CUE and overlap > 1e-9:
+            raise ValueError(
+                f'position: ({x:g}, {y:g}) is not allowed; there it overlaps ball {name!r} by '
+                f'{overlap:.3g} m'
+            )
+    table = scene.table
+    if table is not None and (abs(x) > 0.5 * table.length or abs(y) > 0.5 * table.width):
+        raise ValueError(
+            f'position: ({x:g}, {y:g}) is not allowed; it must be on the table, within '
+            f'{0.5 * table.length:g} and {0.5 * table.width:g} of its middle (m)'
+        )
+
+
+def names_of(scene: Scene) -> tuple[str, ...]:
+    """Names of all balls: the cue ball, and the others in the scene's order."""
+    return CUE, *(name for name in scene.balls if name != CUE)
+
+
+def states_of(
+    scene: Scene, centre: NDArray[np.float64], rows: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """States (tables, balls, INPUT) after strikes, see row.py: all but the cue ball at rest."""
+    names = names_of(scene)
+    given = np.zeros((len(rows), len(names), INPUT))
+    for i, name in enumerate(names[1:], 1):
+        given[:, i, :2] = scene.balls[name]
+        given[:, i, 2] = scene.ball.radius
+    given[:, 0, :3] = centre
+    given[:, 0, 3:6] = rows[:, at.VELOCITY]
+    given[:, 0, 6:9] = rows[:, at.SPIN]
+    return given
+
+
+def follow(
+    scene: Scene, given: NDArray[np.float64], tolerance: float, rows: NDArray[np.float64]
+) -> TableRun:
+    """Simulate the table after one strike, and correct its row by how that ends."""
+    run = run_one(scene, names_of(scene), given, 0.25 * tolerance)
+    rows[0, at.REST] = run.rest[CUE]
+    rows[0, at.DURATION] = run.duration
+    if rows[0, at.STATUS] in _OPEN:
+        rows[0, at.STATUS] = run.status
+    return run
+
+
+def follow_many(
+    scene: Scene, given: NDArray[np.float64], tolerance: float, rows: NDArray[np.float64]
+) -> TableBatch:
+    """Simulate the tables after strikes, and correct their rows by how they end."""
+    batch = run_many(scene, names_of(scene), given, 0.25 * tolerance)
+    rows[:, at.REST] = batch.rest[:, 0]
+    rows[:, at.DURATION] = batch.duration
+    free = np.isin(rows[:, at.STATUS], _OPEN)
+    rows[free, at.STATUS] = batch.status[free]
+    return batch

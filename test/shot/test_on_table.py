@@ -1,0 +1,96 @@
+"""Strokes on a table with other balls."""
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
+from billiard_shot.table.motion import Motion
+from billiard_shot.table.trajectory import BallState, EventKind
+
+POOL = Scene.load('pool_table')
+R = POOL.ball.radius
+LIFT = math.radians(6)
+
+
+def scene_of(**balls):
+    return dataclasses.replace(POOL, balls=balls)
+
+
+def stroke(azimuth=0.0, speed=2.0, a=0.0, b=0.0, elevation=LIFT):
+    return Stroke.from_offsets(a=a, b=b, elevation=elevation, azimuth=azimuth, speed=speed)
+
+
+def test_a_shot_is_a_strike_and_then_the_table():
+    scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
+    shot = predict(scene, stroke())
+    assert shot.status == Status.OK
+    run = simulate(scene, {
+        'cue': BallState((-0.6, 0.1, R), shot.velocity, shot.spin),
+        'one': BallState((0.2, 0.12, R)),
+    })
+    assert shot.table.rest['one'] == pytest.approx(run.rest['one'], abs=0.05)
+    assert shot.trajectory is shot.table.balls['cue']
+    assert EventKind.BALL in {event.kind for event in shot.trajectory.events}
+    assert shot.table.first_met == {'cue': 'one', 'one': 'cue'}
+    effects = {effect.name: effect for effect in shot.effects}
+    assert effects['ball_ball'].simulated
+    assert shot.message == f'at rest after {shot.table.duration:.3g} s'
+
+
+def test_a_straight_pot():
+    place, pocket = np.array([0.6, 0.2]), np.array([1.27, 0.635])
+    line = (pocket - place) / np.linalg.norm(pocket - place)
+    cue = place - 0.4 * line
+    scene = scene_of(cue=tuple(cue), one=tuple(place))
+    shot = predict(scene, stroke(math.atan2(line[1], line[0]), 1.5))
+    assert shot.table.pocketed['one'] == 'foot_left'
+    assert shot.table.at(20.0)['one'].motion == Motion.POCKETED
+
+
+def test_a_batch_gives_what_single_predictions_give():
+    scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12), two=(0.5, -0.3))
+    strokes = [stroke(angle, speed) for angle in (-0.3, 0.0, 0.1) for speed in (0.4, 2.0)]
+    many = predict_batch(scene, [s.normal for s in strokes], [s.velocity for s in strokes])
+    for i, one in enumerate(strokes):
+        shot = predict(scene, one)
+        assert many.status[i] == shot.status
+        assert many.rest[i] == pytest.approx(shot.trajectory.rest, abs=1e-9)
+        for k, name in enumerate(many.table.names):
+            assert many.table.rest[i, k] == pytest.approx(shot.table.rest[name], abs=1e-9)
+
+
+def test_off_the_table_is_an_outcome():
+    scene = scene_of(cue=(0.9, 0.0))
+    jump = Stroke.from_offsets(a=0, b=0, elevation=math.radians(40), azimuth=0, speed=8)
+    shot = predict(scene, jump)
+    assert shot.status == Status.OFF_TABLE
+    assert shot.message == 'off the table: cue'
+    assert shot.table.off_table == ('cue',)
+
+
+def test_a_refused_stroke_moves_nothing():
+    scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
+    shot = predict(scene, Stroke(normal=(1, 0, 0), velocity=(1, 0, 0)))
+    assert shot.status == Status.MISS
+    assert shot.table is None
+    assert shot.trajectory.rest == pytest.approx([-0.6, 0.1, R])
+
+
+def test_where_the_cue_ball_cannot_be():
+    scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
+    with pytest.raises(ValueError, match=r"position: \(0\.21, 0\.12\) .* overlaps ball 'one'"):
+        predict(scene, stroke(), position=(0.21, 0.12))
+    with pytest.raises(ValueError, match=r'position: \(1\.3, 0\) .* on the table'):
+        predict(scene, stroke(), position=(1.3, 0))
+
+
+def test_sensitivity_counts_the_cushions():
+    scene = scene_of(cue=(0.0, 0.0))
+    shot = predict(scene, stroke(0.4, 1.2))
+    assert shot.table.events
+    step = 1e-4
+    ends = [predict(scene, stroke(0.4, 1.2 * (1 + s))).trajectory.rest[:2] for s in (-step, step)]
+    slope = (ends[1] - ends[0]) / (2 * step * 1.2)
+    assert shot.sensitivity[:, 4] == pytest.approx(slope, rel=0.1, abs=0.02)
