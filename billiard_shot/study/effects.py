@@ -1,16 +1,16 @@
 """What each effect costs and what it changes: shots with it beside the same shots without it."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-import math
 from typing import Any
 
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placing import CUE_BALL
 from billiard_shot.shot.effects import GATES
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.played import distance, heading, play, Played
+from billiard_shot.study.differences import distance, steps, turn
 from billiard_shot.table.effects import Gate, OFF, ON
 
 REPEATS = 40  # of each shot, for the time
@@ -25,8 +25,8 @@ class Change:
     reason: str
     time: float  # s that it costs
     steps: int  # more steps of the impact, pieces of motion, and contacts looked for
-    distance: float  # m between the places of rest of the ball that is moved most, see played.py
-    turn: float  # rad by which the struck ball goes another way, see played.py
+    distance: float  # m between the places of rest of the ball that is moved most
+    turn: float  # rad by which the struck ball goes another way; all three see differences.py
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,9 +81,9 @@ def study_effects(
     done = 0
     for stroke in strokes:
         for gate in GATES:
-            played = play(_wishing(scene, gate.name, AUTO), stroke, tolerance)
-            if not played.shot.status.refused:
-                studies[gate.name].append(_compared(played, gate, repeats))
+            shot = predict(_wishing(scene, gate.name, AUTO), stroke, tolerance)
+            if not shot.status.refused:
+                studies[gate.name].append(_compared(shot, gate, repeats))
             done += 1
             report(done)
     return [EffectStudy(gate.name, gate.needs, tuple(studies[gate.name])) for gate in GATES]
@@ -94,23 +94,22 @@ def comparisons(strokes: Sequence[Stroke]) -> int:
     return len(strokes) * len(GATES)
 
 
-def _compared(played: Played, gate: Gate[Any], repeats: int) -> Change:
-    effect = next(effect for effect in played.effects if effect.name == gate.name)
+def _compared(shot: Shot, gate: Gate[Any], repeats: int) -> Change:
+    effect = next(effect for effect in shot.effects if effect.name == gate.name)
     wish = OFF if effect.simulated else ON
     if wish not in gate.changes:
         return Change(False, effect.reason, 0.0, 0, 0.0, 0.0)
-    shot = played.shot
-    changed = _wishing(shot.scene, gate.name, wish)
-    other = play(changed, shot.stroke, shot.tolerance)
-    times = [play(shot.scene, shot.stroke, shot.tolerance).time
-             - play(changed, shot.stroke, shot.tolerance).time for _ in range(repeats)]
-    turn = heading(played.balls[CUE_BALL]) - heading(other.balls[CUE_BALL])
+    other = predict(_wishing(shot.scene, gate.name, wish), shot.stroke, shot.tolerance)
+    times = [_time_of(shot) - _time_of(other) for _ in range(repeats)]
     sign = 1 if effect.simulated else -1
     return Change(
         effect.simulated, effect.reason, sign * float(np.median(times)),
-        sign * (played.steps - other.steps), distance(played, other),
-        abs(math.remainder(turn, math.tau)),
+        sign * (steps(shot) - steps(other)), distance(shot, other), turn(shot, other),
     )
+
+
+def _time_of(shot: Shot) -> float:
+    return predict(shot.scene, shot.stroke, shot.tolerance).wall_time
 
 
 def _wishing(scene: Scene, name: str, wish: str) -> Scene:

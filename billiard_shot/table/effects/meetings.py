@@ -11,7 +11,7 @@ from billiard_shot.table.run import TableEvent
 from billiard_shot.table.trajectory import BallState, EventKind
 
 JAW = 'jaw of'
-ALONE = Seen(False, 'what was simulated is the ball that is struck, alone on an endless cloth')
+ROUNDING = 1e-9  # m
 
 
 class Cushion(Gate[Look]):
@@ -25,8 +25,6 @@ class Cushion(Gate[Look]):
         """Events with a nose."""
         if look.scene.table is None:
             return Seen(False, 'the scene has no table: the cloth is endless')
-        if look.table is None:
-            return ALONE
         events = [event for event in look.events(EventKind.CUSHION)
                   if not event.place.startswith(JAW)]
         return _count(events, 'a cushion')
@@ -45,8 +43,6 @@ class Pocket(Gate[Look]):
         if table is None or not table.pockets:
             what = 'scene has no table' if table is None else 'table has none'
             return Seen(False, f'the {what}')
-        if look.table is None:
-            return ALONE
         fallen = [f'{event.balls[0]} in {event.place}' for event in look.events(EventKind.POCKET)]
         if fallen:
             return Seen(True, f'balls that fall: {", ".join(fallen)}')
@@ -63,10 +59,8 @@ class BallBall(Gate[Look]):
 
     def seen(self, look: Look) -> Seen:
         """Events of two balls or more."""
-        if not set(look.scene.balls if look.table is None else look.table.balls) - {'cue'}:
+        if len(look.trajectories) == 1:
             return Seen(False, 'there is no other ball')
-        if look.table is None:
-            return ALONE
         return _count(look.events(EventKind.BALL, EventKind.CLUSTER), 'another ball')
 
 
@@ -82,8 +76,6 @@ class Throw(Gate[Look]):
         balls = look.scene.contacts.ball_ball
         if balls.friction_fast == balls.friction_slow == 0.0:
             return Seen(False, 'balls have no friction on each other')
-        if look.table is None and set(look.scene.balls) - {'cue'}:
-            return ALONE
         slips = [_slip(look, event) for event in look.events(EventKind.BALL, EventKind.CLUSTER)]
         if not slips:
             return Seen(False, 'no ball meets another one')
@@ -125,7 +117,7 @@ def _slip(look: Look, event: TableEvent) -> float:
     for one, other in combinations(states, 2):
         between = one.position - other.position
         distance = float(np.linalg.norm(between))
-        if distance <= 2.0 * radius + look.scene.contacts.ball_ball.gap:
+        if distance <= 2.0 * radius + look.scene.contacts.ball_ball.gap + ROUNDING:
             normal = between / distance
             slip = one.velocity - other.velocity
             slip = slip - radius * np.cross(one.spin + other.spin, normal)

@@ -1,0 +1,60 @@
+"""In what two predictions of a shot differ: steps, the place of rest, the direction."""
+from collections.abc import Mapping
+import math
+
+import numpy as np
+
+from billiard_shot.scene.placing import CUE_BALL
+from billiard_shot.shot.shot import Shot
+from billiard_shot.table.motion import CAUSE, Cause, Motion
+from billiard_shot.table.trajectory import Trajectory
+
+STANDS = (Motion.REST, Motion.SPIN, Motion.POCKETED, Motion.OFF_TABLE)
+
+
+def steps(shot: Shot) -> int:
+    """Count the steps of the impact, the pieces of motion, and the contacts looked for."""
+    pieces = sum(len(ball.rows) for ball in _balls(shot).values())
+    return shot.evaluations + pieces + (shot.table.searches if shot.table else 0)
+
+
+def heading(trajectory: Trajectory) -> float:
+    """Direction of a ball when it comes to roll, or before it meets something else [rad]."""
+    way = trajectory.segments[0]
+    causes = trajectory.rows[:, CAUSE]
+    for segment, cause in zip(trajectory.segments, causes, strict=True):
+        if cause not in (Cause.START, Cause.OWN) or segment.motion in STANDS:
+            break
+        way = segment
+        if segment.motion == Motion.ROLL:
+            break
+    return math.atan2(way.velocity[1], way.velocity[0])
+
+
+def distance(one: Shot, other: Shot) -> float:
+    """
+    Measure how far apart a ball comes to rest in two shots, of the ball that is moved most [m].
+
+    Infinite, if one of them stops and the other never does; it may spin in place for ever.
+    """
+    apart = 0.0
+    for name, ball in _balls(one).items():
+        twin = _balls(other)[name]
+        if _stops(ball) != _stops(twin):
+            return math.inf
+        apart = max(apart, float(np.linalg.norm(ball.rest - twin.rest)))
+    return apart
+
+
+def turn(one: Shot, other: Shot) -> float:
+    """Angle between the directions in which the struck ball goes in two shots [rad]."""
+    angle = heading(one.trajectory) - heading(other.trajectory)
+    return abs(math.remainder(angle, math.tau))
+
+
+def _balls(shot: Shot) -> Mapping[str, Trajectory]:
+    return shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
+
+
+def _stops(ball: Trajectory) -> bool:
+    return ball.segments[-1].motion in STANDS
