@@ -49,9 +49,11 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
             return 'a ball there is over a pocket'
         if 0.0 <= out <= pocket.shelf and aside <= 0.5 * pocket.mouth - radius:
             return ''
-    if max(beyond) <= ROUNDING - radius:
+    # a ball touches a nose, which is higher than its middle, nearer than by its radius
+    reach = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
+    if max(beyond) <= ROUNDING - reach:
         return ''
-    along, across = 0.5 * table.length - radius, 0.5 * table.width - radius
+    along, across = 0.5 * table.length - reach, 0.5 * table.width - reach
     return (
         f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
         f'to {across:.4g} (m)'

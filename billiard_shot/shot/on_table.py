@@ -2,9 +2,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.impact import CollisionResult
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
+from billiard_shot.shot.frozen import strike_together, touches
+from billiard_shot.shot.model import Model
 from billiard_shot.status import Status
+from billiard_shot.table.effects import numbers_on_table
 from billiard_shot.table.play import INPUT
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import run_many, run_one, TableBatch
@@ -55,6 +59,24 @@ def states_of(
     given[:, 0, 3:6] = rows[:, at.VELOCITY]
     given[:, 0, 6:9] = rows[:, at.SPIN]
     return given
+
+
+def strike_frozen(
+    scene: Scene, model: Model, given: NDArray[np.float64], normals: NDArray[np.float64],
+    velocities: NDArray[np.float64], rows: NDArray[np.float64],
+) -> list[CollisionResult | None]:
+    """
+    Strike a ball that touches others or a cushion together with them, stroke by stroke.
+
+    None for a stroke that is refused, or where the ball lies free. Changes `given` and `rows`.
+    """
+    _, furniture = numbers_on_table(scene)
+    if not len(given) or not touches(furniture, scene.ball.radius, given[0, :, :3]):
+        return [None] * len(given)
+    return [
+        strike_together(model, furniture, *stroke) if stroke[-1][at.STATUS] < Status.MISS else None
+        for stroke in zip(given, normals, velocities, rows, strict=True)
+    ]
 
 
 def follow(

@@ -19,6 +19,7 @@ from billiard_shot.shot.on_table import (
     follow_many,
     has_table,
     states_of,
+    strike_frozen,
 )
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import shoot
@@ -76,13 +77,16 @@ def predict(
             break
         phases, segments = needed
     table, trajectory = None, Trajectory(rows[: needed[1]])
+    together = None
     if has_table(scene) and row[0, at.STATUS] < Status.MISS:
-        table = follow(scene, states_of(scene, centre, row), tolerance, row)
+        given = states_of(scene, centre, row)
+        together = strike_frozen(scene, model, given, normal, velocity, row)[0]
+        table = follow(scene, given, tolerance, row)
         trajectory = table.balls[CUE]
     row.flags.writeable = False
     return Shot(
         scene, stroke, tolerance, perf_counter() - begin, trajectory, table, row[0],
-        log[: needed[0]],
+        log[: needed[0]], together,
     )
 
 
@@ -143,7 +147,9 @@ def predict_batch(
             pass
     table = None
     if has_table(scene):
-        table = follow_many(scene, states_of(scene, centre, rows), tolerance, rows)
+        given = states_of(scene, centre, rows)
+        strike_frozen(scene, model, given, n, v, rows)
+        table = follow_many(scene, given, tolerance, rows)
     return BatchResult(
         velocity=rows[:, at.VELOCITY],
         spin=rows[:, at.SPIN],

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import follow_many, has_table, states_of
+from billiard_shot.shot.on_table import follow_many, has_table, states_of, strike_frozen
 from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -32,14 +32,17 @@ def sensitivity_of(
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
+    normals = np.array([s.normal for s in strokes])
+    velocities = np.array([s.velocity for s in strokes])
     rows = np.empty((len(strokes), at.COLUMNS))
     shoot(
-        model, np.array([s.normal for s in strokes]),
-        np.array([s.velocity for s in strokes]), position, TOLERANCE, rows,
-        np.empty((0, 12)), np.empty((0, motion.COLUMNS)),
+        model, normals, velocities, position, TOLERANCE, rows, np.empty((0, 12)),
+        np.empty((0, motion.COLUMNS)),
     )
     if has_table(scene):
-        follow_many(scene, states_of(scene, position, rows), TOLERANCE, rows)
+        given = states_of(scene, position, rows)
+        strike_frozen(scene, model, given, normals, velocities, rows)
+        follow_many(scene, given, TOLERANCE, rows)
     played = rows[:, at.STATUS] < Status.MISS  # it and all above are refusals
     rest = np.where(played[:, np.newaxis], rows[:, at.REST], rows[0, at.REST])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import Phase, read_log
+from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
@@ -19,18 +19,16 @@ from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import Trajectory
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Impact:
-    """The impact between cue, ball (contact 0) and table (contact 1)."""
+    """
+    The impact between cue, ball (contact 0) and table (contact 1).
 
-    dissipated: NDArray[np.float64]  # (2, 2) J: a row a contact: restitution, friction
-    _log: NDArray[np.float64] = field(repr=False)
-    _axes: NDArray[np.float64] = field(repr=False)
+    Where the ball touches others or a cushion, their contacts come after these.
+    """
 
-    @cached_property
-    def phases(self) -> tuple[Phase, ...]:
-        """Phases in order: which contacts were active, and how it stood when the phase ended."""
-        return read_log(self._log, self._axes)
+    dissipated: NDArray[np.float64]  # (N, 2) J: a row a contact: restitution, friction
+    phases: tuple[Phase, ...]  # in order: the active contacts, and how it stood at the end
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +47,7 @@ class Shot:
     table: TableRun | None  # every ball, where there is more than this one on an endless cloth
     _row: NDArray[np.float64] = field(repr=False)
     _log: NDArray[np.float64] = field(repr=False)
+    _together: CollisionResult | None = field(repr=False)
 
     @cached_property
     def status(self) -> Status:
@@ -80,7 +79,10 @@ class Shot:
     def impact(self) -> Impact:
         """The impact in detail."""
         row = self._row
-        return Impact(row[at.LOSS].reshape(2, 2), self._log, row[at.AXES].reshape(2, 3, 3))
+        if self._together:
+            return Impact(self._together.dissipated, self._together.phases)
+        phases = read_log(self._log, row[at.AXES].reshape(2, 3, 3))
+        return Impact(row[at.LOSS].reshape(2, 2), phases)
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:

@@ -25,15 +25,14 @@ from billiard_shot.table.surface import Surface
 from billiard_shot.table.world import energy_of, log_event, place_at, World
 
 TOLERANCE = 1e-9  # of the impact, relative to the approach
-_NAMES = {number: name for name, number in LAWS.items()}
+LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
 
-def connected(w: World, seeds: set[int], time: float, reach: float) -> list[int]:
+def connected(
+    place: dict[int, NDArray[np.float64]], seeds: set[int], reach: float
+) -> list[int]:
     """Balls that are within reach of one of the seeds, or of each other, from there on."""
-    count = len(w.balls)
-    place = {i: np.array(place_at(w.balls[i], time)) for i in range(count)
-             if w.balls[i, MOTION] <= FLIGHT}
     found, fresh = set(seeds), list(seeds)
     while fresh:
         here = place[fresh.pop()]
@@ -75,7 +74,7 @@ def cushion_contacts(
     contacts, fixed = [], len(balls)
     for i, ball in enumerate(balls):
         x, y, z = ball[POSITION : POSITION + 3]
-        if z != surface.radius or furniture.length == np.inf:
+        if z != surface.radius:
             continue
         held = False
         jaws = len(bed.arcs)
@@ -99,25 +98,41 @@ def cushion_contacts(
     return contacts
 
 
+def contacts_among(
+    surface: Surface, furniture: Furniture, balls: list[NDArray[np.float64]]
+) -> list[Contact]:
+    """Contacts of balls with each other, and with what is fixed: the body after the balls."""
+    contacts = ball_contacts(surface, furniture, balls)
+    if furniture.length < np.inf:
+        contacts += cushion_contacts(
+            surface, furniture, lay_out(furniture, surface.radius), balls
+        )
+    return contacts
+
+
+def body_of(surface: Surface, ball: NDArray[np.float64]) -> Body:
+    """Ball as a rigid body."""
+    return Body(
+        surface.mass, surface.inertia, ball[VELOCITY : VELOCITY + 3],
+        ball[ANGULAR : ANGULAR + 3], ball[POSITION : POSITION + 3],
+    )
+
+
 def resolve(surface: Surface, furniture: Furniture, w: World) -> None:
     """Let all bodies collide for which the play has paused; then it can go on."""
     time, ball, other = float(w.pause[1]), int(w.pause[2]), int(w.pause[3])
     reach = 2.0 * surface.radius + furniture.gap
-    members = connected(w, {ball, other}, time, reach)
+    place = {i: np.array(place_at(row, time)) for i, row in enumerate(w.balls)
+             if row[MOTION] <= FLIGHT}
+    members = connected(place, {ball, other}, reach)
     balls = [w.balls[i] for i in members]
     for row in balls:
         advance(row, time)
     before, motion = sum(energy_of(surface, row) for row in balls), w.balls[ball, MOTION]
-    bodies = [
-        Body(surface.mass, surface.inertia, row[VELOCITY : VELOCITY + 3],
-             row[ANGULAR : ANGULAR + 3], row[POSITION : POSITION + 3])
-        for row in balls
-    ]
-    bed = lay_out(furniture, surface.radius)
-    contacts = ball_contacts(surface, furniture, balls)
-    contacts += cushion_contacts(surface, furniture, bed, balls)
+    bodies = [body_of(surface, row) for row in balls]
+    contacts = contacts_among(surface, furniture, balls)
     result = collide(
-        [*bodies, Body.fixed()], contacts, law=_NAMES[surface.law], exponent=surface.exponent,
+        [*bodies, Body.fixed()], contacts, law=LAW_NAMES[surface.law], exponent=surface.exponent,
         tolerance=TOLERANCE,
     )
     for k, (i, row) in enumerate(zip(members, balls, strict=True)):
