@@ -1,5 +1,6 @@
 """Effects are simulated where they are called for, and leaving out the others changes nothing."""
 import dataclasses
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from billiard_shot.scene import Effects
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
 from billiard_shot.shot.model import numbers_of
+from billiard_shot.study.differences import steps
 from billiard_shot.table.effects import TABLE_GATES
 from billiard_shot.table.model import furniture_of
+from billiard_shot.table.trajectory import EventKind
 
 NAMES = [gate.name for gate in GATES]
 OF_ONE_BALL = NAMES[:NAMES.index('cushion')]  # the others: test/table/test_table_effects.py
@@ -19,6 +22,7 @@ POOL = Scene.from_dict({'like': 'pool', 'cue': {'dome': 0.0106}})
 PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
 # a little of everything: jumps, bounces, slides, rolls, and has spin about the vertical
 BUSY = Stroke(PLAIN.normal, PLAIN.velocity, axis=True)
+MEETINGS = EventKind.BALL, EventKind.CLUSTER
 LEVEL = Stroke.from_offsets(0, 0, 0, 0, 1)
 
 
@@ -31,7 +35,7 @@ def effect(shot, name):
 
 
 def random_scene(draw):
-    """Ball, cue, contacts, law: now and then without friction or rebound, or guided."""
+    """Ball, cue, contacts, law; half with a table and balls; some without friction or rebound."""
     ball = {'mass': draw.uniform(0.1, 0.25), 'radius': draw.uniform(0.02, 0.035)}
 
     def contact(friction):
@@ -39,7 +43,11 @@ def random_scene(draw):
                 'friction': draw.choice([0, friction], p=[0.1, 0.9]),
                 'stiffness': 10 ** draw.uniform(-1, 1)}
 
+    places = {str(number): [x, y] for number, (x, y) in enumerate(
+        draw.uniform(-1, 1, (3, 2)) * (1, 0.5)) if np.hypot(x, y) > 0.1}
+    around = {'table': {}, 'balls': places if _apart(places) else {}}
     return Scene.from_dict({
+        **(around if draw.random() < 0.5 else {}),
         'ball': ball,
         'cue': {'mass': draw.uniform(0.3, 0.7), 'guided': bool(draw.random() < 0.3)},
         'contacts': {'cue_ball': contact(draw.uniform(0.2, 0.8)),
@@ -50,6 +58,10 @@ def random_scene(draw):
     })
 
 
+def _apart(places):
+    return all(np.hypot(x - u, y - v) > 0.1 for (x, y), (u, v) in combinations(places.values(), 2))
+
+
 def random_stroke(draw):
     offset, around = 0.6 * np.sqrt(draw.random()), draw.uniform(0, 2 * np.pi)
     return Stroke.from_offsets(
@@ -58,29 +70,39 @@ def random_stroke(draw):
 
 
 def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
-    """2,000 random scenes: the same trajectory at equal times, of fewer pieces."""
+    """
+    2,000 random scenes: the same trajectory at equal times, from fewer steps.
+
+    Up to the first impact with another ball, after which what is small grows; or with a cushion in
+    a hop too small to resolve: whether the cloth takes part in that is a jump of the model.
+    """
     draw = np.random.default_rng(4)
     tolerance = 1e-4
-    pieces = np.zeros((2000, 2), dtype=int)
-    for number, row in enumerate(pieces):
+    work = np.zeros((2000, 2), dtype=int)
+    for number, row in enumerate(work):
         scene, stroke = random_scene(draw), random_stroke(draw)
         forced = [name for name in NAMES if name != 'end_mass' or not scene.cue.guided]
         gated = predict(scene, stroke, tolerance)
         everything = predict(wishing(scene, **dict.fromkeys(forced, 'on')), stroke, tolerance)
-        assert everything.status == gated.status
         if gated.status.refused:
+            assert everything.status == gated.status
             continue
-        times = np.linspace(0, everything.trajectory.duration, 50)
+        met = [event.time for event in gated.trajectory.events if event.kind in MEETINGS]
+        met += [event.time for event in everything.trajectory.events
+                if event.kind == EventKind.CUSHION
+                and 0 < event.position[2] - scene.ball.radius < tolerance]
+        if not met:
+            assert everything.status == gated.status
+        times = np.linspace(0, min([everything.trajectory.duration, *met]), 50)[:-1]
         one, other = gated.trajectory.at(times), everything.trajectory.at(times)
         assert np.abs(one.position - other.position).max() < tolerance
-        row[:] = len(gated.trajectory.rows), len(everything.trajectory.rows)
+        row[:] = steps(gated), steps(everything)
         if number % 20 == 0:
             assert all(effect.simulated == effect.wanted for effect in gated.effects)
             assert all(effect.simulated or not effect.wanted for effect in everything.effects)
-    assert (pieces[:, 0] <= pieces[:, 1]).all()
-    flown = pieces[:, 0] < pieces[:, 1]
-    assert 0.5 < flown.mean() < 0.95
-    assert pieces[flown, 1].sum() > 5 * pieces[flown, 0].sum()
+    assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
+    assert (work[:, 0] < work[:, 1]).mean() > 0.5
+    assert work[:, 1].sum() > 2 * work[:, 0].sum()
 
 
 @pytest.mark.parametrize('name', NAMES)
