@@ -50,6 +50,9 @@ def _bars(
         lengths = [max(value, LEAST) for value in values]
     else:
         axis.set_xscale('symlog', linthresh=LINEAR)  # some effects save time, and much of it
+        powers = [sign * 10.0**power for power in (1, 3, 5) for sign in (-1, 1)]
+        low, high = 3.0 * min([-LINEAR, *finite]), 3.0 * max([LINEAR, *finite])
+        axis.set_xticks([0.0, *(power for power in powers if low < power < high)])
         axis.axvline(0.0, color='black', linewidth=0.8)
         lengths = values
     shown = [length if math.isfinite(length) else 10.0 * max([LEAST, *finite])
