@@ -1,0 +1,187 @@
+"""Collisions that the studies share: balls in a line, strokes, a block; and what is watched."""
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact import Body, collide, CollisionResult, Contact
+
+Vector = NDArray[np.float64]
+Triple = tuple[float, float, float]
+
+BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
+FRICTION, RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)  # of tip and cloth, the paper's
+UP = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """Bodies that touch, and the force exponent of their contacts."""
+
+    bodies: tuple[Body, ...]
+    contacts: tuple[Contact, ...]
+    exponent: float = 1.0
+
+    def solve(self, law: str, tolerance: float) -> CollisionResult:
+        """Let them collide."""
+        return collide(self.bodies, self.contacts, law, self.exponent, tolerance)
+
+    @property
+    def speed(self) -> float:
+        """Largest speed of a body before the collision [m/s]."""
+        return max(float(np.linalg.norm(body.velocity)) for body in self.bodies)
+
+    def motion(self, velocities: Vector, spins: Vector) -> Vector:
+        """
+        Velocities of all bodies that move, and how fast the surfaces of those that turn spin.
+
+        Each is three numbers, in units of `speed`; spins times the radius of gyration.
+        """
+        parts = []
+        for body, v, w in zip(self.bodies, velocities, spins, strict=True):
+            if body.mass < math.inf:
+                parts.append(np.asarray(v))
+                if body.inertia is not None:
+                    largest = np.linalg.eigvalsh(np.asarray(body.inertia))[-1]
+                    parts.append(math.sqrt(largest / body.mass) * np.asarray(w))
+        return np.concatenate(parts) / self.speed
+
+    def energy(self, velocities: Vector, spins: Vector) -> float:
+        """Kinetic energy [J]; of a guided body that of the motion its guide allows."""
+        total = 0.0
+        for body, v, w in zip(self.bodies, velocities, spins, strict=True):
+            if body.mass == math.inf:
+                continue
+            along = v if body.guide is None else np.asarray(body.guide) * (v @ body.guide)
+            total += 0.5 * body.mass * float(along @ along)
+            if body.end_mass is not None:
+                total += 0.5 * body.end_mass * float((v - along) @ (v - along))
+            if body.inertia is not None:
+                total += 0.5 * float(w @ np.linalg.solve(body.inverse_inertia(), w))
+        return total
+
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """Velocities and spins (bodies, 3) before the collision."""
+        return (np.array([np.asarray(body.velocity) for body in self.bodies]),
+                np.array([np.asarray(body.spin) for body in self.bodies]))
+
+    def reordered(self, order: Sequence[int]) -> Collision:
+        """Make the same collision with its contacts written down in another order."""
+        return replace(self, contacts=tuple(self.contacts[i] for i in order))
+
+    def disturbed(self, size: float, seed: int) -> Collision:
+        """Change every number by a random part of about `size`, directions by such an angle."""
+        rng = np.random.default_rng(seed)
+
+        def scale(value: float) -> float:
+            return value * (1.0 + size * float(rng.uniform(-1.0, 1.0)))
+
+        def turn(vector: object) -> Vector:
+            old = np.asarray(vector, float)
+            return old + size * float(np.linalg.norm(old)) * rng.uniform(-1.0, 1.0, 3)
+
+        bodies = []
+        for body in self.bodies:
+            if body.mass < math.inf:
+                velocity = turn(body.velocity)
+                guide = None
+                if body.guide is not None:  # a guided body moves along its guide
+                    guide = turn(body.guide)
+                    along = np.linalg.norm(velocity) * guide / np.linalg.norm(guide)
+                    velocity = along * math.copysign(1.0, velocity @ guide)
+                body = replace(body, mass=scale(body.mass), velocity=velocity, guide=guide)
+            bodies.append(body)
+        contacts = tuple(
+            replace(
+                contact, normal=turn(contact.normal), friction=scale(contact.friction),
+                restitution=min(scale(contact.restitution), 1.0),
+                stiffness=scale(contact.stiffness),
+            ) for contact in self.contacts
+        )
+        return replace(self, bodies=tuple(bodies), contacts=contacts)
+
+
+def stacked(
+    masses: tuple[float, float] = (1.0, 1.0),
+    restitution: tuple[float, float] = (0.9**0.5, 0.4**0.5),
+    ratio: float = 10.0,
+    speed: float = 1.0,
+    exponent: float = 1.0,
+) -> Collision:
+    """Let a ball fall onto another one on a table (the paper's section 2); ratio: k2 / k1."""
+    return Collision(
+        (Body(masses[0], velocity=(0, 0, -speed)), Body(masses[1]), Body.fixed()),
+        (Contact(0, 1, (0, 0, 2), UP, restitution[0]),
+         Contact(1, 2, (0, 0, 0), UP, restitution[1], stiffness=ratio)),
+        exponent,
+    )
+
+
+def stroke(
+    normal: Sequence[float],
+    direction: Sequence[float],
+    speed: float = 1.0,
+    masses: tuple[float, float] = (CUE, BALL),
+    friction: tuple[float, float] = FRICTION,
+    restitution: tuple[float, float] = RESTITUTION,
+    ratio: float = 1.5,
+    end_mass: float | None = None,
+    exponent: float = 1.0,
+) -> Collision:
+    """
+    Strike a ball on a table with a guided cue (section 3), or one with a light end.
+
+    Pairs are of tip and table (cue and ball); ratio: k_tip / k_table.
+    """
+    n = np.asarray(normal, float) / math.hypot(*normal)
+    c = np.asarray(direction, float) / math.hypot(*direction)
+    centre = np.array([0.0, 0.0, RADIUS])
+    cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
+    ball = Body(masses[1], 0.4 * masses[1] * RADIUS**2, position=centre)
+    return Collision(
+        (cue, ball, Body.fixed()),
+        (Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),
+         Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1])),
+        exponent,
+    )
+
+
+def cradle(count: int, stiffness: Sequence[float] | None = None, restitution: float = 1.0,
+           exponent: float = 1.0) -> Collision:
+    """Equal balls in a row that touch, the first one moving along x: Newton's cradle."""
+    springs = [1.0] * (count - 1) if stiffness is None else stiffness
+    return Collision(
+        tuple(Body(1.0, velocity=(float(i == 0), 0, 0)) for i in range(count)),
+        tuple(Contact(i, i + 1, (i + 0.5, 0, 0), (-1, 0, 0), restitution, 0.0, springs[i])
+              for i in range(count - 1)),
+        exponent,
+    )
+
+
+def wedge(restitution: float = 0.5, friction: float = 0.0, angle: float = math.pi / 6,
+          ) -> Collision:
+    """Let a ball fall between two equal walls: both contacts do the same at the same time."""
+    s, c = math.sin(angle), math.cos(angle)
+    ball = Body(1.0, 0.4, velocity=(0, 0, -1), position=(0, 0, 1))
+    return Collision(
+        (ball, Body.fixed()),
+        tuple(Contact(0, 1, (-x, 0, 1 - s), (x, 0, s), restitution, friction) for x in (c, -c)),
+    )
+
+
+def block(velocity: Triple, spin: Triple = (0.0, 0.0, 0.0), friction: float = 0.3,
+          restitution: float = 0.5) -> Collision:
+    """Drop a flat block on its four lower corners: more contacts than it has freedom."""
+    mass, (a, b, c) = 1.3, (0.3, 0.2, 0.1)
+    inertia = mass / 12.0 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
+    body = Body(mass, inertia, velocity, spin, (0.0, 0.0, c / 2))
+    return Collision(
+        (body, Body.fixed()),
+        tuple(Contact(0, 1, (x * a / 2, y * b / 2, 0.0), UP, restitution, friction)
+              for x in (-1, 1) for y in (-1, 1)),
+    )
