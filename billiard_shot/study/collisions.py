@@ -2,13 +2,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
 
 Vector = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -106,6 +108,14 @@ class Collision:
         return replace(self, bodies=tuple(bodies), contacts=contacts)
 
 
+@dataclass(frozen=True, slots=True)
+class Strike(Collision):
+    """A stroke as a collision, beside the same as `predict` takes it; the law is not set."""
+
+    stroke: Stroke = field(kw_only=True)
+    scene: Scene = field(kw_only=True)
+
+
 def stacked(
     masses: tuple[float, float] = (1.0, 1.0),
     restitution: tuple[float, float] = (0.9**0.5, 0.4**0.5),
@@ -122,7 +132,7 @@ def stacked(
     )
 
 
-def stroke(
+def strike(
     normal: Sequence[float],
     direction: Sequence[float],
     speed: float = 1.0,
@@ -132,7 +142,7 @@ def stroke(
     ratio: float = 1.5,
     end_mass: float | None = None,
     exponent: float = 1.0,
-) -> Collision:
+) -> Strike:
     """
     Strike a ball on a table with a guided cue (section 3), or one with a light end.
 
@@ -143,11 +153,22 @@ def stroke(
     centre = np.array([0.0, 0.0, RADIUS])
     cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
     ball = Body(masses[1], 0.4 * masses[1] * RADIUS**2, position=centre)
-    return Collision(
+    guided = {'guided': True} if end_mass is None else {'end_mass': end_mass, 'tip_radius': 0.0}
+    tip, table = (
+        {'restitution': restitution[i], 'friction': friction[i], 'stiffness': (ratio, 1.0)[i]}
+        for i in range(2)
+    )
+    scene = Scene.from_dict({
+        'ball': {'mass': masses[1], 'radius': RADIUS},
+        'cue': {'mass': masses[0], **guided},
+        'contacts': {'cue_ball': tip, 'ball_table': table},
+        'exponent': exponent,
+    })
+    return Strike(
         (cue, ball, Body.fixed()),
         (Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),
          Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1])),
-        exponent,
+        exponent, stroke=Stroke(n, speed * c), scene=scene,
     )
 
 

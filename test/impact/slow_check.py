@@ -78,8 +78,13 @@ def jacobian(bodies, contacts):
     return rows
 
 
-def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000):
-    """Solve a collision given as lists of dictionaries with the arguments of Body and Contact."""
+def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000, periods=60):
+    """
+    Solve a collision given as lists of dictionaries with the arguments of Body and Contact.
+
+    In `steps` steps, twice and four times as many for each period of the fastest spring, and for
+    so many `periods` at most.
+    """
     rows = jacobian(bodies, contacts)
     inverse = np.zeros((6 * len(bodies), 6 * len(bodies)))
     motion = np.zeros(6 * len(bodies))
@@ -98,7 +103,7 @@ def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000):
     runs, finished = [], True
     for factor in (1, 2, 4):
         log = np.zeros((2000, len(contacts)), np.bool_)
-        end, impulse, phases = march(model, start / speed, factor * steps, log)
+        end, impulse, phases = march(model, start / speed, factor * steps, periods, log)
         finished = finished and end == OVER
         states = tuple(tuple(np.flatnonzero(row).tolist()) for row in log[:phases])
         runs.append((impulse * speed, states))
@@ -176,7 +181,7 @@ def event(active, restoring, goal, u, y):
 
 
 @numba.njit(cache=True)
-def march(model, start, steps, log):
+def march(model, start, steps, periods, log):
     """March to the end of the collision; (0 if over, impulses, number of states)."""
     response, friction, restitution, stiffness, law, exponent = model
     count = friction.shape[0]
@@ -191,7 +196,7 @@ def march(model, start, steps, log):
     h = period / steps
     phases, idle, lasted = 0, True, 0.0
     last = 1.0
-    for _ in range(60 * steps):
+    for _ in range(periods * steps):
         if not active.any():
             return 0, impulse, phases
         for i in range(3 * count):

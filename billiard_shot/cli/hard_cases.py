@@ -1,0 +1,54 @@
+"""`billiard-shot hard-cases`: where solvers break, and what this one does there."""
+import argparse
+
+from billiard_shot.cli.layout import table
+from billiard_shot.cli.progress import progress
+
+HELP = 'collisions at the ends of what can be asked for, each with what must hold'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which cases."""
+    parser.add_argument('words', nargs='*', metavar='WORD',
+                        help='only the cases whose family or name has all these words in it')
+    parser.add_argument('--list', action='store_true',
+                        help='say what each family is and what breaks elsewhere; solve nothing')
+
+
+def run(options: argparse.Namespace) -> int:
+    """Solve and print; 1 if something does not hold."""
+    from billiard_shot.study.hard_cases import families
+
+    chosen = [(family, member) for family in families() for member in family.members
+              if all(word in f'{family.name}: {member}' for word in options.words)]
+    if not chosen:
+        raise ValueError(f'WORD: {" ".join(options.words)!r} is in no case; see --list')
+    if options.list:
+        for family in dict.fromkeys(family.name for family, _ in chosen):
+            about = next(entry for entry, _ in chosen if entry.name == family)
+            print(f'{family}: {about.breaks}')
+            print(*(f'    {member}' for entry, member in chosen if entry.name == family), sep='\n')
+        return 0
+    from billiard_shot.study.hard_case_checks import examine, LAWS
+
+    tasks = [(family, member, law) for family, member in chosen for law in LAWS]
+    verdicts = [examine(*task) for task in progress(tasks, 'hard cases')]
+    rows = [('case', 'law', 'status', 'states', 'steps', 'ms', 'off', 'gain', 'order',
+             'sensitivity', 'holds')]
+    for v in verdicts:
+        rows.append((
+            f'{v.family}: {v.member}', v.law, v.outcome.status.name, str(v.outcome.states),
+            str(v.outcome.steps), f'{1e3 * v.seconds:.1f}',
+            '' if v.off != v.off else f'{v.off:.0e}', f'{max(v.outcome.gain, 0.0):.0e}',
+            f'{v.order:.0e}', f'{v.sensitivity:.0e}', 'no' if v.faults else 'yes',
+        ))
+    print(table(rows))
+    print('\noff: from the stated value, in parts of the speed; gain: of energy, in parts of it;\n'
+          'order: change with the order of contacts; sensitivity: change of the answer per relative '
+          'change\nof the numbers it depends on. States, steps and time at tolerance 1e-12.')
+    bad = [v for v in verdicts if v.faults]
+    for v in bad:
+        print(f'\n{v.family}: {v.member}, {v.law}')
+        print(*(f'    {fault}' for fault in v.faults), sep='\n')
+    print(f'\n{len(verdicts) - len(bad)} of {len(verdicts)} cases hold')
+    return 1 if bad else 0

@@ -1,0 +1,157 @@
+"""
+What must hold in every hard case, and whether it does.
+
+No exception, no NaN, a status that the case allows (the budgets of states and steps are
+kernel.MAX_PHASES and MAX_STEPS), the value that the case states, no energy gained, one answer for
+all orders of contacts, tolerances kept, and an answer that moves no more than the numbers do.
+"""
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from billiard_shot.shot.predict import predict
+from billiard_shot.status import Status
+from billiard_shot.study.collisions import Collision, Strike, Vector
+from billiard_shot.study.hard_case_values import VALUES
+from billiard_shot.study.hard_cases import Family
+
+LAWS = ('bistiffness', 'energetic')
+TIGHT = 1e-12
+TOLERANCES = (1e-10, 1e-8, 1e-6, 1e-4)
+GAIN = 1e-12  # energy at the tight tolerance, relative to the energy before
+DISTURBANCE, MOVED = 1e-10, 1e-6  # relative change of all numbers, and of the answer at most
+SAME = 1e-9  # between orders of contacts, and between `collide` and `predict`
+SLACK = 10.0  # errors of a velocity that is a sum of several, in tolerances
+FINEST = 1e-14  # m at 1 m/s: `predict` does what it can
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a collision: its motion as `Collision.motion`, energy gained, both relative."""
+
+    status: Status
+    states: int
+    steps: int
+    motion: Vector
+    gain: float
+
+    @classmethod
+    def of(cls, case: Collision, law: str, tolerance: float) -> Outcome:
+        """Solve a case."""
+        result = case.solve(law, tolerance)
+        before = case.energy(*case.start)
+        return cls(
+            result.status, len(result.phases), result.evaluations,
+            case.motion(result.velocities, result.spins),
+            (case.energy(result.velocities, result.spins) - before) / before,
+        )
+
+    def from_(self, other: Outcome | Vector) -> float:
+        """Largest difference from another motion; infinite where one is not finite."""
+        numbers = other.motion if isinstance(other, Outcome) else other
+        gap = float(np.abs(self.motion - numbers).max())
+        return gap if np.isfinite(gap) else np.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """
+    How a case went under one law.
+
+    Attributes
+    ----------
+    family, member, law : str
+    outcome : Outcome
+        At the tight tolerance.
+    seconds : float
+        That it took.
+    off : float
+        Of the stated value, NaN where the case states none.
+    order : float
+        Change of the answer with the order of contacts.
+    sensitivity : float
+        Change of the answer per relative change of the collision's numbers.
+    faults : tuple of str
+        What does not hold.
+
+    """
+
+    family: str
+    member: str
+    law: str
+    outcome: Outcome
+    seconds: float
+    off: float
+    order: float
+    sensitivity: float
+    faults: tuple[str, ...]
+
+
+def examine(family: Family, member: str, law: str) -> Verdict:
+    """Solve a case in every way it can be put, and compare."""
+    case = family.members[member]
+    begin = perf_counter()
+    tight = Outcome.of(case, law, TIGHT)
+    seconds = perf_counter() - begin
+    moved = Outcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
+    sensitivity = moved / DISTURBANCE
+    order = max((Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
+                 for permutation in _orders(len(case.contacts))), default=0.0)
+    within, values = VALUES.get((family.name, member, law), (np.inf, ()))
+    off = min((tight.from_(np.array(value)) for value in values), default=np.nan)
+    faults = [*_of_outcome(family, tight, GAIN)]
+    for tolerance in TOLERANCES:
+        allowed = SLACK * tolerance * (1.0 + sensitivity)
+        loose = Outcome.of(case, law, tolerance)
+        found = [*_of_outcome(family, loose, allowed)]
+        if not loose.from_(tight) <= allowed:
+            found.append(f'off by {loose.from_(tight):.1g}')
+        faults += [f'{fault} at tolerance {tolerance:g}' for fault in found]
+    if not moved <= MOVED and not family.sensitive:
+        faults.append(f'moves by {moved:.1g} where its numbers change by {DISTURBANCE:g}')
+    if not order <= SAME * (1.0 + sensitivity):
+        faults.append(f'moves by {order:.1g} with the order of contacts')
+    if off > within:
+        faults.append(f'is off the stated value by {off:.1g}, more than {within:g}')
+    if isinstance(case, Strike):
+        faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
+    return Verdict(family.name, member, law, tight, seconds, off, order, sensitivity,
+                   tuple(faults))
+
+
+def _orders(count: int) -> Iterator[tuple[int, ...]]:
+    """Orders of contacts to try: backwards, and two where neighbours are no longer neighbours."""
+    if count > 1:
+        yield tuple(reversed(range(count)))
+    if count > 2:
+        yield (*range(0, count, 2), *range(1, count, 2))
+        yield (*range(1, count, 2), *range(0, count, 2))
+
+
+def _of_outcome(family: Family, outcome: Outcome, gain: float) -> Iterator[str]:
+    if outcome.status not in family.status:
+        yield f'ends in {outcome.status.name}'
+    if not np.isfinite(outcome.motion).all():
+        yield 'is not finite'
+    if not outcome.gain <= gain:
+        yield f'gains {outcome.gain:.1g} of its energy'
+
+
+def _of_prediction(case: Strike, tight: Outcome, law: str, allowed: float) -> Iterator[str]:
+    """Compare with `predict`, which has its own way into contact space."""
+    scene = replace(case.scene, law=law)
+    shot = predict(scene, case.stroke, tolerance=FINEST * case.speed**2)
+    radius = np.sqrt(scene.ball.inertia / scene.ball.mass)
+    motion = np.concatenate([shot.velocity, radius * shot.spin]) / case.speed
+    gap = np.abs(motion - tight.motion[3:]).max()
+    if not gap <= allowed:
+        yield f'`predict` differs by {gap:.1g}'
+    shot = predict(scene, case.stroke)
+    if shot.status.refused or shot.status == Status.BUDGET_EXCEEDED:
+        yield f'`predict` ends in {shot.status.name}'
+    if not np.isfinite((*shot.trajectory.rest, shot.error_estimate)).all():
+        yield '`predict` is not finite'

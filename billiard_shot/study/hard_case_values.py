@@ -1,0 +1,2 @@
+"""x"""
+VALUES: dict[tuple[str, str, str], tuple[float, tuple[tuple[float, ...], ...]]] = {}

@@ -1,0 +1,248 @@
+"""The hard cases: collisions at the ends of what can be asked for, and what solvers do there."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from billiard_shot.status import Status
+from billiard_shot.study.collisions import (
+    BALL,
+    block,
+    Collision,
+    cradle,
+    stacked,
+    strike,
+    wedge,
+)
+
+MASSE = (-2, -1, 12), (4, 0, -16)
+SLANTED = (-0.8, -0.3, 0.5), (0.9, 0.1, -0.4)
+ENDED = (Status.OK, Status.INFINITE_SEQUENCE)  # the sequence may be endless; it is ended
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """
+    Cases of one kind.
+
+    Attributes
+    ----------
+    name : str
+    breaks : str
+        What goes wrong elsewhere.
+    members : mapping of str to Collision
+    status : tuple of Status
+        What a solution may end with.
+    sensitive : bool
+        The answer itself depends steeply on the numbers: how steeply is reported, not bounded.
+
+    """
+
+    name: str
+    breaks: str
+    members: Mapping[str, Collision]
+    status: tuple[Status, ...] = (Status.OK,)
+    sensitive: bool = False
+
+
+def families() -> Iterator[Family]:
+    """All hard cases; both laws (bistiffness, energetic) solve each of them."""
+    yield from _coefficients()
+    yield from _ratios()
+    yield from _directions()
+    yield from _slips()
+    yield from _sequences()
+    yield from _many()
+
+
+def _coefficients() -> Iterator[Family]:
+    ends = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)]
+    members: dict[str, Collision] = {}
+    for e in ends:
+        name = f'e = {e[0]:g} and {e[1]:g}'
+        members[f'{name}, stacked'] = stacked(restitution=e)
+        members[f'{name}, slanted'] = strike(*SLANTED, restitution=e)
+        members[f'{name}, masse'] = strike(*MASSE, restitution=e)
+        members[f'{name}, Hertz'] = strike(*SLANTED, restitution=e, exponent=1.5)
+    yield Family(
+        'restitution 0 or 1',
+        'e = 0 divides by zero where restitution is a stiffness; bodies that stay pressed '
+        'together close and part without end; e = 1 gains energy in fixed steps',
+        members, ENDED,
+    )
+    members = {}
+    for mu in [(0.0, 0.0), (0.0, 10.0), (10.0, 0.0), (10.0, 10.0)]:
+        name = f'mu = {mu[0]:g} and {mu[1]:g}'
+        members[f'{name}, slanted'] = strike(*SLANTED, friction=mu)
+        members[f'{name}, masse'] = strike(*MASSE, friction=mu)
+        members[f'{name}, light end'] = strike(*SLANTED, friction=mu, end_mass=0.005)
+    yield Family(
+        'friction 0 or 10',
+        'at mu = 0 the directions of sliding are undefined; at mu = 10 contacts jam and explicit '
+        'friction oscillates',
+        members,
+    )
+
+
+def _ratios() -> Iterator[Family]:
+    members: dict[str, Collision] = {}
+    for power in (-8, -4, 4, 8):
+        members[f'1e{power}, stacked'] = stacked(ratio=10.0**power)
+        members[f'1e{power}, slanted'] = strike(*SLANTED, ratio=10.0**power)
+        members[f'1e{power}, masse'] = strike(*MASSE, ratio=10.0**power)
+    yield Family(
+        'stiffness ratio',
+        'one spring swings up to 10,000 times while the other is compressed once: explicit '
+        'steps must follow each swing, implicit ones lose energy',
+        members, ENDED,
+    )
+    members = {}
+    for power in (-6, -3, 3, 6):
+        mass = 10.0**power
+        members[f'1e{power}, stacked'] = stacked(masses=(mass, 1.0))
+        members[f'1e{power}, slanted'] = strike(*SLANTED, masses=(mass * BALL, BALL))
+        members[f'1e{power}, masse'] = strike(*MASSE, masses=(mass * BALL, BALL))
+    yield Family(
+        'mass ratio',
+        'a heavy body presses a light one that rattles hundreds of times; velocities cancel to '
+        'the last digit',
+        members, ENDED, sensitive=True,
+    )
+    yield Family(
+        'speed',
+        'absolute tolerances and velocity thresholds: slow strokes are taken for rest, fast ones '
+        'run out of steps',
+        {f'1e{power} m/s, {name}': strike(*geometry, speed=10.0**power)
+         for power in (-9, -3, 0, 3) for name, geometry in (('slanted', SLANTED), ('masse', MASSE))},
+    )
+
+
+def _directions() -> Iterator[Family]:
+    members: dict[str, Collision] = {}
+    for power in (3, 6, 9, 12):
+        cosine = 10.0**-power
+        sine = math.sqrt(1.0 - cosine * cosine)
+        members[f'level, side, n.c = -1e-{power}'] = strike((-cosine, -sine, 0), (1, 0, 0))
+        members[f'level, top, n.c = -1e-{power}'] = strike((-cosine, 0, sine), (1, 0, 0))
+        c, up = np.array([1, 0, -1]) / math.sqrt(2), np.array([1, 0, 1]) / math.sqrt(2)
+        across = 0.8 * up + 0.6 * np.array([0, 1, 0])
+        members[f'slanted, n.c = -1e-{power}'] = strike(-cosine * c + sine * across, c)
+    yield Family(
+        'grazing strokes',
+        'slip is up to 1e12 times the approach speed; friction may press the ball down harder '
+        'than the tip itself, a wedge',
+        members, ENDED,
+    )
+    members = {}
+    for height in (1e-3, 1e-6, 1e-12, 0.0, -1e-12, -1e-6):
+        members[f'n.z = {height:g}, level'] = strike((-0.9, -0.3, height), (1, 0, 0))
+        members[f'n.z = {height:g}, down'] = strike((-0.9, -0.3, height), (1, 0, -0.2))
+    yield Family(
+        'equator',
+        'whether the table takes part hangs on the sign of a rounding error if it is decided by '
+        'n.z instead of the motion',
+        members, ENDED,
+    )
+    members = {
+        'vertical, through the centre': strike((0, 0, 1), (0, 0, -1)),
+        'vertical, off by 1e-10': strike((1e-10, 0, 1), (0, 0, -1)),
+        'vertical, off by 1e-5': strike((1e-5, 2e-5, 1), (0, 0, -1)),
+    }
+    for degrees in (0, 30, 60, 89):
+        c = (math.cos(math.radians(degrees)), 0.0, -math.sin(math.radians(degrees)))
+        n = (-c[0], -c[1], -c[2])
+        members[f'c = -n, {degrees} degrees down'] = strike(n, c)
+        members[f'c = -n, {degrees} degrees down, light end'] = strike(n, c, end_mass=0.005)
+    yield Family(
+        'jam and centre hits',
+        'no slip anywhere at the start, or none ever: a direction of sliding is 0/0',
+        members,
+    )
+
+
+def _slips() -> Iterator[Family]:
+    light = {'masses': (0.3 * BALL, BALL), 'friction': (0.02, 0.15), 'restitution': (1.0, 0.5)}
+    yield Family(
+        'slip reversal',
+        'the slip passes through zero without stopping; a tilt of 1e-14 makes it pass beside '
+        'zero instead, where its direction turns within 1e-14 of the stroke',
+        {f'out of plane by {tilt:g}': strike((-1, -0.5, tilt), (1, 0, 0), **light)
+         for tilt in (0.0, 1e-14, 1e-10, 1e-6)},
+        ENDED,
+    )
+    yield Family(
+        'slip onset from stick',
+        'the direction of the slip that begins is undefined at its first instant, and stiff after '
+        'it',
+        {
+            'at the tip': strike((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
+            'at the cloth': strike((0.5, -0.5, 1.6), (-0.4, -0.6, -1.2), friction=(0.51, 0.3),
+                                   end_mass=0.034),
+            'at both': strike((0.0, 0.3, 1.2), (-0.3, -0.7, -0.7), friction=(0.49, 0.62)),
+        },
+    )
+
+
+def _sequences() -> Iterator[Family]:
+    yield Family(
+        'simultaneous events',
+        'the order in which events at the same instant are handled changes the answer',
+        {
+            'two contacts alike': wedge(),
+            'two contacts alike, e = 0': wedge(restitution=0.0),
+            'two contacts alike, e = 1': wedge(restitution=1.0),
+            'two contacts alike, friction': wedge(friction=0.3),
+            'two contacts alike, jammed by friction': wedge(friction=10.0),
+            'four corners': block((0.0, 0.0, -1.0)),
+            'four corners, sliding': block((0.3, 0.1, -1.0)),
+            'four corners, turning': block((2.0, -1.0, -0.5), (0.1, -0.2, 0.3)),
+            'four corners, mu = 10': block((2.0, -1.0, -0.5), (0.1, -0.2, 0.3), friction=10.0),
+        },
+        ENDED,
+    )
+    yield Family(
+        'end and reactivation at once',
+        'here law energetic jumps: a spring just reaches, or just misses, the energy at which '
+        'its contact ends (law bistiffness does not)',
+        {f'k2/k1 = {ratio}': stacked(ratio=ratio) for ratio in (1.702012, 2.125068, 23.16168)},
+        sensitive=True,
+    )
+    yield Family(
+        'endless sequences',
+        'bodies pressed together part and meet without end: an event loop never returns',
+        {
+            'heavy on light': stacked((100.0, 1.0), (0.9, 0.5), 0.1),
+            'heavier on light': stacked((1000.0, 1.0), (0.5, 0.3), 0.01),
+            'plastic': stacked((1.0, 1.0), (0.0, 0.0), 1.0),
+        },
+        ENDED,
+    )
+    members: dict[str, Collision] = {}
+    for mass in (1e2, 1e3, 1e4):
+        arguments = {'normal': (0.2, 0.1, 1.0), 'direction': (0.3, 0.0, -1.0)}
+        members[f'cue {mass:g} times the ball'] = strike(**arguments, masses=(mass * BALL, BALL))
+        members[f'cue {mass:g} times the ball, e = .9'] = strike(
+            **arguments, masses=(mass * BALL, BALL), restitution=(0.9, 0.9))
+    yield Family(
+        'jammed cue',
+        'a heavy cue presses the ball onto the table through hundreds of states',
+        members, ENDED, sensitive=True,
+    )
+
+
+def _many() -> Iterator[Family]:
+    members: dict[str, Collision] = {}
+    for count in (2, 3, 5, 10, 20, 50):
+        members[f'{count} balls'] = cradle(count)
+        members[f'{count} balls, Hertz'] = cradle(count, exponent=1.5)
+        members[f'{count} balls, e = .9'] = cradle(count, restitution=0.9)
+        members[f'{count} balls, e = 0'] = cradle(count, restitution=0.0)
+    yield Family(
+        "Newton's cradle",
+        'resolved pair by pair the answer depends on the order; with e = 0 the pairs part and '
+        'meet without end',
+        members, ENDED,
+    )

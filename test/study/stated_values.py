@@ -1,0 +1,130 @@
+"""
+The values that the hard cases state, from the slow check of test/impact.
+
+    python test/study/stated_values.py > billiard_shot/study/hard_case_values.py
+
+Nothing here uses the solver. The slow check runs with two step sizes: the accuracy that is stated
+is five times their difference. Cases that it does not finish state a limit in closed form, or none.
+"""
+from dataclasses import replace
+import math
+from pathlib import Path
+import sys
+import textwrap
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'impact'))
+
+from slow_check import slow_collide
+
+from billiard_shot.study.collisions import stacked
+from billiard_shot.study.hard_cases import families
+
+LAWS = ('bistiffness', 'energetic')
+WORST = 1e-3  # of the speed: a value known less well states nothing
+EFFORTS = ((400, 100), (40, 20_000))  # steps a period and periods of the fastest spring
+
+HEAD = '''"""
+What the hard cases must give: computed by test/study/stated_values.py, which shares no code with
+the solver. By family, member and law: to within which part of the speed, and the alternatives (two
+where law energetic jumps) of the motion as in `Collision.motion`.
+"""
+# ruff: noqa: E501
+
+Value = tuple[float, tuple[tuple[float, ...], ...]]
+VALUES: dict[tuple[str, str, str], Value] = {'''
+
+
+def as_dictionaries(case):
+    """Bodies and contacts as `slow_collide` takes them."""
+    bodies = []
+    for body in case.bodies:
+        entry = {name: np.asarray(getattr(body, name)) for name in ('velocity', 'spin', 'position')}
+        for name in ('mass', 'inertia', 'guide', 'end_mass'):
+            if getattr(body, name) is not None:
+                entry[name] = getattr(body, name)
+        bodies.append(entry)
+    names = 'a', 'b', 'point', 'normal', 'restitution', 'friction', 'stiffness'
+    return bodies, [{name: getattr(contact, name) for name in names} for contact in case.contacts]
+
+
+def slow_motion(case, law, steps, periods):
+    """Motion after a collision by the slow check, and whether that finished."""
+    if any(contact.restitution == 0.0 for contact in case.contacts):
+        law = 'energetic'  # at e = 0, as at e = 1, the laws agree; the slow check knows it so
+    answer = slow_collide(*as_dictionaries(case), law=law, exponent=case.exponent, steps=steps,
+                          periods=periods)
+    return case.motion(answer.velocities, answer.spins), answer.finished
+
+
+def closed_form(family, member, case, law):
+    """Limits: (accuracy, motion), or None."""
+    e = [contact.restitution for contact in case.contacts]
+    if family == "Newton's cradle" and not any(e):  # all together
+        count = len(case.bodies)
+        return 1e-6, np.tile((1 / count, 0, 0), count)
+    if family == 'stiffness ratio' and member == '1e8, stacked':
+        return 1e-3, np.array([0, 0, e[0], 0, 0, 0])  # the lower ball as good as fixed
+    if family == 'stiffness ratio' and member == '1e-8, stacked':
+        # First the balls alone; the table slows the lower one until both go at one speed; then
+        # they go down and up together. Energies in m v^2.
+        energy = 0.5 * e[0] + 0.25 * (1.0 - e[0])**2
+        together = e[1] * math.sqrt(energy)
+        return 1e-3, np.array([0, 0, together, 0, 0, together])
+    if member.endswith('jammed by friction'):  # the walls hold it
+        return 1e-9, np.zeros(6)
+    return None
+
+
+def stated(family, member, case, law):
+    """(accuracy, alternatives) of a case, or None."""
+    if (limit := closed_form(family, member, case, law)) is not None:
+        return limit[0], (limit[1],)
+    if family == 'end and reactivation at once' and law == 'energetic':
+        ratio = case.contacts[1].stiffness
+        sides = [slow_motion(stacked(ratio=ratio * (1 + side)), law, 4000, 60)[0]
+                 for side in (-1e-5, 1e-5)]
+        return 1e-3, tuple(sides)
+    for steps, periods in EFFORTS:
+        if family == 'stiffness ratio' and '8' in member and steps > 100:
+            continue
+        rough, done = slow_motion(case, law, steps // 2, periods)
+        if not done:
+            continue
+        fine, _ = slow_motion(case, law, steps, periods)
+        within = max(5.0 * np.abs(fine - rough).max(), 1e-8)
+        if within < WORST:
+            digits = 10.0**math.floor(math.log10(within))
+            return math.ceil(within / digits) * digits, (fine,)
+    return None
+
+
+def written(key, value):
+    """One entry of the table."""
+    within, alternatives = value
+    rows = []
+    for motion in alternatives:
+        numbers = ', '.join(f'{0.0 if abs(x) < 1e-12 else x:.9g}' for x in motion)
+        rows.append(textwrap.fill(f'({numbers}),', 95, initial_indent=' ' * 8,
+                                  subsequent_indent=' ' * 9))
+    body = '\n'.join(rows)
+    return f'    {key!r}: ({within:.0e}, (\n{body}\n    )),'
+
+
+def main():
+    """Print the module."""
+    print(HEAD)
+    for family in families():
+        for member, case in family.members.items():
+            for law in LAWS:
+                value = stated(family.name, member, replace(case), law)
+                key = family.name, member, law
+                print(f'{key} {value and value[0]}', file=sys.stderr)
+                if value is not None:
+                    print(written(key, value), flush=True)
+    print('}')
+
+
+if __name__ == '__main__':
+    main()
