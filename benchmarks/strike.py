@@ -9,12 +9,12 @@ import statistics
 from time import perf_counter
 
 import numpy as np
-from tools.scipy_strike import GaveUpError, ScipyStrike
 from tools.strokes import BALL, CUE, Kernel, PAPER, paper_strikes, RADIUS, random_strikes
 from tools.timing import Report, seconds, yardstick
 
 from billiard_shot.impact.impulse_scheme import strike as impulse_strike
 from billiard_shot.status import Status
+from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 ACCURACY = 1e-8
 SPEED_UP = 300.0  # over SciPy

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
 from billiard_shot.scene import Scene
@@ -133,8 +133,8 @@ def stacked(
 
 
 def strike(
-    normal: Sequence[float],
-    direction: Sequence[float],
+    normal: ArrayLike,
+    direction: ArrayLike,
     speed: float = 1.0,
     masses: tuple[float, float] = (CUE, BALL),
     friction: tuple[float, float] = FRICTION,
@@ -148,8 +148,8 @@ def strike(
 
     Pairs are of tip and table (cue and ball); ratio: k_tip / k_table.
     """
-    n = np.asarray(normal, float) / math.hypot(*normal)
-    c = np.asarray(direction, float) / math.hypot(*direction)
+    n = np.asarray(normal, float) / np.linalg.norm(normal)
+    c = np.asarray(direction, float) / np.linalg.norm(direction)
     centre = np.array([0.0, 0.0, RADIUS])
     cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
     ball = Body(masses[1], 0.4 * masses[1] * RADIUS**2, position=centre)

@@ -115,8 +115,8 @@ def _ratios() -> Iterator[Family]:
         'speed',
         'absolute tolerances and velocity thresholds: slow strokes are taken for rest, fast ones '
         'run out of steps',
-        {f'1e{power} m/s, {name}': strike(*geometry, speed=10.0**power)
-         for power in (-9, -3, 0, 3) for name, geometry in (('slanted', SLANTED), ('masse', MASSE))},
+        {f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
+         for power in (-9, -3, 0, 3) for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE))},
     )
 
 
@@ -152,10 +152,9 @@ def _directions() -> Iterator[Family]:
         'vertical, off by 1e-5': strike((1e-5, 2e-5, 1), (0, 0, -1)),
     }
     for degrees in (0, 30, 60, 89):
-        c = (math.cos(math.radians(degrees)), 0.0, -math.sin(math.radians(degrees)))
-        n = (-c[0], -c[1], -c[2])
-        members[f'c = -n, {degrees} degrees down'] = strike(n, c)
-        members[f'c = -n, {degrees} degrees down, light end'] = strike(n, c, end_mass=0.005)
+        c = np.array([math.cos(math.radians(degrees)), 0.0, -math.sin(math.radians(degrees))])
+        members[f'c = -n, {degrees} degrees down'] = strike(-c, c)
+        members[f'c = -n, {degrees} degrees down, light end'] = strike(-c, c, end_mass=0.005)
     yield Family(
         'jam and centre hits',
         'no slip anywhere at the start, or none ever: a direction of sliding is 0/0',
@@ -164,13 +163,16 @@ def _directions() -> Iterator[Family]:
 
 
 def _slips() -> Iterator[Family]:
-    light = {'masses': (0.3 * BALL, BALL), 'friction': (0.02, 0.15), 'restitution': (1.0, 0.5)}
+    def reversing(tilt: float) -> Collision:
+        """Strike with a light cue, which the ball throws back while it slips."""
+        return strike((-1, -0.5, tilt), (1, 0, 0), masses=(0.3 * BALL, BALL),
+                      friction=(0.02, 0.15), restitution=(1.0, 0.5))
+
     yield Family(
         'slip reversal',
         'the slip passes through zero without stopping; a tilt of 1e-14 makes it pass beside '
         'zero instead, where its direction turns within 1e-14 of the stroke',
-        {f'out of plane by {tilt:g}': strike((-1, -0.5, tilt), (1, 0, 0), **light)
-         for tilt in (0.0, 1e-14, 1e-10, 1e-6)},
+        {f'out of plane by {tilt:g}': reversing(tilt) for tilt in (0.0, 1e-14, 1e-10, 1e-6)},
         ENDED,
     )
     yield Family(
@@ -221,11 +223,12 @@ def _sequences() -> Iterator[Family]:
         ENDED,
     )
     members: dict[str, Collision] = {}
-    for mass in (1e2, 1e3, 1e4):
-        arguments = {'normal': (0.2, 0.1, 1.0), 'direction': (0.3, 0.0, -1.0)}
-        members[f'cue {mass:g} times the ball'] = strike(**arguments, masses=(mass * BALL, BALL))
-        members[f'cue {mass:g} times the ball, e = .9'] = strike(
-            **arguments, masses=(mass * BALL, BALL), restitution=(0.9, 0.9))
+    n, c = (0.2, 0.1, 1.0), (0.3, 0.0, -1.0)
+    for ratio in (1e2, 1e3, 1e4):
+        masses = ratio * BALL, BALL
+        members[f'cue {ratio:g} times the ball'] = strike(n, c, masses=masses)
+        members[f'cue {ratio:g} times the ball, e = .9'] = strike(
+            n, c, masses=masses, restitution=(0.9, 0.9))
     yield Family(
         'jammed cue',
         'a heavy cue presses the ball onto the table through hundreds of states',

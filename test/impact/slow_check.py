@@ -102,7 +102,7 @@ def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000, 
     model = (response, friction, restitution, springs, LAWS.index(law), float(exponent))
     runs, finished = [], True
     for factor in (1, 2, 4):
-        log = np.zeros((2000, len(contacts)), np.bool_)
+        log = np.zeros((20_000, len(contacts)), np.bool_)
         end, impulse, phases = march(model, start / speed, factor * steps, periods, log)
         finished = finished and end == OVER
         states = tuple(tuple(np.flatnonzero(row).tolist()) for row in log[:phases])

@@ -1,12 +1,16 @@
 """
-The strike as one would write it with SciPy: `solve_ivp` (DOP853), a restart at every event.
+The strike as one would write it with SciPy: `solve_ivp`, a restart at every event.
 
 The same model as the kernel's, in time and contact space: two springs, Coulomb friction, laws
 `energetic` and `bistiffness`. Stops of slip, the cone, ends of restitution and new contacts are
 terminal events. Slip far below the tolerance counts as none. Strokes that chatter near zero slip
 all the same make it give up.
 """
+from collections.abc import Callable
+from typing import Any, Protocol
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from billiard_shot.impact.friction import disc
@@ -16,14 +20,44 @@ MOST_CALLS = 20_000
 SLIDE, STICK = 0, 1
 
 
+Vector = NDArray[np.float64]
+Event = Callable[[float, Vector], float]
+
+
 class GaveUpError(Exception):
     """No end after very many events."""
 
 
-class ScipyStrike:
-    """One strike; `solve` returns the impulses."""
+class Equations(Protocol):
+    """What is solved: see `problem.Problem`."""
 
-    def __init__(self, strike):
+    response: Vector
+    velocity: Vector
+    friction: Vector
+    restitution: Vector
+    stiffness: Vector
+    law: str
+
+    @property
+    def speed(self) -> float:
+        """Approach speed [m/s]."""
+        ...
+
+
+class ScipyStrike:
+    """
+    One strike; `solve` returns the impulses.
+
+    Parameters
+    ----------
+    strike : Equations
+    method : str
+        Of `solve_ivp`.
+
+    """
+
+    def __init__(self, strike: Equations, method: str = 'DOP853') -> None:
+        self.method = method
         self.speed = strike.speed
         self.unit = strike.response.diagonal().max()
         self.w = strike.response / self.unit
@@ -32,10 +66,9 @@ class ScipyStrike:
         self.k = strike.stiffness / strike.stiffness.max()
         self.bistiff = strike.law == 'bistiffness'
         self.evaluations = 0
-        self.calls = 0
 
-    def solve(self, rtol):
-        """Return the impulses (6,) [N s]."""
+    def solve(self, rtol: float) -> Vector:
+        """Return the impulses (6,) [N s]; GaveUpError where there is no end."""
         self.still = 0.1 * rtol  # slip below it (relative to the approach speed) is none
         self.onset = [False, False]
         self.active, self.restoring = [True, False], [False, False]
@@ -50,10 +83,9 @@ class ScipyStrike:
         for _ in range(300):
             names, events = self.events()
             result = solve_ivp(
-                self.rate, (time, time + 1e3), state, 'DOP853', rtol=rtol, atol=1e-2 * rtol,
+                self.rate, (time, time + 1e3), state, self.method, rtol=rtol, atol=1e-2 * rtol,
                 events=events, first_step=1e-3,
             )  # fmt: skip
-            self.evaluations += result.nfev
             if result.status != 1:
                 raise GaveUpError
             time, state = result.t[-1], result.y[:, -1]
@@ -64,11 +96,11 @@ class ScipyStrike:
                 return state[2:] * self.speed / self.unit
         raise GaveUpError
 
-    def velocity(self, state):
+    def velocity(self, state: Vector) -> Vector:
         """Contact velocities."""
         return self.u0 + self.w @ state[2:]
 
-    def forces_at(self, normal, u):
+    def forces_at(self, normal: Vector, u: Vector) -> Vector:
         """Forces from the normal ones: sliding first, then what keeps the others still."""
         force = np.zeros(6)
         stuck = []
@@ -90,10 +122,10 @@ class ScipyStrike:
             force[stuck] = np.linalg.solve(self.w[np.ix_(stuck, stuck)], -self.w[stuck] @ force)
         return force
 
-    def rate(self, time, state):
+    def rate(self, time: float, state: Vector) -> Vector:
         """Right-hand side: springs and impulses."""
-        self.calls += 1
-        if self.calls > MOST_CALLS:
+        self.evaluations += 1
+        if self.evaluations > MOST_CALLS:
             raise GaveUpError
         u = self.velocity(state)
         rate = np.zeros(8)
@@ -104,11 +136,12 @@ class ScipyStrike:
         rate[2:] = self.forces_at(self.k * state[:2], u)
         return rate
 
-    def events(self):
+    def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
         """Terminal events of the present state, with their names."""
-        names, functions = [], []
+        names: list[tuple[str, int]] = []
+        functions: list[Event] = []
 
-        def add(name, function, direction):
+        def add(name: tuple[str, int], function: Any, direction: int) -> None:
             function.terminal, function.direction = True, direction
             names.append(name)
             functions.append(function)
@@ -131,16 +164,16 @@ class ScipyStrike:
                     add(('free', j), lambda t, s, j=j: self.slip(s, j) - 2.0 * self.still, 1)
         return names, functions
 
-    def slip(self, state, j):
+    def slip(self, state: Vector, j: int) -> float:
         """Size of a contact's slip."""
         return np.hypot(*self.velocity(state)[3 * j + 1 : 3 * j + 3])
 
-    def margin(self, state, j):
+    def margin(self, state: Vector, j: int) -> float:
         """How far a sticking contact is inside its cone."""
         force = self.forces_at(self.k * state[:2], self.velocity(state))[3 * j : 3 * j + 3]
         return self.mu[j] * force[0] - np.hypot(force[1], force[2])
 
-    def handle(self, name, j, state):
+    def handle(self, name: str, j: int, state: Vector) -> None:
         """Change the state after an event."""
         if name == 'join':
             self.active[j], self.restoring[j], state[j] = True, False, 0.0
@@ -164,7 +197,7 @@ class ScipyStrike:
         elif name in ('join', 'end', 'stop'):
             self.settle(state)
 
-    def settle(self, state):
+    def settle(self, state: Vector) -> None:
         """Contacts without slip hold, or start to slide against what would hold them."""
         u = self.velocity(state)
         normal = self.k * state[:2]

@@ -1,0 +1,60 @@
+"""
+The strike in closed form, where there is one: only the tip acts, and its slip stays on a line.
+
+Contact velocities are then linear in the normal impulse N as long as the slip keeps its sense, and
+each end of a stretch is the root of a linear or quadratic equation: slip zero, end of compression,
+end of restitution. A single contact that gives back e^2 of the energy it stored ends there under
+the laws energetic and bistiffness alike, whatever the exponent of its spring.
+"""
+import math
+
+import numpy as np
+
+from billiard_shot.study.problem import Problem, Vector
+
+ZERO = 1e-15  # of a velocity, relative to the approach speed
+
+
+def applies(problem: Problem) -> bool:
+    """Whether the table is never pressed and the slip has one direction only, for any impulse."""
+    w, u = problem.response, problem.velocity
+    return (problem.law != 'poisson' and u[2] == 0.0 and w[2, 0] == 0.0 and w[2, 1] == 0.0
+            and w[3, 0] == 0.0 and w[3, 1] == 0.0)
+
+
+def closed_form(problem: Problem) -> Vector:
+    """Impulses (6,) [N s]; ValueError where `applies` is not so."""
+    if not applies(problem):
+        raise ValueError('stroke: the closed form is for level strokes at the height of the centre')
+    w = problem.response
+    (a, b), d = w[0, :2], w[1, 1]
+    mu, e = float(problem.friction[0]), float(problem.restitution[0])
+    u, slip = float(problem.velocity[0]), float(problem.velocity[1])
+    normal = tangential = stored = 0.0
+    goal = math.inf  # energy still to be given back; while compressing, none
+    for _ in range(10):  # compression, restitution, and slip that stops or reverses in each
+        if abs(slip) <= ZERO * problem.speed:
+            pull = b / d if mu > 0.0 else 0.0  # what holds, per normal impulse
+            slope = -math.copysign(min(abs(pull), mu), pull)
+            slip = 0.0
+        else:
+            slope = -math.copysign(mu, slip)
+        rate, drift = a + b * slope, b + d * slope  # of u and of the slip, per normal impulse
+        stop = -slip / drift if slip * drift < 0.0 else math.inf
+        if u < 0.0:  # where friction drives the bodies together, not before the slip stops
+            end = -u / rate if rate > 0.0 else math.inf
+        else:  # u N + rate N^2 / 2 = goal, without cancellation
+            end = 2.0 * goal / (u + math.sqrt(u * u + 2.0 * rate * goal))
+        part = min(stop, end)
+        work = part * (u + 0.5 * rate * part)
+        normal, tangential = normal + part, tangential + slope * part
+        u, slip = u + rate * part, 0.0 if part == stop else slip + drift * part
+        if goal == math.inf:
+            stored -= work
+            if part == end:
+                u, goal = 0.0, e * e * stored
+        else:
+            goal -= work
+            if part == end:
+                break
+    return np.array([normal, tangential, 0.0, 0.0, 0.0, 0.0])

@@ -1,0 +1,85 @@
+"""
+The strike in MuJoCo (extra `compare`), at a time step: what a general simulator makes of it.
+
+Its contacts are soft and convex (Todorov 2014): springs and dampers relative to the contact's own
+effective mass, so that a ratio of stiffnesses cannot be asked for, and restitution comes from the
+damping. The result is another model's, and does not go to this one's as the step goes to zero.
+"""
+import math
+
+import numpy as np
+
+from billiard_shot.study.problem import Problem, Vector
+
+DURATION = 1e-3  # s, of a contact: that of a leather tip
+LASTING = 12.0  # durations until all is over
+TIP = 0.005  # m, radius of the cue's tip
+
+MODEL = """
+<mujoco>
+  <option timestep="{step}" gravity="0 0 0" integrator="implicitfast" cone="elliptic"
+          impratio="10" iterations="100" tolerance="1e-12"/>
+  <worldbody>
+    <geom name="table" type="plane" size="5 5 0.1" contype="0" conaffinity="0"/>
+    <body name="ball" pos="0 0 {radius}">
+      <freejoint/>
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>
+      <geom name="ball" type="sphere" size="{radius}" contype="0" conaffinity="0"/>
+    </body>
+    <body name="cue" pos="{tip}">
+      <joint name="cue" type="slide" axis="{axis}"/>
+      <inertial pos="0 0 0" mass="{cue}" diaginertia="1 1 1"/>
+      <geom name="tip" type="sphere" size="{tip_radius}" contype="0" conaffinity="0"/>
+    </body>
+  </worldbody>
+  <contact>
+    <pair geom1="tip" geom2="ball" condim="3" friction="{friction[0]} {friction[0]} 0 0 0"
+          solref="{spring[0]}" solimp="0.99 0.99 0.001"/>
+    <pair geom1="ball" geom2="table" condim="3" friction="{friction[1]} {friction[1]} 0 0 0"
+          solref="{spring[1]}" solimp="0.99 0.99 0.001"/>
+  </contact>
+</mujoco>
+"""
+
+
+def spring_of(restitution: float, duration: float) -> str:
+    """Stiffness and damping of a unit mass that bounces once, for `duration`, losing as much."""
+    loss = -math.log(max(restitution, 1e-3))
+    frequency = math.pi / duration
+    return f'{-(frequency**2 + (loss / duration) ** 2)} {-2.0 * loss / duration}'
+
+
+def mujoco_strike(problem: Problem, step: float) -> tuple[Vector, Vector, int]:
+    """
+    Ball velocity [m/s], spin [rad/s] and number of steps of `step` seconds each.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        Without the extra `compare`.
+
+    """
+    import mujoco
+
+    surface, n = problem.model.surface, np.array(problem.stroke.normal)
+    ratio = math.sqrt(float(problem.stiffness[0] / problem.stiffness[1]))
+    c = np.array(problem.stroke.velocity) / problem.stroke.speed
+    place = np.array([0.0, 0.0, surface.radius]) + (surface.radius + TIP) * n
+
+    def text(vector: Vector) -> str:
+        return ' '.join(map(repr, vector.tolist()))
+
+    model = mujoco.MjModel.from_xml_string(MODEL.format(
+        step=step, radius=surface.radius, mass=surface.mass, inertia=surface.inertia,
+        tip=text(place), axis=text(c), cue=problem.model.cue_mass, tip_radius=TIP,
+        friction=problem.friction.tolist(),
+        spring=(spring_of(float(problem.restitution[0]), DURATION),
+                spring_of(float(problem.restitution[1]), DURATION * ratio)),
+    ))
+    data = mujoco.MjData(model)
+    data.qvel[6] = problem.stroke.speed
+    count = math.ceil(LASTING * DURATION / step)
+    mujoco.mj_step(model, data, count)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, data.qpos[3:7])
+    return data.qvel[:3].copy(), turn.reshape(3, 3) @ data.qvel[3:6], count
