@@ -1,5 +1,5 @@
 """
-A million random strikes over very wide ranges: is every one solved, and is energy accounted for?
+A million random strikes over very wide ranges: all solved, all energy accounted for.
 
 Seeded; log-uniform over mass ratios 1e-6 to 1e6, stiffness ratios 1e-8 to 1e8, friction 1e-3 to
 10, speeds 1e-9 to 1e3 m/s, n.c from -1e-12 to -1; restitution 0 to 1, and one in ten each exactly
@@ -82,9 +82,9 @@ def solved(parameters, n, c):
     """Row of parameters and results."""
     law, mass, ratio, tip, table, tip_e, table_e, speed, _, _, _, end = parameters
     surface = Surface(BALL, RADIUS, 0.4 * BALL * RADIUS**2, 9.81, table, 0.01, 10.0, table_e,
-                      table, law, 1.0, 0)  # fmt: skip
+                      table, law, 1.0, 0, 0)  # fmt: skip
     model = Model(mass * BALL, 1.0 / end, 0.0, np.array([tip, table]), np.array([tip_e, table_e]),
-                  np.array([ratio, 1.0]), law, 1.0, surface)  # fmt: skip
+                  np.array([ratio, 1.0]), law, 1.0, True, surface)  # fmt: skip
     lever = levers(RADIUS, n, c)
     response, approach = response_of(model, c, lever), approach_of(lever, speed, n, c)
     impulse, account, log = np.zeros(6), np.zeros((2, 3)), np.zeros((0, 12))

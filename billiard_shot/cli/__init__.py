@@ -13,7 +13,7 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict', 'scene', 'hard-cases')
+COMMANDS = ('predict', 'scene', 'hard-cases', 'accuracy')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -43,8 +43,8 @@ def run(options: argparse.Namespace) -> int:
             f'{v.order:.0e}', f'{v.sensitivity:.0e}', 'no' if v.faults else 'yes',
         ))
     print(table(rows))
-    print('\nStates, steps and time are at tolerance 1e-12. off: from the stated value, in parts of '
-          'the speed;\ngain: of energy, in parts of it; order: change with the order of contacts; '
+    print('\nStates, steps and time: at tolerance 1e-12. off: from the stated value, in parts of the '
+          'speed;\ngain: of energy, in parts of it; order: change with the order of contacts; '
           'sensitivity: change of\nthe answer per relative change of the numbers it depends on.')
     bad = [v for v in verdicts if v.faults]
     for v in bad:

@@ -25,7 +25,7 @@ def applies(problem: Problem) -> bool:
 def closed_form(problem: Problem) -> Vector:
     """Impulses (6,) [N s]; ValueError where `applies` is not so."""
     if not applies(problem):
-        raise ValueError('stroke: the closed form is for level strokes at the height of the centre')
+        raise ValueError('stroke: the closed form is for level ones at the height of the centre')
     w = problem.response
     (a, b), d = w[0, :2], w[1, 1]
     mu, e = float(problem.friction[0]), float(problem.restitution[0])

@@ -3,7 +3,6 @@ What the hard cases must give: computed by test/study/stated_values.py, which sh
 the solver. By family, member and law: to within which part of the speed, and the alternatives (two
 where law energetic jumps) of the motion as in `Collision.motion`.
 """
-# ruff: noqa: E501
 
 Value = tuple[float, tuple[tuple[float, ...], ...]]
 VALUES: dict[tuple[str, str, str], Value] = {

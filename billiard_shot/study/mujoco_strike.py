@@ -5,12 +5,14 @@ Its contacts are soft and convex (Todorov 2014): springs and dampers relative to
 effective mass, so that a ratio of stiffnesses cannot be asked for, and restitution comes from the
 damping. The result is another model's, and does not go to this one's as the step goes to zero.
 """
+from collections.abc import Callable
 import math
 
 import numpy as np
 
 from billiard_shot.study.problem import Problem, Vector
 
+Answer = tuple[Vector, Vector, int]
 DURATION = 1e-3  # s, of a contact: that of a leather tip
 LASTING = 12.0  # durations until all is over
 TIP = 0.005  # m, radius of the cue's tip
@@ -49,9 +51,9 @@ def spring_of(restitution: float, duration: float) -> str:
     return f'{-(frequency**2 + (loss / duration) ** 2)} {-2.0 * loss / duration}'
 
 
-def mujoco_strike(problem: Problem, step: float) -> tuple[Vector, Vector, int]:
+def mujoco_strike(problem: Problem, step: float) -> Callable[[], Callable[[], Answer]]:
     """
-    Ball velocity [m/s], spin [rad/s] and number of steps of `step` seconds each.
+    Prepare a strike in time steps of `step` seconds; see `accuracy.Run`.
 
     Raises
     ------
@@ -61,6 +63,25 @@ def mujoco_strike(problem: Problem, step: float) -> tuple[Vector, Vector, int]:
     """
     import mujoco
 
+    model = mujoco.MjModel.from_xml_string(_description(problem, step))
+    data = mujoco.MjData(model)
+    count = math.ceil(LASTING * DURATION / step)
+    turn = np.zeros(9)
+
+    def run() -> Callable[[], Answer]:
+        mujoco.mj_resetData(model, data)
+        data.qvel[6] = problem.stroke.speed
+        mujoco.mj_step(model, data, count)
+        return read
+
+    def read() -> Answer:
+        mujoco.mju_quat2Mat(turn, data.qpos[3:7])  # it has spins in the body's frame
+        return data.qvel[:3].copy(), turn.reshape(3, 3) @ data.qvel[3:6], count
+
+    return run
+
+
+def _description(problem: Problem, step: float) -> str:
     surface, n = problem.model.surface, np.array(problem.stroke.normal)
     ratio = math.sqrt(float(problem.stiffness[0] / problem.stiffness[1]))
     c = np.array(problem.stroke.velocity) / problem.stroke.speed
@@ -69,17 +90,10 @@ def mujoco_strike(problem: Problem, step: float) -> tuple[Vector, Vector, int]:
     def text(vector: Vector) -> str:
         return ' '.join(map(repr, vector.tolist()))
 
-    model = mujoco.MjModel.from_xml_string(MODEL.format(
+    return MODEL.format(
         step=step, radius=surface.radius, mass=surface.mass, inertia=surface.inertia,
         tip=text(place), axis=text(c), cue=problem.model.cue_mass, tip_radius=TIP,
         friction=problem.friction.tolist(),
         spring=(spring_of(float(problem.restitution[0]), DURATION),
                 spring_of(float(problem.restitution[1]), DURATION * ratio)),
-    ))
-    data = mujoco.MjData(model)
-    data.qvel[6] = problem.stroke.speed
-    count = math.ceil(LASTING * DURATION / step)
-    mujoco.mj_step(model, data, count)
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, data.qpos[3:7])
-    return data.qvel[:3].copy(), turn.reshape(3, 3) @ data.qvel[3:6], count
+    )

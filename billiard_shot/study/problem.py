@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.kernel import solve
 from billiard_shot.scene import Scene
 from billiard_shot.shot.contacts import approach_of, levers, response_of, weighted, yielding
-from billiard_shot.shot.model import Model, model_of
+from billiard_shot.shot.model import Model, numbers_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
@@ -45,7 +45,7 @@ class Problem:
     @classmethod
     def of(cls, scene: Scene, stroke: Stroke) -> Problem:
         """State a stroke that can be played."""
-        model = model_of(scene)
+        model = numbers_of(scene)
         n, c, speed = np.array(stroke.normal), np.array(stroke.velocity), stroke.speed
         lever = levers(model.surface.radius, n, c / speed)
         return cls(
@@ -65,8 +65,8 @@ class Problem:
         c = np.array(self.stroke.velocity) / self.stroke.speed
         lever = levers(ball.radius, n, c)
         cue = float(c @ yielding(self.model, c, weighted(impulse, lever[0])))
-        return (weighted(impulse, lever[1]) / ball.mass, weighted(impulse, lever[2]) / ball.inertia,
-                self.stroke.speed + cue)
+        velocity, turning = weighted(impulse, lever[1]), weighted(impulse, lever[2])
+        return velocity / ball.mass, turning / ball.inertia, self.stroke.speed + cue
 
     def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""

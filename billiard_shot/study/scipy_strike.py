@@ -7,41 +7,24 @@ terminal events. Slip far below the tolerance counts as none. Strokes that chatt
 all the same make it give up.
 """
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from billiard_shot.impact.friction import disc
+from billiard_shot.study.problem import Problem, Vector
 
 OPEN = 1e-13  # approach slower than this is rounding
 MOST_CALLS = 20_000
 SLIDE, STICK = 0, 1
 
 
-Vector = NDArray[np.float64]
 Event = Callable[[float, Vector], float]
 
 
 class GaveUpError(Exception):
     """No end after very many events."""
-
-
-class Equations(Protocol):
-    """What is solved: see `problem.Problem`."""
-
-    response: Vector
-    velocity: Vector
-    friction: Vector
-    restitution: Vector
-    stiffness: Vector
-    law: str
-
-    @property
-    def speed(self) -> float:
-        """Approach speed [m/s]."""
-        ...
 
 
 class ScipyStrike:
@@ -50,13 +33,13 @@ class ScipyStrike:
 
     Parameters
     ----------
-    strike : Equations
+    strike : Problem
     method : str
         Of `solve_ivp`.
 
     """
 
-    def __init__(self, strike: Equations, method: str = 'DOP853') -> None:
+    def __init__(self, strike: Problem, method: str = 'DOP853') -> None:
         self.method = method
         self.speed = strike.speed
         self.unit = strike.response.diagonal().max()

@@ -24,10 +24,13 @@ from billiard_shot.study.hard_cases import families
 
 LAWS = ('bistiffness', 'energetic')
 WORST = 1e-3  # of the speed: a value known less well states nothing
-EFFORTS = ((400, 100), (400, 20_000), (40, 20_000))  # steps a period and periods of the fastest spring
+# Steps a period, and periods, of the fastest spring.
+EFFORTS = ((400, 100), (400, 20_000), (40, 20_000))
 
 HEAD = '''"""
-What the hard cases must give: computed by test/study/stated_values.py, which shares no code with
+What the hard cases must give.
+
+Computed by test/study/stated_values.py, which shares no code with
 the solver. By family, member and law: to within which part of the speed, and the alternatives (two
 where law energetic jumps) of the motion as in `Collision.motion`.
 """

@@ -1,0 +1,76 @@
+"""`billiard-shot accuracy`: what accuracy costs, method by method."""
+import argparse
+import csv
+import dataclasses
+from pathlib import Path
+
+from billiard_shot import Scene
+from billiard_shot.cli.layout import table
+from billiard_shot.cli.progress import progress
+from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+
+HELP = 'what accuracy costs: errors and work of several methods for the same strokes'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Scene, strokes, files."""
+    parser.add_argument('scene', nargs='?', default='paper', metavar='SCENE',
+                        help='bundled scene or YAML file (%(default)s)')
+    parser.add_argument('--csv', type=Path, metavar='FILE.csv', help='write every measurement')
+    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw error over work')
+    add_stroke_arguments(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure, print, write."""
+    from billiard_shot.study import accuracy
+
+    scene = Scene.load(options.scene)
+    given = any(value is not None for value in (options.strokes, options.normal, options.speed))
+    strokes = strokes_of(options, scene) if given else accuracy.PAPER_STROKES
+    tasks, left_out = accuracy.tasks(scene, strokes)
+    measurements = [task.measure() for task in progress(tasks, 'accuracy')]
+    curves = {method.name: accuracy.curve(measurements, method.name)
+              for method in accuracy.methods()}
+    curves = {name: points for name, points in curves.items() if points}
+    about = f'scene {options.scene}, {len(strokes)} stroke{"s" * (len(strokes) > 1)}'
+    print(f'{about}: worst error, mean work\n')
+    rows = [('method', 'at', 'velocity', 'spin', 'resting place', 'evaluations', 'time', 'memory',
+             'answered'),
+            ('', '', '(m/s)', '(rad/s)', '(mm)', '', '(us)', '(kB)', '')]
+    settings = {method.name: method.setting for method in accuracy.methods()}
+    for name, points in curves.items():
+        for p in points:
+            at = f'{settings[name]} {p.setting:.0e}' if settings[name] else ''
+            rows.append((
+                name, at, f'{p.velocity:.1e}', f'{p.spin:.1e}', f'{p.rest:.1e}',
+                f'{p.evaluations:.0f}', f'{1e6 * p.seconds:.0f}', f'{p.memory:.0f}',
+                f'{p.answered} of {len(strokes)}',
+            ))
+    print(table(rows))
+    print('\nstep: in ball mass times cue speed; tolerance: of the approach speed; memory: growth '
+          'of the\nprocess at its highest (VmHWM), to the page; errors against this library at '
+          f'{accuracy.FLOOR:g}')
+    for rest in (0.1, 0.001):
+        ratio = accuracy.speed_up(measurements, rest)
+        if ratio == ratio:
+            print(f'at {rest:g} mm the impulse scheme takes {ratio:,.0f} times as long')
+    for line in left_out:
+        print(f'left out: {line}')
+    if options.csv:
+        _write(options.csv, [dataclasses.asdict(m) for m in measurements])
+    if options.picture:
+        from billiard_shot.study.accuracy_picture import draw
+
+        draw(curves, settings, about, options.picture)
+    return 0
+
+
+def _write(path: Path, rows: list[dict[str, object]]) -> None:
+    try:
+        with path.open('w', newline='') as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+    except OSError as error:
+        raise ValueError(f'--csv: {error}') from None

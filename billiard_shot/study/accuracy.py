@@ -1,0 +1,285 @@
+"""What accuracy costs: methods for the same strike, at several settings, against the truth."""
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from itertools import combinations
+import math
+from statistics import fmean, median
+from time import perf_counter
+
+import numpy as np
+
+from billiard_shot.impact import impulse_scheme
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+from billiard_shot.study.closed_form import applies, closed_form
+from billiard_shot.study.memory import peak, reset_peak
+from billiard_shot.study.mujoco_strike import mujoco_strike
+from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.rest import place_of_rest
+
+FLOOR = 1e-13  # tolerance of the truth; test/study compares it with SciPy's at 1e-12
+ENOUGH, MOST = 0.02, 51  # s to measure a time for, or so many runs
+ROUNDING = 1e-13  # relative errors below it are not the method's
+
+STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # N s, in units of ball mass times cue speed
+TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # of the approach speed
+SCIPY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
+
+Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evaluations
+Run = Callable[[], Callable[[], Answer]]  # what is timed; it gives back what reads its answer
+
+# What `billiard-shot accuracy` plays where nothing else is said: the paper's Table 1.
+PAPER_STROKES = {
+    'vertical': Stroke((-1, -2, 1), (0, 0, -2)),
+    'horizontal': Stroke((-1, -1, 0), (0.8, 0, 0)),
+    'jump': Stroke((-1, 0, 1), (1, 0, -1)),
+    'massé': Stroke((-2, -1, 12), (4, 0, -16)),
+}
+
+
+class NoAnswerError(Exception):
+    """A method found no answer to a strike at a setting."""
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """
+    A way to solve a strike.
+
+    Attributes
+    ----------
+    name, setting : str
+        What it is called, and what its settings are.
+    settings : tuple of float
+    prepare : callable
+        Of a problem and a setting: makes a `Run`, which may raise NoAnswerError.
+    against : callable
+        What keeps it from a problem, as text; empty where nothing does.
+
+    """
+
+    name: str
+    setting: str
+    settings: tuple[float, ...]
+    prepare: Callable[[Problem, float], Run]
+    against: Callable[[Problem], str] = lambda problem: ''
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A method at a setting, on one strike: errors, work. NaN where it found no answer."""
+
+    stroke: str
+    method: str
+    setting: float
+    velocity: float  # error, m/s
+    spin: float  # error, rad/s
+    rest: float  # error of the resting place, mm
+    part: float  # largest error of velocity and surface speed, in units of the cue's speed
+    evaluations: int
+    seconds: float
+    memory: float  # growth of the process at its highest, kB
+
+
+def _impulse_scheme(problem: Problem, step: float) -> Run:
+    model, stroke = problem.model, problem.stroke
+    friction, restitution = problem.friction.tolist(), problem.restitution.tolist()
+
+    def run() -> Callable[[], Answer]:
+        done = impulse_scheme.strike(
+            stroke.normal, stroke.velocity, model.cue_mass, model.surface.mass,
+            model.surface.radius, (friction[0], friction[1]), (restitution[0], restitution[1]),
+            float(problem.stiffness[0] / problem.stiffness[1]),
+            step * model.surface.mass * stroke.speed, problem.law,
+        )
+        if done.status == Status.BUDGET_EXCEEDED:
+            raise NoAnswerError
+        return lambda: (done.velocities[1], done.spins[1], done.steps)
+
+    return run
+
+
+def _against_impulse_scheme(problem: Problem) -> str:
+    if problem.law == 'bistiffness':
+        return 'impulse space knows no law bistiffness'
+    surface = problem.model.surface
+    solid = math.isclose(surface.inertia, 0.4 * surface.mass * surface.radius**2)
+    return '' if problem.model.softness == 0.0 and solid else 'for guided cues and solid balls'
+
+
+def _adaptive(problem: Problem, tolerance: float) -> Run:
+    def run() -> Callable[[], Answer]:
+        impulse, steps, status = problem.adaptive(tolerance)
+        if status == Status.BUDGET_EXCEEDED:
+            raise NoAnswerError
+        return lambda: (*problem.motion(impulse)[:2], steps)
+
+    return run
+
+
+def _closed_form(problem: Problem, _: float) -> Run:
+    def run() -> Callable[[], Answer]:
+        impulse = closed_form(problem)
+        return lambda: (*problem.motion(impulse)[:2], 1)
+
+    return run
+
+
+def _scipy(method: str) -> Callable[[Problem, float], Run]:
+    def prepare(problem: Problem, rtol: float) -> Run:
+        from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
+
+        def run() -> Callable[[], Answer]:
+            strike = ScipyStrike(problem, method)
+            try:
+                impulse = strike.solve(rtol)
+            except (GaveUpError, np.linalg.LinAlgError):
+                raise NoAnswerError from None
+            return lambda: (*problem.motion(impulse)[:2], strike.evaluations)
+
+        return run
+
+    return prepare
+
+
+def methods() -> Iterator[Method]:
+    """All that can be compared here; MuJoCo where it is installed."""
+    yield Method('impulse scheme', 'step', STEPS, _impulse_scheme, _against_impulse_scheme)
+    yield Method('this library', 'tolerance', TOLERANCES, _adaptive)
+    yield Method('closed form', '', (0.0,), _closed_form,
+                 lambda problem: '' if applies(problem) else 'only for level, centre-high strokes')
+    for name in ('DOP853', 'Radau'):
+        yield Method(f'SciPy {name}', 'rtol', SCIPY_TOLERANCES, _scipy(name),
+                     lambda problem: '' if problem.model.exponent == 1.0 else 'for linear springs')
+    if find_spec('mujoco'):
+        yield Method('MuJoCo', 'time step', TIME_STEPS, mujoco_strike,
+                     lambda problem: '' if problem.model.softness == 0.0 else 'for guided cues')
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A method at a setting on a stroke, with the truth it is measured against."""
+
+    name: str
+    problem: Problem
+    truth: tuple[Vector, Vector, Vector]  # velocity, spin, place of rest
+    method: Method
+    setting: float
+
+    def measure(self) -> Measurement:
+        """Run it once to warm up, once for the memory, and again for the time."""
+        nan, speed = math.nan, self.problem.stroke.speed
+        run = self.method.prepare(self.problem, self.setting)
+        try:
+            velocity, spin, evaluations = run()()
+        except NoAnswerError:
+            return Measurement(self.name, self.method.name, self.setting, nan, nan, nan, nan, 0,
+                               nan, nan)
+        rest = place_of_rest(self.problem.model, velocity, spin)
+        dv = float(np.abs(velocity - self.truth[0]).max())
+        dw = float(np.abs(spin - self.truth[1]).max())
+        dx = float(np.linalg.norm(rest - self.truth[2]))
+        before = reset_peak()
+        run()
+        memory = max(peak() - before, 0.0)
+        times: list[float] = []
+        while sum(times) < ENOUGH and len(times) < MOST:
+            begin = perf_counter()
+            run()
+            times.append(perf_counter() - begin)
+        return Measurement(
+            self.name, self.method.name, self.setting, dv, dw, 1e3 * dx,
+            max(dv, self.problem.model.surface.radius * dw) / speed, evaluations, median(times),
+            memory,
+        )
+
+
+def tasks(scene: Scene, strokes: Mapping[str, Stroke]) -> tuple[list[Task], list[str]]:
+    """All that is to be measured, and a line about each method that a stroke rules out."""
+    wanted: list[Task] = []
+    left_out: list[str] = []
+    for name, stroke in strokes.items():
+        problem = Problem.of(scene, stroke)
+        impulse, _, status = problem.adaptive(FLOOR)
+        if status not in (Status.OK, Status.INFINITE_SEQUENCE):
+            left_out.append(f'{name}: not solved at {FLOOR:g}: {status.name}')
+            continue
+        velocity, spin, _ = problem.motion(impulse)
+        truth = velocity, spin, place_of_rest(problem.model, velocity, spin)
+        for method in methods():
+            if reason := method.against(problem):
+                left_out.append(f'{name}: {method.name}: {reason}')
+            else:
+                wanted += [Task(name, problem, truth, method, x) for x in method.settings]
+    return wanted, left_out
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A method at a setting, over all strokes: worst errors, typical work."""
+
+    setting: float
+    answered: int  # strokes
+    velocity: float  # m/s
+    spin: float  # rad/s
+    rest: float  # mm
+    part: float  # of the cue's speed
+    evaluations: float  # mean
+    seconds: float  # mean
+    memory: float  # largest, kB
+
+
+def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
+    """Work and precision of a method, a point a setting; without those it never answered at."""
+    points = []
+    mine = [m for m in measurements if m.method == method]
+    for setting in dict.fromkeys(m.setting for m in mine):
+        these = [m for m in mine if m.setting == setting and m.seconds == m.seconds]
+        if these:
+            points.append(Point(
+                setting, len(these), max(m.velocity for m in these), max(m.spin for m in these),
+                max(m.rest for m in these), max(m.part for m in these),
+                fmean(m.evaluations for m in these), fmean(m.seconds for m in these),
+                max(m.memory for m in these),
+            ))
+    return points
+
+
+def order(points: Sequence[Point]) -> float:
+    """
+    Power of the setting (step or tolerance) that the error goes with: the order of convergence.
+
+    Over the settings at which every stroke has an answer, the median slope of all pairs of them
+    (Theil 1950), which a single bad answer does not turn; NaN where fewer than two tell.
+    """
+    complete = max(p.answered for p in points)
+    told = [p for p in points if p.answered == complete and p.setting > 0.0 and p.part > ROUNDING]
+    if len(told) < 2:
+        return math.nan
+    return median(math.log(p.part / q.part) / math.log(p.setting / q.setting)
+                  for p, q in combinations(told, 2))
+
+
+def speed_up(measurements: Sequence[Measurement], rest: float) -> float:
+    """
+    How many times as long the impulse scheme takes for the same error of the resting place [mm].
+
+    Median over the strokes; the scheme's time between its steps as a power of the error. NaN where
+    it does not come that far.
+    """
+    ratios = []
+    for stroke in dict.fromkeys(m.stroke for m in measurements):
+        slow = [m for m in measurements if m.stroke == stroke and m.method == 'impulse scheme']
+        fast = [m.seconds for m in measurements
+                if m.stroke == stroke and m.method == 'this library' and m.rest <= rest]
+        if slow and fast and min(m.rest for m in slow) <= rest:
+            slow.sort(key=lambda m: m.rest)
+            seconds = np.exp(np.interp(math.log(rest), [math.log(m.rest) for m in slow],
+                                       [math.log(m.seconds) for m in slow]))
+            ratios.append(float(seconds) / min(fast))
+    return median(ratios) if ratios else math.nan
