@@ -13,7 +13,7 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict', 'scene', 'hard-cases', 'accuracy')
+COMMANDS = ('predict', 'scene', 'effects', 'accuracy', 'hard-cases')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -4,6 +4,10 @@ import argparse
 from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import progress
 
+LEGEND = """
+States, steps, time: at tolerance 1e-12. off: from the stated value, in parts of the speed; gain:
+of energy, in parts of it; order: change with the order of contacts; sensitivity: change of the
+answer per relative change of the numbers it depends on."""
 HELP = 'collisions at the ends of what can be asked for, each with what must hold'
 
 
@@ -43,9 +47,7 @@ def run(options: argparse.Namespace) -> int:
             f'{v.order:.0e}', f'{v.sensitivity:.0e}', 'no' if v.faults else 'yes',
         ))
     print(table(rows))
-    print('\nStates, steps and time: at tolerance 1e-12. off: from the stated value, in parts of the '
-          'speed;\ngain: of energy, in parts of it; order: change with the order of contacts; '
-          'sensitivity: change of\nthe answer per relative change of the numbers it depends on.')
+    print(LEGEND)
     bad = [v for v in verdicts if v.faults]
     for v in bad:
         print(f'\n{v.family}: {v.member}, {v.law}')

@@ -1,1 +1,1 @@
-"""What accuracy and effects cost: tables and pictures."""
+"""What accuracy and effects cost, where solvers break, how the laws differ: tables, pictures."""
