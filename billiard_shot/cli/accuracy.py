@@ -7,7 +7,7 @@ from pathlib import Path
 from billiard_shot import Scene
 from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import progress
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'what accuracy costs: errors and work of several methods for the same strokes'
 
@@ -26,8 +26,8 @@ def run(options: argparse.Namespace) -> int:
     from billiard_shot.study import accuracy
 
     scene = Scene.load(options.scene)
-    given = any(value is not None for value in (options.strokes, options.normal, options.speed))
-    strokes = strokes_of(options, scene) if given else accuracy.PAPER_STROKES
+    strokes = (strokes_of(options, scene) if strokes_given(options)
+               else accuracy.PAPER_STROKES)
     tasks, left_out = accuracy.tasks(scene, strokes)
     measurements = [task.measure() for task in progress(tasks, 'accuracy')]
     curves = {method.name: accuracy.curve(measurements, method.name)

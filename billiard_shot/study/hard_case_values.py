@@ -35,10 +35,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.60577009, 0.0673077878, -0.269231151, 0.717405088, 0.218333047, 4.69140566e-12,
          0.0353836737, 0.00285165025, 0.0626099473),
     )),
-    ('restitution 0 or 1', 'e = 0 and 1, stacked', 'bistiffness'): (1e-07, (
+    ('restitution 0 or 1', 'e = 0 and 1, stacked', 'bistiffness'): (4e-07, (
         (0, 0, 0.238095537, 0, 0, 0.238095537),
     )),
-    ('restitution 0 or 1', 'e = 0 and 1, stacked', 'energetic'): (1e-07, (
+    ('restitution 0 or 1', 'e = 0 and 1, stacked', 'energetic'): (4e-07, (
         (0, 0, 0.238095537, 0, 0, 0.238095537),
     )),
     ('restitution 0 or 1', 'e = 0 and 1, slanted', 'bistiffness'): (8e-07, (
@@ -57,18 +57,18 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.0531436828, 0, 0.212574731, -0.0169371855, 0.00365306773, 0.21891357,
          0.00273547792, -0.0231005062, -0.00231183682),
     )),
-    ('restitution 0 or 1', 'e = 0 and 1, Hertz', 'bistiffness'): (1e-07, (
+    ('restitution 0 or 1', 'e = 0 and 1, Hertz', 'bistiffness'): (2e-07, (
         (0.561656012, 0.0624062235, -0.249624894, 0.768536789, 0.238226851, 0.186876725,
          0.0413206372, -0.0183895024, 0.0609100428),
     )),
-    ('restitution 0 or 1', 'e = 0 and 1, Hertz', 'energetic'): (1e-07, (
+    ('restitution 0 or 1', 'e = 0 and 1, Hertz', 'energetic'): (2e-07, (
         (0.561656012, 0.0624062235, -0.249624894, 0.768536789, 0.238226851, 0.186876725,
          0.0413206372, -0.0183895024, 0.0609100428),
     )),
-    ('restitution 0 or 1', 'e = 1 and 0, stacked', 'bistiffness'): (1e-07, (
+    ('restitution 0 or 1', 'e = 1 and 0, stacked', 'bistiffness'): (4e-07, (
         (0, 0, 0.740647496, 0, 0, 0),
     )),
-    ('restitution 0 or 1', 'e = 1 and 0, stacked', 'energetic'): (1e-07, (
+    ('restitution 0 or 1', 'e = 1 and 0, stacked', 'energetic'): (4e-07, (
         (0, 0, 0.740647496, 0, 0, 0),
     )),
     ('restitution 0 or 1', 'e = 1 and 0, slanted', 'bistiffness'): (8e-05, (
@@ -93,10 +93,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.466002359, 0.0517780399, -0.20711216, 1.07773784, 0.367491681, 0, -0.00497727392,
          0.0854939202, 0.0456646402),
     )),
-    ('restitution 0 or 1', 'e = 1 and 1, stacked', 'bistiffness'): (1e-07, (
+    ('restitution 0 or 1', 'e = 1 and 1, stacked', 'bistiffness'): (2e-06, (
         (0, 0, 0.990576124, 0, 0, 0.136963286),
     )),
-    ('restitution 0 or 1', 'e = 1 and 1, stacked', 'energetic'): (1e-07, (
+    ('restitution 0 or 1', 'e = 1 and 1, stacked', 'energetic'): (2e-06, (
         (0, 0, 0.990576124, 0, 0, 0.136963286),
     )),
     ('restitution 0 or 1', 'e = 1 and 1, slanted', 'bistiffness'): (7e-05, (
@@ -123,24 +123,24 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.46248606, 0.05138734, -0.20554936, 0.975025442, 0.32825945, 0.764572221,
          -0.0688317584, 0.252713898, 0.0456558619),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, slanted', 'bistiffness'): (2e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, slanted', 'bistiffness'): (4e-06, (
         (0.536483753, 0.0596093059, -0.238437223, 1.02491987, 0.38434495, 0.302765355, 0, 0,
          0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, slanted', 'energetic'): (1e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, slanted', 'energetic'): (7e-07, (
         (0.537592129, 0.0597324588, -0.238929835, 1.02187147, 0.383201801, 0.303993788, 0, 0,
          0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, masse', 'bistiffness'): (1e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, masse', 'bistiffness'): (4e-06, (
         (-0.0300836948, 0, 0.120334779, 0.556032605, 0.278016302, 0.140136577, 0, 0, 0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, masse', 'energetic'): (5e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, masse', 'energetic'): (3e-06, (
         (-0.0221515617, 0, 0.0886062467, 0.539854277, 0.269927139, 0.0272560924, 0, 0, 0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, light end', 'bistiffness'): (2e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, light end', 'bistiffness'): (8e-06, (
         (1.95396796, -3.24258419, 1.4987273, 0.391823396, 0.146933773, 0.12234191, 0, 0, 0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 0, light end', 'energetic'): (1e-07, (
+    ('friction 0 or 10', 'mu = 0 and 0, light end', 'energetic'): (2e-07, (
         (1.95352977, -3.24118192, 1.49792929, 0.391659068, 0.146872151, 0.122572674, 0, 0, 0),
     )),
     ('friction 0 or 10', 'mu = 0 and 10, slanted', 'bistiffness'): (6e-06, (
@@ -151,7 +151,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.459940237, 0.0511044708, -0.204417883, 0.882456948, 0.330921355, 0.36055826,
          -0.209293042, 0.558114778, 0),
     )),
-    ('friction 0 or 10', 'mu = 0 and 10, masse', 'bistiffness'): (3e-07, (
+    ('friction 0 or 10', 'mu = 0 and 10, masse', 'bistiffness'): (5e-06, (
         (-0.0379332098, 0, 0.151732839, 0.417611355, 0.208805677, 0.133315956, -0.122088481,
          0.244176961, 0),
     )),
@@ -167,7 +167,11 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (2.01997253, -3.45380772, 1.6189312, 0.297554185, 0.111582819, 0.130045058,
          -0.0705711713, 0.18818979, 0),
     )),
-    ('friction 0 or 10', 'mu = 10 and 0, slanted', 'energetic'): (3e-07, (
+    ('friction 0 or 10', 'mu = 10 and 0, slanted', 'bistiffness'): (1e-05, (
+        (0.538712382, 0.0598569313, -0.239427725, 1.00649303, 0.336817686, 0.32092322,
+         0.0547952349, -0.0596227052, 0.0518987527),
+    )),
+    ('friction 0 or 10', 'mu = 10 and 0, slanted', 'energetic'): (2e-06, (
         (0.539042231, 0.0598935812, -0.239574325, 1.01530273, 0.340096449, 0.313799397,
          0.0409958078, -0.0227712608, 0.051930536),
     )),
@@ -179,19 +183,19 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.0271609629, 0, 0.108643851, 0.394995781, 0.201378028, 0.000640022483, 0.119514081,
          -0.251090605, -0.00100520349),
     )),
-    ('friction 0 or 10', 'mu = 10 and 0, light end', 'bistiffness'): (3e-04, (
-        (0.846163048, -0.564808614, 0.230007255, 1.02969169, 0.134100168, 0.228729603,
-         0.120869392, 0.214410803, 0.322037509),
+    ('friction 0 or 10', 'mu = 10 and 0, light end', 'bistiffness'): (2e-05, (
+        (0.846145419, -0.564815031, 0.229965777, 1.02969199, 0.134100335, 0.22872902,
+         0.120868617, 0.214412755, 0.32203744),
     )),
-    ('friction 0 or 10', 'mu = 10 and 0, light end', 'energetic'): (2e-07, (
+    ('friction 0 or 10', 'mu = 10 and 0, light end', 'energetic'): (5e-07, (
         (0.827216434, -0.570847958, 0.184699212, 1.02898348, 0.134139056, 0.229125539,
          0.119918104, 0.21629918, 0.321648475),
     )),
-    ('friction 0 or 10', 'mu = 10 and 10, slanted', 'bistiffness'): (8e-06, (
+    ('friction 0 or 10', 'mu = 10 and 10, slanted', 'bistiffness'): (2e-05, (
         (-0.0863849931, -0.00959833256, 0.0383933302, 0.197900818, 0.081254481, 0.317269913,
          -0.051389846, 0.125163467, -0.00836936311),
     )),
-    ('friction 0 or 10', 'mu = 10 and 10, slanted', 'energetic'): (7e-06, (
+    ('friction 0 or 10', 'mu = 10 and 10, slanted', 'energetic'): (9e-06, (
         (0.245122133, 0.0272357925, -0.10894317, 0.358779988, 0.114488916, 0.0194750589,
          -0.0724091484, 0.226912388, 0.0238346282),
     )),
@@ -204,8 +208,8 @@ VALUES: dict[tuple[str, str, str], Value] = {
          -0.00981113886, 0.00801399745, -0.00167842884),
     )),
     ('friction 0 or 10', 'mu = 10 and 10, light end', 'bistiffness'): (2e-04, (
-        (1.02744629, -0.57602243, 0.727323003, 0.900301548, 0.0406643818, 0.255320268,
-         -0.0257184132, 0.569400694, 0.352937582),
+        (1.02742221, -0.576030358, 0.727265639, 0.900302234, 0.040664977, 0.2553193,
+         -0.0257187897, 0.569401128, 0.352937181),
     )),
     ('friction 0 or 10', 'mu = 10 and 10, light end', 'energetic'): (3e-06, (
         (1.00291536, -0.583710994, 0.668541677, 0.900617521, 0.0412494738, 0.255775493,
@@ -232,7 +236,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('stiffness ratio', '1e-4, stacked', 'bistiffness'): (1e-07, (
         (0, 0, 0.435812893, 0, 0, 0.435794824),
     )),
-    ('stiffness ratio', '1e-4, stacked', 'energetic'): (1e-07, (
+    ('stiffness ratio', '1e-4, stacked', 'energetic'): (5e-07, (
         (0, 0, 0.436301318, 0, 0, 0.435273346),
     )),
     ('stiffness ratio', '1e-4, slanted', 'bistiffness'): (1e-07, (
@@ -257,7 +261,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('stiffness ratio', '1e4, stacked', 'energetic'): (1e-07, (
         (0, 0, 0.948683056, 0, 0, 0.00188545829),
     )),
-    ('stiffness ratio', '1e4, slanted', 'bistiffness'): (6e-07, (
+    ('stiffness ratio', '1e4, slanted', 'bistiffness'): (3e-06, (
         (0.5481862, 0.0609095778, -0.243638311, 0.876274739, 0.285789779, 0.309911849,
          -0.0596394698, 0.240810122, 0.0528114628),
     )),
@@ -265,11 +269,11 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.548186231, 0.0609095812, -0.243638325, 0.876277542, 0.285790826, 0.309909744,
          -0.0596416572, 0.240815941, 0.0528114633),
     )),
-    ('stiffness ratio', '1e4, masse', 'bistiffness'): (1e-07, (
+    ('stiffness ratio', '1e4, masse', 'bistiffness'): (3e-07, (
         (-0.099229269, 0, 0.396917076, -0.0497085801, -0.000560962867, 0.404773408,
          0.000354784069, -0.0314384665, -0.00444305856),
     )),
-    ('stiffness ratio', '1e4, masse', 'energetic'): (5e-07, (
+    ('stiffness ratio', '1e4, masse', 'energetic'): (2e-06, (
         (-0.0989972983, 0, 0.395989193, -0.04896806, -0.000262420469, 0.403310417,
          0.000518205764, -0.0317134936, -0.00443154898),
     )),
@@ -279,7 +283,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('stiffness ratio', '1e8, stacked', 'energetic'): (1e-03, (
         (0, 0, 0.948683298, 0, 0, 0),
     )),
-    ('stiffness ratio', '1e8, slanted', 'bistiffness'): (6e-05, (
+    ('stiffness ratio', '1e8, slanted', 'bistiffness'): (3e-04, (
         (0.548188124, 0.0609097916, -0.243639166, 0.876277411, 0.285790646, 0.309907463,
          -0.0596449982, 0.240825163, 0.0528116379),
     )),
@@ -287,11 +291,11 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.548189886, 0.0609099873, -0.243639949, 0.87627328, 0.285788959, 0.309905867,
          -0.0596445457, 0.240824219, 0.0528118076),
     )),
-    ('stiffness ratio', '1e8, masse', 'bistiffness'): (3e-06, (
+    ('stiffness ratio', '1e8, masse', 'bistiffness'): (3e-05, (
         (-0.0997062838, 0, 0.398825135, -0.0499869255, -0.000583220242, 0.407063043,
          0.000368861466, -0.031614509, -0.00446444146),
     )),
-    ('mass ratio', '1e-6, stacked', 'bistiffness'): (1e-07, (
+    ('mass ratio', '1e-6, stacked', 'bistiffness'): (5e-07, (
         (0, 0, 0.948681349, 0, 0, 1.23245156e-06),
     )),
     ('mass ratio', '1e-6, stacked', 'energetic'): (2e-07, (
@@ -313,7 +317,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.152075012, 0, 0.608300049, 3.07558612e-07, -2.36351431e-08, 8.20822666e-07,
          1.4948177e-08, 1.94517146e-07, 3.2447708e-08),
     )),
-    ('mass ratio', '1e-3, stacked', 'bistiffness'): (1e-07, (
+    ('mass ratio', '1e-3, stacked', 'bistiffness'): (5e-07, (
         (0, 0, 0.946745326, 0, 0, 0.00122850274),
     )),
     ('mass ratio', '1e-3, stacked', 'energetic'): (2e-07, (
@@ -335,10 +339,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.151686659, 0, 0.606746635, 0.000302832566, -1.90541483e-05, 0.000820327352,
          1.20509015e-05, 0.000191528132, 3.11777017e-05),
     )),
-    ('mass ratio', '1e3, stacked', 'bistiffness'): (5e-06, (
+    ('mass ratio', '1e3, stacked', 'bistiffness'): (3e-05, (
         (0, 0, 0.901024865, 0, 0, 0.100382688),
     )),
-    ('mass ratio', '1e3, stacked', 'energetic'): (3e-06, (
+    ('mass ratio', '1e3, stacked', 'energetic'): (3e-05, (
         (0, 0, 0.94978072, 0, 0, 0.687875183),
     )),
     ('mass ratio', '1e3, slanted', 'bistiffness'): (2e-04, (
@@ -349,18 +353,15 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.9074495, 0.100827722, -0.403310889, 1.30367341, 0.417827133, 0.2678124,
          0.0140022556, 0.0979380964, 0.0875571056),
     )),
-    ('mass ratio', '1e3, masse', 'bistiffness'): (4e-05, (
+    ('mass ratio', '1e3, masse', 'bistiffness'): (9e-05, (
         (-0.0604343962, 0, 0.241737585, 0.0439207882, 0.0367408791, 0.00368209509,
          0.00942906439, -0.0375924819, -0.00270481896),
     )),
-    ('mass ratio', '1e3, masse', 'energetic'): (3e-06, (
+    ('mass ratio', '1e3, masse', 'energetic'): (2e-05, (
         (-0.214808589, 0, 0.859234358, 0.559903866, 0.332450919, 0.0995740017, 0.13375093,
          -0.334131032, -0.00961084867),
     )),
-    ('mass ratio', '1e6, stacked', 'bistiffness'): (3e-04, (
-        (0, 0, 0.901037577, 0, 0, 0.0738931005),
-    )),
-    ('mass ratio', '1e6, stacked', 'energetic'): (3e-04, (
+    ('mass ratio', '1e6, stacked', 'energetic'): (5e-04, (
         (0, 0, 0.949748679, 0, 0, 0.307409243),
     )),
     ('mass ratio', '1e6, slanted', 'bistiffness'): (2e-04, (
@@ -435,64 +436,64 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.0382134356, 0, 0.152853742, 0.0789740304, 0.0443964695, 0.0301404802, 0.0114083016,
          -0.0392159528, -0.00131883312),
     )),
-    ('grazing strokes', 'level, side, n.c = -1e-3', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'level, side, n.c = -1e-3', 'bistiffness'): (6e-06, (
         (0.999778562, 0, 0, 0.000664180204, 0.00165564721, 0, 0, 0, 0.00104754278),
     )),
     ('grazing strokes', 'level, side, n.c = -1e-3', 'energetic'): (1e-07, (
         (0.999778562, 0, 0, 0.000664180201, 0.0016556472, 0, 0, 0, 0.00104754277),
     )),
-    ('grazing strokes', 'level, top, n.c = -1e-3', 'energetic'): (5e-07, (
+    ('grazing strokes', 'level, top, n.c = -1e-3', 'energetic'): (9e-04, (
         (-0.895561419, 0, 0, -0.447780277, 0, 0.000337188725, 0, -0.283201113, 0),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-3', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-3', 'bistiffness'): (5e-06, (
         (0.706801677, 0, -0.706801677, -0.000598142917, -0.00163968012, 7.72941345e-05,
          -0.000399906921, 0.00113958681, -0.000865112642),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-3', 'energetic'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-3', 'energetic'): (2e-06, (
         (0.706808609, 0, -0.706808609, -0.000579465372, -0.00159764826, 0.000121398467,
          -0.000383192293, 0.0011056706, -0.00084549133),
     )),
-    ('grazing strokes', 'level, side, n.c = -1e-6', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'level, side, n.c = -1e-6', 'bistiffness'): (6e-06, (
         (0.999999779, 0, 0, 6.62614368e-07, 1.65653112e-06, 0, 0, 0, 1.04768269e-06),
     )),
     ('grazing strokes', 'level, side, n.c = -1e-6', 'energetic'): (1e-07, (
         (0.999999779, 0, 0, 6.62614364e-07, 1.65653111e-06, 0, 0, 0, 1.04768268e-06),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-6', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-6', 'bistiffness'): (5e-06, (
         (0.707106477, 0, -0.707106477, -6.00129395e-07, -1.63897029e-06, 7.58996607e-08,
          -3.99083168e-07, 1.13820933e-06, -8.64653103e-07),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-6', 'energetic'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-6', 'energetic'): (2e-06, (
         (0.707106484, 0, -0.707106484, -5.81622202e-07, -1.59743933e-06, 1.19774786e-07,
          -3.8258241e-07, 1.10470121e-06, -8.45262527e-07),
     )),
-    ('grazing strokes', 'level, side, n.c = -1e-9', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'level, side, n.c = -1e-9', 'bistiffness'): (6e-06, (
         (1, 0, 0, 6.62612802e-10, 1.656532e-09, 0, 0, 0, 1.04768283e-09),
     )),
     ('grazing strokes', 'level, side, n.c = -1e-9', 'energetic'): (1e-07, (
         (1, 0, 0, 6.62612798e-10, 1.65653199e-09, 0, 0, 0, 1.04768282e-09),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-9', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-9', 'bistiffness'): (5e-06, (
         (0.707106781, 0, -0.707106781, -6.00131395e-10, -1.63896962e-09, 7.58982697e-11,
          -3.99082358e-10, 1.13820798e-09, -8.64652663e-10),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-9', 'energetic'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-9', 'energetic'): (2e-06, (
         (0.707106781, 0, -0.707106781, -5.81624372e-10, -1.59743916e-09, 1.19773166e-10,
          -3.82581813e-10, 1.10470027e-09, -8.45262317e-10),
     )),
-    ('grazing strokes', 'level, side, n.c = -1e-12', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'level, side, n.c = -1e-12', 'bistiffness'): (6e-06, (
         (1, 0, 0, 0, 1.656532e-12, 0, 0, 0, 1.04768283e-12),
     )),
     ('grazing strokes', 'level, side, n.c = -1e-12', 'energetic'): (1e-07, (
         (1, 0, 0, 0, 1.65653199e-12, 0, 0, 0, 1.04768282e-12),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-12', 'bistiffness'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-12', 'bistiffness'): (5e-06, (
         (0.707106781, 0, -0.707106781, 0, -1.6390243e-12, 0, 0, 1.13824595e-12, 0),
     )),
-    ('grazing strokes', 'slanted, n.c = -1e-12', 'energetic'): (1e-07, (
+    ('grazing strokes', 'slanted, n.c = -1e-12', 'energetic'): (2e-06, (
         (0.707106781, 0, -0.707106781, 0, -1.59749245e-12, 0, 0, 1.10473712e-12, 0),
     )),
-    ('equator', 'n.z = 0.001, level', 'bistiffness'): (8e-07, (
+    ('equator', 'n.z = 0.001, level', 'bistiffness'): (4e-06, (
         (0.614383562, 0, 0, 1.15635249, 0.326951364, 0.000596300179, -5.4187149e-05,
          0.000522189969, 0.087770358),
     )),
@@ -500,7 +501,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.614383993, 0, 0, 1.15636245, 0.326954331, 0.000575385118, -7.70594923e-05,
          0.000587842446, 0.0877699479),
     )),
-    ('equator', 'n.z = 0.001, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = 0.001, down', 'bistiffness'): (4e-06, (
         (0.610237817, 0, -0.122047563, 1.13282267, 0.320107691, 0.0257943058, 0.0213434943,
          -0.0600411931, 0.0874191247),
     )),
@@ -508,7 +509,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610531907, 0, -0.122106381, 1.13341114, 0.320267662, 0.0251984644, 0.0196066506,
          -0.0549908223, 0.0874227546),
     )),
-    ('equator', 'n.z = 1e-06, level', 'bistiffness'): (8e-07, (
+    ('equator', 'n.z = 1e-06, level', 'bistiffness'): (4e-06, (
         (0.614386829, 0, 0, 1.15660876, 0.327023234, 5.96299597e-07, -5.41325968e-08,
          5.22191136e-07, 0.0877695483),
     )),
@@ -516,7 +517,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.614386831, 0, 0, 1.15660876, 0.327023235, 5.75383601e-07, -7.70098713e-08,
          5.87846193e-07, 0.0877695481),
     )),
-    ('equator', 'n.z = 1e-06, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = 1e-06, down', 'bistiffness'): (4e-06, (
         (0.610360371, 0, -0.122072074, 1.13291903, 0.32011849, 0.0253532595, 0.0213945262,
          -0.0605323384, 0.0874363119),
     )),
@@ -524,13 +525,13 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610651941, 0, -0.122130388, 1.13349381, 0.320274255, 0.0247875518, 0.019676892,
          -0.0555377632, 0.0874399853),
     )),
-    ('equator', 'n.z = 1e-12, level', 'bistiffness'): (2e-06, (
+    ('equator', 'n.z = 1e-12, level', 'bistiffness'): (4e-06, (
         (0.614386832, 0, 0, 1.15660901, 0.327023306, 0, 0, 0, 0.0877695474),
     )),
     ('equator', 'n.z = 1e-12, level', 'energetic'): (2e-06, (
         (0.614386833, 0, 0, 1.15660901, 0.327023304, 0, 0, 0, 0.0877695476),
     )),
-    ('equator', 'n.z = 1e-12, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = 1e-12, down', 'bistiffness'): (4e-06, (
         (0.610360494, 0, -0.122072099, 1.13291913, 0.320118501, 0.0253528209, 0.021394577,
          -0.0605328293, 0.0874363291),
     )),
@@ -538,13 +539,13 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610652062, 0, -0.122130412, 1.13349389, 0.320274261, 0.0247871435, 0.019676962,
          -0.05553831, 0.0874400025),
     )),
-    ('equator', 'n.z = 0, level', 'bistiffness'): (2e-06, (
+    ('equator', 'n.z = 0, level', 'bistiffness'): (4e-06, (
         (0.614386832, 0, 0, 1.15660901, 0.327023306, 0, 0, 0, 0.0877695475),
     )),
     ('equator', 'n.z = 0, level', 'energetic'): (1e-06, (
         (0.614386834, 0, 0, 1.15660901, 0.327023304, 0, 0, 0, 0.0877695477),
     )),
-    ('equator', 'n.z = 0, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = 0, down', 'bistiffness'): (4e-06, (
         (0.610360494, 0, -0.122072099, 1.13291913, 0.320118501, 0.0253528209, 0.021394577,
          -0.0605328293, 0.0874363291),
     )),
@@ -552,13 +553,13 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610652062, 0, -0.122130412, 1.13349389, 0.320274261, 0.0247871435, 0.019676962,
          -0.05553831, 0.0874400025),
     )),
-    ('equator', 'n.z = -1e-12, level', 'bistiffness'): (2e-06, (
+    ('equator', 'n.z = -1e-12, level', 'bistiffness'): (4e-06, (
         (0.614386832, 0, 0, 1.15660901, 0.327023306, 1.09004702e-12, 0, 0, 0.0877695475),
     )),
     ('equator', 'n.z = -1e-12, level', 'energetic'): (1e-06, (
         (0.614386834, 0, 0, 1.15660901, 0.327023304, 1.09004702e-12, 0, 0, 0.0877695477),
     )),
-    ('equator', 'n.z = -1e-12, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = -1e-12, down', 'bistiffness'): (4e-06, (
         (0.610360494, 0, -0.122072099, 1.13291913, 0.320118501, 0.0253528209, 0.021394577,
          -0.0605328293, 0.0874363291),
     )),
@@ -566,7 +567,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610652062, 0, -0.122130412, 1.13349389, 0.320274261, 0.0247871435, 0.019676962,
          -0.05553831, 0.0874400025),
     )),
-    ('equator', 'n.z = -1e-06, level', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = -1e-06, level', 'bistiffness'): (4e-06, (
         (0.614386833, 0, 0, 1.15660901, 0.327023305, 1.09135418e-06, 4.21025929e-10,
          -2.93275812e-07, 0.0877695476),
     )),
@@ -574,7 +575,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.614386834, 0, 0, 1.156609, 0.327023303, 1.09136794e-06, 4.25392e-10,
          -2.93283536e-07, 0.0877695478),
     )),
-    ('equator', 'n.z = -1e-06, down', 'bistiffness'): (4e-07, (
+    ('equator', 'n.z = -1e-06, down', 'bistiffness'): (4e-06, (
         (0.610360617, 0, -0.122072123, 1.13291922, 0.320118511, 0.0253523823, 0.0213946279,
          -0.0605333202, 0.0874363463),
     )),
@@ -582,33 +583,33 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.610652182, 0, -0.122130436, 1.13349397, 0.320274267, 0.0247867352, 0.019677032,
          -0.0555388567, 0.0874400197),
     )),
-    ('jam and centre hits', 'vertical, through the centre', 'bistiffness'): (2e-06, (
+    ('jam and centre hits', 'vertical, through the centre', 'bistiffness'): (6e-06, (
         (0, 0, 0.246180712, 0, 0, 0.0866264117, 0, 0, 0),
     )),
-    ('jam and centre hits', 'vertical, through the centre', 'energetic'): (2e-07, (
+    ('jam and centre hits', 'vertical, through the centre', 'energetic'): (9e-07, (
         (0, 0, 0.184971798, 0, 0, 0.0301285523, 0, 0, 0),
     )),
-    ('jam and centre hits', 'vertical, off by 1e-10', 'bistiffness'): (2e-06, (
+    ('jam and centre hits', 'vertical, off by 1e-10', 'bistiffness'): (6e-06, (
         (0, 0, 0.246180712, -1.96307029e-11, 0, 0.0866264117, 0, 2.32444663e-12, 0),
     )),
-    ('jam and centre hits', 'vertical, off by 1e-10', 'energetic'): (2e-07, (
+    ('jam and centre hits', 'vertical, off by 1e-10', 'energetic'): (9e-07, (
         (0, 0, 0.184971798, -1.2154221e-11, 0, 0.0301285523, 0, -7.68700434e-12, 0),
     )),
-    ('jam and centre hits', 'vertical, off by 1e-5', 'bistiffness'): (2e-06, (
+    ('jam and centre hits', 'vertical, off by 1e-5', 'bistiffness'): (6e-06, (
         (0, 0, 0.246180712, -1.96307029e-06, -3.92614057e-06, 0.086626412, -4.64889326e-07,
          2.32444663e-07, 0),
     )),
-    ('jam and centre hits', 'vertical, off by 1e-5', 'energetic'): (2e-07, (
+    ('jam and centre hits', 'vertical, off by 1e-5', 'energetic'): (9e-07, (
         (0, 0, 0.184971798, -1.2154221e-06, -2.43084421e-06, 0.0301285522, 1.53740087e-06,
          -7.68700433e-07, 0),
     )),
-    ('jam and centre hits', 'c = -n, 0 degrees down', 'bistiffness'): (1e-07, (
+    ('jam and centre hits', 'c = -n, 0 degrees down', 'bistiffness'): (4e-06, (
         (0.585805106, 0, 0, 1.24233711, 0, 0, 0, 0, 0),
     )),
     ('jam and centre hits', 'c = -n, 0 degrees down', 'energetic'): (1e-07, (
         (0.585805108, 0, 0, 1.2423371, 0, 0, 0, 0, 0),
     )),
-    ('jam and centre hits', 'c = -n, 0 degrees down, light end', 'bistiffness'): (1e-07, (
+    ('jam and centre hits', 'c = -n, 0 degrees down, light end', 'bistiffness'): (4e-06, (
         (0.585805106, 0, 0, 1.24233711, 0, 0, 0, 0, 0),
     )),
     ('jam and centre hits', 'c = -n, 0 degrees down, light end', 'energetic'): (1e-07, (
@@ -617,34 +618,37 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('jam and centre hits', 'c = -n, 30 degrees down', 'bistiffness'): (2e-04, (
         (0.490471251, 0, -0.283173709, 0.921355313, 0, 0.340708703, 0, 0.121757777, 0),
     )),
-    ('jam and centre hits', 'c = -n, 30 degrees down', 'energetic'): (6e-07, (
+    ('jam and centre hits', 'c = -n, 30 degrees down', 'energetic'): (2e-06, (
         (0.49197659, 0, -0.284042817, 0.932850595, 0, 0.33392134, 0, 0.151145575, 0),
     )),
-    ('jam and centre hits', 'c = -n, 30 degrees down, light end', 'energetic'): (3e-07, (
+    ('jam and centre hits', 'c = -n, 30 degrees down, light end', 'bistiffness'): (2e-05, (
+        (0.641971878, 0, -0.0216829374, 0.973137983, 0, 0.31048076, 0, 0.219086426, 0),
+    )),
+    ('jam and centre hits', 'c = -n, 30 degrees down, light end', 'energetic'): (2e-06, (
         (0.588248427, 0, -0.118026918, 0.971318394, 0, 0.31050456, 0, 0.223020818, 0),
     )),
     ('jam and centre hits', 'c = -n, 60 degrees down', 'bistiffness'): (2e-04, (
         (0.0455979384, 0, -0.078977946, 0.52372845, 0, 0.13979017, 0, -0.107006913, 0),
     )),
-    ('jam and centre hits', 'c = -n, 60 degrees down', 'energetic'): (4e-07, (
+    ('jam and centre hits', 'c = -n, 60 degrees down', 'energetic'): (2e-06, (
         (0.0512077259, 0, -0.088694383, 0.526844345, 0, 0.100355987, 0, -0.108837371, 0),
     )),
     ('jam and centre hits', 'c = -n, 60 degrees down, light end', 'bistiffness'): (6e-04, (
         (1.17757975, 0, 0.478037379, 0.887748808, 0, 0.131877562, 0, 0.442094151, 0),
     )),
-    ('jam and centre hits', 'c = -n, 60 degrees down, light end', 'energetic'): (7e-07, (
+    ('jam and centre hits', 'c = -n, 60 degrees down, light end', 'energetic'): (4e-06, (
         (1.13203896, 0, 0.438135189, 0.885715218, 0, 0.141541016, 0, 0.422599306, 0),
     )),
-    ('jam and centre hits', 'c = -n, 89 degrees down', 'bistiffness'): (2e-06, (
+    ('jam and centre hits', 'c = -n, 89 degrees down', 'bistiffness'): (6e-06, (
         (-0.00429584903, 0, 0.246109026, 0.00161767131, 0, 0.0867142305, 0, -0.00198008983, 0),
     )),
-    ('jam and centre hits', 'c = -n, 89 degrees down', 'energetic'): (2e-07, (
+    ('jam and centre hits', 'c = -n, 89 degrees down', 'energetic'): (9e-07, (
         (-0.00322721507, 0, 0.184887027, 0.00212723622, 0, 0.0300633997, 0, 0.00134538231, 0),
     )),
-    ('jam and centre hits', 'c = -n, 89 degrees down, light end', 'bistiffness'): (2e-06, (
+    ('jam and centre hits', 'c = -n, 89 degrees down, light end', 'bistiffness'): (6e-06, (
         (0.0810340957, 0, 0.246841924, 0.0442761593, 0, 0.0871130388, 0, 0.0250072863, 0),
     )),
-    ('jam and centre hits', 'c = -n, 89 degrees down, light end', 'energetic'): (2e-07, (
+    ('jam and centre hits', 'c = -n, 89 degrees down, light end', 'energetic'): (8e-07, (
         (0.0744718994, 0, 0.185719149, 0.0409678331, 0, 0.0297733519, 0, 0.0259103327, 0),
     )),
     ('slip reversal', 'out of plane by 0', 'bistiffness'): (6e-04, (
@@ -699,7 +703,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.00864884418, 0.0201806364, 0.0201806364, 0.00221523336, -0.0401152401, 0.0327941825,
          0.0221081052, 0.00149098133, -0.000614736905),
     )),
-    ('simultaneous events', 'two contacts alike', 'bistiffness'): (1e-07, (
+    ('simultaneous events', 'two contacts alike', 'bistiffness'): (6e-06, (
         (0, 0, 0.5, 0, 0, 0),
     )),
     ('simultaneous events', 'two contacts alike', 'energetic'): (2e-07, (
@@ -729,7 +733,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('simultaneous events', 'two contacts alike, jammed by friction', 'energetic'): (1e-09, (
         (0, 0, 0, 0, 0, 0),
     )),
-    ('simultaneous events', 'four corners', 'bistiffness'): (1e-07, (
+    ('simultaneous events', 'four corners', 'bistiffness'): (5e-06, (
         (0, 0, 0.5, 0, 0, 0),
     )),
     ('simultaneous events', 'four corners', 'energetic'): (1e-07, (
@@ -743,10 +747,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.0244499972, -0.00938763997, 0.464092036, 0.0505248393, -0.109925389,
          -0.0018100031),
     )),
-    ('simultaneous events', 'four corners, turning', 'bistiffness'): (4e-07, (
+    ('simultaneous events', 'four corners, turning', 'bistiffness'): (1e-05, (
         (0.785549965, -0.393194269, 0.106627932, -0.0161416366, -0.0246903645, 0.011053872),
     )),
-    ('simultaneous events', 'four corners, turning', 'energetic'): (2e-07, (
+    ('simultaneous events', 'four corners, turning', 'energetic'): (2e-06, (
         (0.785796077, -0.393323605, 0.105700814, -0.0135203376, -0.0306350112, 0.0119674318),
     )),
     ('simultaneous events', 'four corners, mu = 10', 'bistiffness'): (2e-04, (
@@ -757,37 +761,37 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.0712267491, 0.00533312326, 0.243663667, -0.0202298078, -0.142184951,
          -0.00304267548),
     )),
-    ('end and reactivation at once', 'k2/k1 = 1.702012', 'bistiffness'): (9e-07, (
-        (0, 0, 0.60550857, 0, 0, 0.280199253),
+    ('end and reactivation at once', 'k2/k1 = 1.7023750075', 'bistiffness'): (7e-06, (
+        (0, 0, 0.605543866, 0, 0, 0.280196838),
     )),
-    ('end and reactivation at once', 'k2/k1 = 1.702012', 'energetic'): (1e-03, (
-        (0, 0, 0.551761224, 0, 0, 0.358211878),
-        (0, 0, 0.551648411, 0, 0, 0.358400272),
+    ('end and reactivation at once', 'k2/k1 = 1.7023750075', 'energetic'): (1e-03, (
+        (0, 0, 0.549810074, 0, 0, 0.361410554),
+        (0, 0, 0.631128918, 0, 0, 0.288820868),
     )),
-    ('end and reactivation at once', 'k2/k1 = 2.125068', 'bistiffness'): (3e-07, (
-        (0, 0, 0.654750137, 0, 0, 0.251220507),
+    ('end and reactivation at once', 'k2/k1 = 2.1250675834', 'bistiffness'): (6e-06, (
+        (0, 0, 0.654750085, 0, 0, 0.251220552),
     )),
-    ('end and reactivation at once', 'k2/k1 = 2.125068', 'energetic'): (1e-03, (
-        (0, 0, 0.685333141, 0, 0, 0.241377752),
-        (0, 0, 0.629442449, 0, 0, 0.297267706),
+    ('end and reactivation at once', 'k2/k1 = 2.1250675834', 'energetic'): (1e-03, (
+        (0, 0, 0.685333088, 0, 0, 0.241377812),
+        (0, 0, 0.629442371, 0, 0, 0.297267791),
     )),
-    ('end and reactivation at once', 'k2/k1 = 23.16168', 'bistiffness'): (1e-07, (
-        (0, 0, 0.92287356, 0, 0, 0.0518049216),
+    ('end and reactivation at once', 'k2/k1 = 23.2114207656', 'bistiffness'): (4e-07, (
+        (0, 0, 0.922934936, 0, 0, 0.0517519494),
     )),
-    ('end and reactivation at once', 'k2/k1 = 23.16168', 'energetic'): (1e-03, (
-        (0, 0, 0.887406725, 0, 0, 0.0333634391),
-        (0, 0, 0.887410788, 0, 0, 0.0333478891),
+    ('end and reactivation at once', 'k2/k1 = 23.2114207656', 'energetic'): (1e-03, (
+        (0, 0, 0.888220149, 0, 0, 0.0293409383),
+        (0, 0, 0.92548347, 0, 0, 0.0826236356),
     )),
-    ('endless sequences', 'heavy on light', 'bistiffness'): (2e-06, (
+    ('endless sequences', 'heavy on light', 'bistiffness'): (2e-05, (
         (0, 0, 0.395500112, 0, 0, 0.0193097822),
     )),
     ('endless sequences', 'heavy on light', 'energetic'): (1e-07, (
         (0, 0, 0, 0, 0, 2.12025952e-11),
     )),
-    ('endless sequences', 'heavier on light', 'bistiffness'): (3e-05, (
+    ('endless sequences', 'heavier on light', 'bistiffness'): (9e-05, (
         (0, 0, 0.254322662, 0, 0, 0.228212266),
     )),
-    ('endless sequences', 'heavier on light', 'energetic'): (6e-06, (
+    ('endless sequences', 'heavier on light', 'energetic'): (2e-05, (
         (0, 0, 0.138939991, 0, 0, 0.0584591597),
     )),
     ('endless sequences', 'plastic', 'bistiffness'): (1e-07, (
@@ -796,11 +800,11 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ('endless sequences', 'plastic', 'energetic'): (1e-07, (
         (0, 0, 0, 0, 0, 0),
     )),
-    ('jammed cue', 'cue 100 times the ball', 'bistiffness'): (3e-06, (
+    ('jammed cue', 'cue 100 times the ball', 'bistiffness'): (3e-05, (
         (-0.0833441562, 0, 0.277813854, -0.125175705, -0.0424290884, 0.159692328, 0.0268345117,
          -0.0791680672, 0.00440790589),
     )),
-    ('jammed cue', 'cue 100 times the ball', 'energetic'): (2e-06, (
+    ('jammed cue', 'cue 100 times the ball', 'energetic'): (2e-05, (
         (-0.150179119, 0, 0.500597064, -0.555695988, -0.242017982, 0.0655294953, -0.097381971,
          0.147908027, 0.00791034485),
     )),
@@ -808,35 +812,35 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (-0.239044207, 0, 0.796814023, -0.158292919, -0.0211657337, 0.731493965,
          -0.00801505062, -0.057395519, 0.0126822442),
     )),
-    ('jammed cue', 'cue 100 times the ball, e = .9', 'energetic'): (2e-06, (
+    ('jammed cue', 'cue 100 times the ball, e = .9', 'energetic'): (4e-05, (
         (-0.282521782, 0, 0.941739275, -0.349740381, -0.106443329, 0.568451352, 0.0673206724,
          -0.221195239, 0.0149621852),
     )),
-    ('jammed cue', 'cue 1000 times the ball', 'bistiffness'): (3e-05, (
+    ('jammed cue', 'cue 1000 times the ball', 'bistiffness'): (7e-05, (
         (-0.083993435, 0, 0.279978117, -0.120588726, -0.0399222374, 0.0181065987,
          -0.00140489728, -0.0229873531, 0.00445595323),
     )),
-    ('jammed cue', 'cue 1000 times the ball', 'energetic'): (3e-06, (
+    ('jammed cue', 'cue 1000 times the ball', 'energetic'): (2e-05, (
         (-0.257628256, 0, 0.858760853, -0.889730391, -0.382438111, 0.0302794596, -0.172482974,
          0.265753158, 0.0136625296),
     )),
-    ('jammed cue', 'cue 1000 times the ball, e = .9', 'bistiffness'): (2e-05, (
+    ('jammed cue', 'cue 1000 times the ball, e = .9', 'bistiffness'): (2e-04, (
         (-0.240353154, 0, 0.801177179, -0.27058162, -0.0769783237, 0.0252393383, 0.0014031311,
          -0.0766148021, 0.0127529728),
     )),
-    ('jammed cue', 'cue 1000 times the ball, e = .9', 'energetic'): (3e-05, (
+    ('jammed cue', 'cue 1000 times the ball, e = .9', 'energetic'): (8e-05, (
         (-0.282974385, 0, 0.943247952, -0.685358703, -0.274078619, 0.380635278, -0.0318158094,
          -0.0232977072, 0.015007884),
     )),
-    ('jammed cue', 'cue 10000 times the ball', 'energetic'): (3e-06, (
+    ('jammed cue', 'cue 10000 times the ball', 'energetic'): (7e-05, (
         (-0.270482216, 0, 0.901607385, -1.62052698, -0.744639605, 0.810602751, -0.152727516,
          0.222406167, 0.0143512872),
     )),
-    ('jammed cue', 'cue 10000 times the ball, e = .9', 'bistiffness'): (2e-05, (
+    ('jammed cue', 'cue 10000 times the ball, e = .9', 'bistiffness'): (6e-04, (
         (-0.240393975, 0, 0.801313251, -0.179884211, -0.0316011521, 0.718729491, 0.0199863235,
          -0.113768765, 0.0127568054),
     )),
-    ('jammed cue', 'cue 10000 times the ball, e = .9', 'energetic'): (2e-04, (
+    ('jammed cue', 'cue 10000 times the ball, e = .9', 'energetic'): (3e-04, (
         (-0.283707196, 0, 0.945690652, -0.991343019, -0.426830792, 1.11242509, 0.0191135099,
          -0.125324207, 0.0150536569),
     )),
@@ -852,7 +856,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ("Newton's cradle", '2 balls, Hertz', 'energetic'): (2e-07, (
         (4.99724495e-09, 0, 0, 0.999999995, 0, 0),
     )),
-    ("Newton's cradle", '2 balls, e = .9', 'bistiffness'): (1e-07, (
+    ("Newton's cradle", '2 balls, e = .9', 'bistiffness'): (1e-06, (
         (0.05, 0, 0, 0.95, 0, 0),
     )),
     ("Newton's cradle", '2 balls, e = .9', 'energetic'): (3e-07, (
@@ -864,10 +868,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ("Newton's cradle", '2 balls, e = 0', 'energetic'): (1e-06, (
         (0.5, 0, 0, 0.5, 0, 0),
     )),
-    ("Newton's cradle", '3 balls', 'bistiffness'): (2e-07, (
+    ("Newton's cradle", '3 balls', 'bistiffness'): (3e-06, (
         (-0.130261695, 0, 0, 0.15022957, 0, 0, 0.980032126, 0, 0),
     )),
-    ("Newton's cradle", '3 balls', 'energetic'): (2e-07, (
+    ("Newton's cradle", '3 balls', 'energetic'): (3e-06, (
         (-0.130261695, 0, 0, 0.15022957, 0, 0, 0.980032126, 0, 0),
     )),
     ("Newton's cradle", '3 balls, Hertz', 'bistiffness'): (3e-06, (
@@ -876,10 +880,10 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ("Newton's cradle", '3 balls, Hertz', 'energetic'): (3e-06, (
         (-0.0709523565, 0, 0, 0.0764030446, 0, 0, 0.994549312, 0, 0),
     )),
-    ("Newton's cradle", '3 balls, e = .9', 'bistiffness'): (5e-07, (
+    ("Newton's cradle", '3 balls, e = .9', 'bistiffness'): (3e-06, (
         (-0.0653045875, 0, 0, 0.167192951, 0, 0, 0.898111636, 0, 0),
     )),
-    ("Newton's cradle", '3 balls, e = .9', 'energetic'): (5e-07, (
+    ("Newton's cradle", '3 balls, e = .9', 'energetic'): (3e-06, (
         (-0.0571334038, 0, 0, 0.157750733, 0, 0, 0.89938267, 0, 0),
     )),
     ("Newton's cradle", '3 balls, e = 0', 'bistiffness'): (1e-06, (
@@ -888,27 +892,27 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ("Newton's cradle", '3 balls, e = 0', 'energetic'): (1e-06, (
         (0.333333333, 0, 0, 0.333333333, 0, 0, 0.333333333, 0, 0),
     )),
-    ("Newton's cradle", '5 balls', 'bistiffness'): (2e-07, (
+    ("Newton's cradle", '5 balls', 'bistiffness'): (3e-06, (
         (-0.132279487, 0, 0, -0.0753291703, 0, 0, -0.0310108267, 0, 0, 0.296217751, 0, 0,
          0.942401733, 0, 0),
     )),
-    ("Newton's cradle", '5 balls', 'energetic'): (2e-07, (
+    ("Newton's cradle", '5 balls', 'energetic'): (3e-06, (
         (-0.132279487, 0, 0, -0.0753291703, 0, 0, -0.0310108267, 0, 0, 0.296217751, 0, 0,
          0.942401733, 0, 0),
     )),
-    ("Newton's cradle", '5 balls, Hertz', 'bistiffness'): (2e-06, (
+    ("Newton's cradle", '5 balls, Hertz', 'bistiffness'): (4e-06, (
         (-0.071085014, 0, 0, -0.0302737636, 0, 0, -0.0144636289, 0, 0, 0.127044974, 0, 0,
          0.988777433, 0, 0),
     )),
-    ("Newton's cradle", '5 balls, Hertz', 'energetic'): (2e-06, (
+    ("Newton's cradle", '5 balls, Hertz', 'energetic'): (4e-06, (
         (-0.071085014, 0, 0, -0.0302737636, 0, 0, -0.0144636289, 0, 0, 0.127044974, 0, 0,
          0.988777433, 0, 0),
     )),
-    ("Newton's cradle", '5 balls, e = .9', 'bistiffness'): (5e-07, (
+    ("Newton's cradle", '5 balls, e = .9', 'bistiffness'): (4e-06, (
         (-0.0666501129, 0, 0, -0.0187212742, 0, 0, 0.0109335618, 0, 0, 0.260603811, 0, 0,
          0.813834014, 0, 0),
     )),
-    ("Newton's cradle", '5 balls, e = .9', 'energetic'): (2e-07, (
+    ("Newton's cradle", '5 balls, e = .9', 'energetic'): (4e-06, (
         (-0.0580174366, 0, 0, -0.0128864679, 0, 0, 0.0112626124, 0, 0, 0.242637591, 0, 0,
          0.817003701, 0, 0),
     )),
@@ -918,32 +922,32 @@ VALUES: dict[tuple[str, str, str], Value] = {
     ("Newton's cradle", '5 balls, e = 0', 'energetic'): (1e-06, (
         (0.2, 0, 0, 0.2, 0, 0, 0.2, 0, 0, 0.2, 0, 0, 0.2, 0, 0),
     )),
-    ("Newton's cradle", '10 balls', 'bistiffness'): (3e-07, (
+    ("Newton's cradle", '10 balls', 'bistiffness'): (4e-06, (
         (-0.132279493, 0, 0, -0.0754120329, 0, 0, -0.0546622463, 0, 0, -0.0435724512, 0, 0,
          -0.0365582267, 0, 0, -0.031584581, 0, 0, -0.0212649617, 0, 0, 0.0787644619, 0, 0,
          0.438898288, 0, 0, 0.877671244, 0, 0),
     )),
-    ("Newton's cradle", '10 balls', 'energetic'): (3e-07, (
+    ("Newton's cradle", '10 balls', 'energetic'): (4e-06, (
         (-0.132279493, 0, 0, -0.0754120329, 0, 0, -0.0546622463, 0, 0, -0.0435724512, 0, 0,
          -0.0365582267, 0, 0, -0.031584581, 0, 0, -0.0212649617, 0, 0, 0.0787644619, 0, 0,
          0.438898288, 0, 0, 0.877671244, 0, 0),
     )),
-    ("Newton's cradle", '10 balls, Hertz', 'bistiffness'): (2e-06, (
+    ("Newton's cradle", '10 balls, Hertz', 'bistiffness'): (5e-06, (
         (-0.0710850108, 0, 0, -0.0302737911, 0, 0, -0.0158333976, 0, 0, -0.0088856944, 0, 0,
          -0.00512658273, 0, 0, -0.00298597748, 0, 0, -0.00173767034, 0, 0, 0.00267195483, 0, 0,
          0.147390309, 0, 0, 0.985865861, 0, 0),
     )),
-    ("Newton's cradle", '10 balls, Hertz', 'energetic'): (2e-06, (
+    ("Newton's cradle", '10 balls, Hertz', 'energetic'): (5e-06, (
         (-0.0710850108, 0, 0, -0.0302737911, 0, 0, -0.0158333976, 0, 0, -0.0088856944, 0, 0,
          -0.00512658273, 0, 0, -0.00298597748, 0, 0, -0.00173767034, 0, 0, 0.00267195483, 0, 0,
          0.147390309, 0, 0, 0.985865861, 0, 0),
     )),
-    ("Newton's cradle", '10 balls, e = .9', 'bistiffness'): (7e-07, (
+    ("Newton's cradle", '10 balls, e = .9', 'bistiffness'): (4e-06, (
         (-0.066650117, 0, 0, -0.0187591436, 0, 0, -0.00311074267, 0, 0, 0.00441077031, 0, 0,
          0.00865611272, 0, 0, 0.0112839735, 0, 0, 0.0152285134, 0, 0, 0.0658132709, 0, 0,
          0.313720807, 0, 0, 0.669406556, 0, 0),
     )),
-    ("Newton's cradle", '10 balls, e = .9', 'energetic'): (3e-07, (
+    ("Newton's cradle", '10 balls, e = .9', 'energetic'): (4e-06, (
         (-0.0580174401, 0, 0, -0.0129048817, 0, 0, 0.00162164512, 0, 0, 0.00837263985, 0, 0,
          0.0120271247, 0, 0, 0.0141683102, 0, 0, 0.0166456518, 0, 0, 0.0539878846, 0, 0,
          0.292138588, 0, 0, 0.671960478, 0, 0),
@@ -956,21 +960,21 @@ VALUES: dict[tuple[str, str, str], Value] = {
         (0.1, 0, 0, 0.1, 0, 0, 0.1, 0, 0, 0.1, 0, 0, 0.1, 0, 0, 0.1, 0, 0, 0.1, 0, 0, 0.1, 0,
          0, 0.1, 0, 0, 0.1, 0, 0),
     )),
-    ("Newton's cradle", '20 balls', 'bistiffness'): (4e-07, (
+    ("Newton's cradle", '20 balls', 'bistiffness'): (3e-06, (
         (-0.132279494, 0, 0, -0.0754120332, 0, 0, -0.0546622466, 0, 0, -0.0435724532, 0, 0,
          -0.0365584888, 0, 0, -0.0316753057, 0, 0, -0.0280569618, 0, 0, -0.0252557774, 0, 0,
          -0.0230155211, 0, 0, -0.0211783008, 0, 0, -0.019641186, 0, 0, -0.0183340182, 0, 0,
          -0.0172072014, 0, 0, -0.0162208359, 0, 0, -0.0151607621, 0, 0, -0.00978182303, 0, 0,
          0.0346981247, 0, 0, 0.204832646, 0, 0, 0.522842862, 0, 0, 0.805638776, 0, 0),
     )),
-    ("Newton's cradle", '20 balls', 'energetic'): (4e-07, (
+    ("Newton's cradle", '20 balls', 'energetic'): (3e-06, (
         (-0.132279494, 0, 0, -0.0754120332, 0, 0, -0.0546622466, 0, 0, -0.0435724532, 0, 0,
          -0.0365584888, 0, 0, -0.0316753057, 0, 0, -0.0280569618, 0, 0, -0.0252557774, 0, 0,
          -0.0230155211, 0, 0, -0.0211783008, 0, 0, -0.019641186, 0, 0, -0.0183340182, 0, 0,
          -0.0172072014, 0, 0, -0.0162208359, 0, 0, -0.0151607621, 0, 0, -0.00978182303, 0, 0,
          0.0346981247, 0, 0, 0.204832646, 0, 0, 0.522842862, 0, 0, 0.805638776, 0, 0),
     )),
-    ("Newton's cradle", '20 balls, Hertz', 'bistiffness'): (1e-06, (
+    ("Newton's cradle", '20 balls, Hertz', 'bistiffness'): (5e-06, (
         (-0.0710850108, 0, 0, -0.0302737911, 0, 0, -0.0158333976, 0, 0, -0.00888569428, 0, 0,
          -0.005126583, 0, 0, -0.00298597685, 0, 0, -0.0017405687, 0, 0, -0.00101114312, 0, 0,
          -0.000584332564, 0, 0, -0.000335769463, 0, 0, -0.000191899725, 0, 0, -0.000109166663,
@@ -978,7 +982,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
          -1.10762138e-05, 0, 0, 6.78137699e-06, 0, 0, 0.0040079276, 0, 0, 0.14859676, 0, 0,
          0.985679429, 0, 0),
     )),
-    ("Newton's cradle", '20 balls, Hertz', 'energetic'): (1e-06, (
+    ("Newton's cradle", '20 balls, Hertz', 'energetic'): (5e-06, (
         (-0.0710850108, 0, 0, -0.0302737911, 0, 0, -0.0158333976, 0, 0, -0.00888569428, 0, 0,
          -0.005126583, 0, 0, -0.00298597685, 0, 0, -0.0017405687, 0, 0, -0.00101114312, 0, 0,
          -0.000584332564, 0, 0, -0.000335769463, 0, 0, -0.000191899725, 0, 0, -0.000109166663,
@@ -986,14 +990,14 @@ VALUES: dict[tuple[str, str, str], Value] = {
          -1.10762138e-05, 0, 0, 6.78137699e-06, 0, 0, 0.0040079276, 0, 0, 0.14859676, 0, 0,
          0.985679429, 0, 0),
     )),
-    ("Newton's cradle", '20 balls, e = .9', 'bistiffness'): (4e-07, (
+    ("Newton's cradle", '20 balls, e = .9', 'bistiffness'): (3e-06, (
         (-0.0666501194, 0, 0, -0.0187591454, 0, 0, -0.00311074295, 0, 0, 0.00441076969, 0, 0,
          0.00865605934, 0, 0, 0.0112610946, 0, 0, 0.0129347406, 0, 0, 0.0140340264, 0, 0,
          0.0147579711, 0, 0, 0.0152259389, 0, 0, 0.0155136066, 0, 0, 0.0156710841, 0, 0,
          0.0156862814, 0, 0, 0.0157150829, 0, 0, 0.0157348939, 0, 0, 0.0162998502, 0, 0,
          0.0275509789, 0, 0, 0.0991414311, 0, 0, 0.289045934, 0, 0, 0.496880264, 0, 0),
     )),
-    ("Newton's cradle", '20 balls, e = .9', 'energetic'): (7e-07, (
+    ("Newton's cradle", '20 balls, e = .9', 'energetic'): (4e-06, (
         (-0.05801744, 0, 0, -0.012904882, 0, 0, 0.00162164715, 0, 0, 0.00837264057, 0, 0,
          0.0120271098, 0, 0, 0.0141591304, 0, 0, 0.0154532908, 0, 0, 0.0162601609, 0, 0,
          0.0167482304, 0, 0, 0.0168574135, 0, 0, 0.0169401427, 0, 0, 0.0169688384, 0, 0,
@@ -1010,7 +1014,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
          0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0,
          0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0, 0.05, 0, 0),
     )),
-    ("Newton's cradle", '50 balls', 'bistiffness'): (4e-07, (
+    ("Newton's cradle", '50 balls', 'bistiffness'): (2e-06, (
         (-0.132279494, 0, 0, -0.0754120332, 0, 0, -0.0546622466, 0, 0, -0.0435724532, 0, 0,
          -0.036558489, 0, 0, -0.0316753053, 0, 0, -0.0280569636, 0, 0, -0.0252557754, 0, 0,
          -0.0230155223, 0, 0, -0.0211783001, 0, 0, -0.019641186, 0, 0, -0.0183340187, 0, 0,
@@ -1025,7 +1029,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
          -0.00464154627, 0, 0, 0.00637029605, 0, 0, 0.0497472268, 0, 0, 0.158836195, 0, 0,
          0.344689424, 0, 0, 0.560287908, 0, 0, 0.708872098, 0, 0),
     )),
-    ("Newton's cradle", '50 balls', 'energetic'): (4e-07, (
+    ("Newton's cradle", '50 balls', 'energetic'): (2e-06, (
         (-0.132279494, 0, 0, -0.0754120332, 0, 0, -0.0546622466, 0, 0, -0.0435724532, 0, 0,
          -0.036558489, 0, 0, -0.0316753053, 0, 0, -0.0280569636, 0, 0, -0.0252557754, 0, 0,
          -0.0230155223, 0, 0, -0.0211783001, 0, 0, -0.019641186, 0, 0, -0.0183340187, 0, 0,
@@ -1072,7 +1076,7 @@ VALUES: dict[tuple[str, str, str], Value] = {
          3.82924004e-09, 0, 0, 7.09917725e-09, 0, 0, 1.32437576e-05, 0, 0, 0.00401251965, 0, 0,
          0.148600457, 0, 0, 0.985678828, 0, 0),
     )),
-    ("Newton's cradle", '50 balls, e = .9', 'bistiffness'): (5e-07, (
+    ("Newton's cradle", '50 balls, e = .9', 'bistiffness'): (1e-06, (
         (-0.0666501194, 0, 0, -0.0187591454, 0, 0, -0.00311074295, 0, 0, 0.00441076969, 0, 0,
          0.00865605914, 0, 0, 0.0105663228, 0, 0, 0.0106308358, 0, 0, 0.010727364, 0, 0,
          0.010861984, 0, 0, 0.0109725567, 0, 0, 0.0111463729, 0, 0, 0.0112044213, 0, 0,
@@ -1121,12 +1125,5 @@ VALUES: dict[tuple[str, str, str], Value] = {
          0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0,
          0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0, 0.02, 0, 0,
          0.02, 0, 0),
-    )),
-    ('friction 0 or 10', 'mu = 10 and 0, slanted', 'bistiffness'): (1e-05, (
-        (0.538712382, 0.0598569313, -0.239427725, 1.00649303, 0.336817686, 0.32092322,
-         0.0547952349, -0.0596227052, 0.0518987527),
-    )),
-    ('jam and centre hits', 'c = -n, 30 degrees down, light end', 'bistiffness'): (2e-05, (
-        (0.641971878, 0, -0.0216829374, 0.973137983, 0, 0.31048076, 0, 0.219086426, 0),
     )),
 }

@@ -209,7 +209,8 @@ def _sequences() -> Iterator[Family]:
         'end and reactivation at once',
         'here law energetic jumps: a spring just reaches, or just misses, the energy at which '
         'its contact ends (law bistiffness does not)',
-        {f'k2/k1 = {ratio}': stacked(ratio=ratio) for ratio in (1.7023750075, 2.1250675834, 23.2114207656)},
+        {f'k2/k1 = {ratio}': stacked(ratio=ratio)
+         for ratio in (1.7023750075, 2.1250675834, 23.2114207656)},
         sensitive=True,
     )
     yield Family(

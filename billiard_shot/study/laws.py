@@ -19,7 +19,7 @@ from billiard_shot.study.rest import place_of_rest
 
 TOLERANCE = 1e-11
 CLOSEST = 1e-11  # relative width to which a jump is bracketed
-STEEP = 3.0  # times as much change as in the neighbouring intervals: looked at closely
+STEEP = 3.0  # times as far from straight as the intervals around: looked at closely
 SMALLEST = 1e-6  # jump, in parts of the cue's speed
 LAWS = ('bistiffness', 'energetic')
 WAYS = (*LAWS, 'pairwise', 'newton')
@@ -66,7 +66,7 @@ class Line:
             problem = self.problem(value, way if way in LAWS else 'bistiffness')
             try:
                 velocity, spin, _ = problem.motion(_impulses(problem, way))
-                rest = place_of_rest(problem.model, velocity, spin)
+                rest = place_of_rest(problem.scene, velocity, spin)
                 found.append(math.hypot(rest[0], rest[1]))
             except NoEndError:
                 found.append(math.nan)
@@ -106,30 +106,53 @@ def lines(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Line]:
 
 
 def jumps(outcome: Outcome, values: Sequence[float] | Vector) -> list[Jump]:
-    """Find the jumps of an outcome along a line, each bracketed to rounding."""
-    results = [outcome(float(value)) for value in values]
-    changes = np.array([np.abs(q - p).max() for p, q in zip(results, results[1:], strict=False)])
+    """
+    Find the jumps of an outcome along a line of values, each bracketed to rounding.
+
+    Looked at closely: intervals whose change differs from the mean of their neighbours' by more
+    than is usual around. One jump an interval at most is found.
+    """
+    x = np.asarray(values, float)
+    results = np.array([outcome(value) for value in x.tolist()])
+    slopes = np.diff(results, axis=0) / np.diff(x)[:, np.newaxis]
+    padded = np.concatenate([slopes[1:2], slopes, slopes[-2:-1]])
+    usual = 0.5 * (padded[:-2] + padded[2:])
+    bends = np.abs(slopes - usual).max(axis=1) * np.diff(x)
     found = []
-    for i, change in enumerate(changes):
-        around = np.concatenate([changes[max(i - 3, 0):i], changes[i + 1:i + 4]])
-        if change > STEEP * np.median(around) + SMALLEST:
-            low, high = float(values[i]), float(values[i + 1])
-            p, q = results[i], results[i + 1]
-            while high - low > CLOSEST * max(abs(low), abs(high)):
-                middle = 0.5 * (low + high)
-                m = outcome(middle)
-                if np.abs(m - p).max() > np.abs(q - m).max():
-                    high, q = middle, m
-                else:
-                    low, p = middle, m
-            size = float(np.abs(q - p).max())
-            if size > SMALLEST:
-                found.append(Jump(0.5 * (low + high), size))
+    for i, bend in enumerate(bends):
+        around = np.concatenate([bends[max(i - 4, 0):max(i - 1, 0)], bends[i + 2:i + 5]])
+        if bend > STEEP * np.median(around) + SMALLEST:
+            jump = _bracketed(outcome, float(x[i]), float(x[i + 1]), usual[i])
+            found += [jump] if jump.size > SMALLEST else []
     return found
+
+
+def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Jump:
+    """Halve an interval, keeping the half whose change is further from the usual slope's."""
+    p, q = outcome(low), outcome(high)
+    while high - low > CLOSEST * max(abs(low), abs(high)):
+        middle = 0.5 * (low + high)
+        m = outcome(middle)
+        step = slope * (middle - low)
+        if np.abs(m - p - step).max() > np.abs(q - m - step).max():
+            high, q = middle, m
+        else:
+            low, p = middle, m
+    return Jump(0.5 * (low + high), float(np.abs(q - p).max()))
+
+
+def wedges(problem: Problem) -> bool:
+    """
+    Whether the tip can wedge: W_nn < mu |W_nt| (Painleve 1895).
+
+    Its friction, as it slides, then presses it against the ball more than the spring parts them.
+    """
+    w, mu = problem.response, float(problem.friction[0])
+    return bool(w[0, 0] < mu * math.hypot(w[0, 1], w[0, 2]))
 
 
 def random_strokes(count: int, seed: int) -> list[Stroke]:
     """Strokes of all kinds, to look for jumps around them."""
     rng = np.random.default_rng(seed)
-    return [Stroke.from_offsets(*rng.uniform(-0.6, 0.6, 2), rng.uniform(0.0, 1.4), 0.0, 2.0)
-            for _ in range(count)]
+    return [Stroke.from_offsets(a, b, elevation, 0.0, 2.0)
+            for a, b, elevation in rng.uniform((-0.6, -0.6, 0.0), (0.6, 0.6, 1.4), (count, 3))]

@@ -1,17 +1,20 @@
 """Where a ball comes to rest after a strike, for the studies."""
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
-from billiard_shot.shot.model import Model
-from billiard_shot.study.problem import Vector
-from billiard_shot.table import motion
-from billiard_shot.table.roll_out import roll_out
+from billiard_shot.scene import Scene
+from billiard_shot.table.simulate import simulate
+from billiard_shot.table.trajectory import BallState
 
-FINE = 1e-13  # m for leaving out bounces, and the accuracy of each
+FINE = 1e-13  # m, for leaving out bounces
 
 
-def place_of_rest(model: Model, velocity: Vector, spin: Vector) -> Vector:
-    """Place (3,) [m] at which a ball from (0, 0, r) rests."""
-    ball = motion.start(np.array([0.0, 0.0, model.surface.radius]), velocity, spin)
-    nothing = np.empty((0, motion.COLUMNS))
-    getattr(roll_out, 'py_func', roll_out)(model.surface, ball, FINE, FINE, nothing)
-    return ball[motion.POSITION : motion.POSITION + 3]
+def place_of_rest(
+    scene: Scene, velocity: NDArray[np.float64], spin: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Place (3,) [m] at which a ball from (0, 0, r) rests on an endless cloth."""
+    start = np.array([0.0, 0.0, scene.ball.radius])
+    ball = BallState(position=start, velocity=velocity, spin=spin)
+    return simulate(replace(scene, table=None), {'cue': ball}, tolerance=FINE).rest['cue']

@@ -93,7 +93,7 @@ def stated(family, member, case, law):
         if not done:
             continue
         fine, _, spread = slow_motion(case, law, steps, periods)
-        spread = spread if spread < np.inf else 0.0  # infinite: other states, which need not matter
+        spread = spread if spread < np.inf else 0.0  # infinite: other states, perhaps tiny ones
         within = max(20.0 * np.abs(fine - rough).max(), 5.0 * spread, 1e-7)
         if within < WORST:
             digits = 10.0**math.floor(math.log10(within))

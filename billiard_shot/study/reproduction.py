@@ -1,0 +1,156 @@
+"""
+The printed rows of the paper's Table 1, and what it takes to come near them.
+
+The model as written does not give them. Each row is recomputed here under variants that are stated
+one by one; the solver knows nothing of them, and nothing is tuned to the printed numbers. What the
+variants do to a strike is in `VariantStrike`, on top of the same strike in SciPy.
+"""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Flag
+
+import numpy as np
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.scipy_strike import Event, ScipyStrike
+
+ACCURACY = 1e-8  # of the strikes in SciPy, relative
+
+
+class Variant(Flag):
+    """What is changed in the model as written."""
+
+    NONE = 0
+    INVERSE_RATIO = 1
+    POISSON = 2
+    NOT_REACTIVATED = 4
+    STOP = 8
+    WHOLE_SLIP = 16
+    GROWING_PEAK = 32
+
+
+MEANING: Mapping[Variant, str] = {
+    Variant.INVERSE_RATIO: 'stiffness of tip over table 1/1.5',
+    Variant.POISSON: "Poisson's law",
+    Variant.NOT_REACTIVATED: 'the cue, once off the ball, never meets it again',
+    Variant.STOP: 'all ends where the cue would meet the ball again',
+    Variant.WHOLE_SLIP: 'table alone: friction until m v of slip, not 2/7 of it',
+    Variant.GROWING_PEAK: 'a recompression adds its gain to E_max',
+}
+
+
+# Printed velocities [m/s] and spins [rad/s]; the jump's normal with its sign put right.
+PRINTED: Mapping[str, tuple[Stroke, tuple[float, ...]]] = {
+    'vertical': (Stroke((-1, -2, 1), (0, 0, -2)), (.3963, .7926, .4506, 27.97, -13.98, 0.0)),
+    'horizontal': (Stroke((-1, -1, 0), (.8, 0, 0)), (.6299, .4614, 0.0, 0.0, 0.0, 10.42)),
+    'jump': (Stroke((-1, 0, 1), (1, 0, -1)), (1.169, 0.0, .1883, 0.0, 13.15, 0.0)),
+    'massé': (Stroke((-2, -1, 12), (4, 0, -16)), (-.3253, .2938, 6.232, -88.48, 179.8, -3.178)),
+}
+ATTEMPTS: Mapping[str, tuple[Variant, ...]] = {
+    'vertical': (Variant.NONE, Variant.INVERSE_RATIO,
+                 Variant.INVERSE_RATIO | Variant.NOT_REACTIVATED),
+    'horizontal': (Variant.NONE, Variant.POISSON),
+    'jump': (Variant.NONE, Variant.INVERSE_RATIO, Variant.INVERSE_RATIO | Variant.STOP),
+    'massé': (Variant.NONE, Variant.INVERSE_RATIO, Variant.INVERSE_RATIO | Variant.WHOLE_SLIP,
+              Variant.INVERSE_RATIO | Variant.WHOLE_SLIP | Variant.GROWING_PEAK),
+}
+
+
+class VariantStrike(ScipyStrike):
+    """A strike under variants of the model."""
+
+    def __init__(self, problem: Problem, variant: Variant) -> None:
+        super().__init__(problem)
+        self.variant = variant
+        self.peak, self.again = [0.0, 0.0], [0.0, 0.0]  # energies
+        self.begun: tuple[Vector, float] | None = None  # S2: direction of slip, friction left
+
+    def forces_at(self, normal: Vector, u: Vector) -> Vector:
+        """Forces; with WHOLE_SLIP, in S2, along the slip that S2 began with."""
+        force = super().forces_at(normal, u)
+        if self.begun is not None and self.active == [False, True]:
+            force[4:] = -self.mu[1] * normal[1] * self.begun[0]
+        return force
+
+    def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
+        """Events; without the cue's return where that is not to happen."""
+        names, functions = super().events()
+        kept = [i for i, name in enumerate(names) if not (
+            (Variant.NOT_REACTIVATED in self.variant and name == ('join', 0) and self.left)
+            or (self.begun is not None and name in (('stop', 1), ('slip', 1)))
+        )]
+        return [names[i] for i in kept], [functions[i] for i in kept]
+
+    @property
+    def left(self) -> bool:
+        """Whether the cue has left the ball before."""
+        return self.peak[0] > 0.0
+
+    def handle(self, name: str, j: int, state: Vector) -> None:
+        """Change the state after an event, as the variant says."""
+        energy = 0.5 * self.k[j] * state[j] ** 2
+        if name == 'join' and j == 0 and self.left and Variant.STOP in self.variant:
+            self.active = [False, False]
+            return
+        if name == 'again':
+            self.again[j] = energy
+        super().handle(name, j, state)
+        if name == 'turn':
+            gained = self.peak[j] + energy - self.again[j] if self.again[j] > 0.0 else energy
+            self.peak[j] = gained
+            if Variant.GROWING_PEAK in self.variant:
+                kept = (1.0 - self.e[j] ** 2) * gained
+                self.goal[j] = float(np.sqrt(2.0 * kept / self.k[j]))
+        if name == 'end':
+            self.again[j] = 0.0
+        slip = self.velocity(state)[4:]
+        alone = self.active == [False, True]
+        if Variant.WHOLE_SLIP in self.variant and alone and self.begun is None:
+            size = float(np.hypot(*slip))
+            if size > self.still:
+                self.begun = slip / size, size
+        if not alone:
+            self.begun = None
+
+
+def label(variant: Variant) -> str:
+    """What a variant changes, in words."""
+    return '; '.join(MEANING[part] for part in variant) or 'as written'
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of Table 1 under a variant: velocity and spin, and the residual from the printed."""
+
+    name: str
+    variant: Variant
+    numbers: Vector  # (6,)
+    velocity: float  # residual over the printed velocity's length
+    spin: float  # residual over the printed spin's length
+
+
+def reproduce(name: str, variant: Variant) -> Row:
+    """Recompute a row under a variant."""
+    stroke, printed = PRINTED[name]
+    scene = Scene.load('paper')
+    if Variant.INVERSE_RATIO in variant:
+        tip = replace(scene.contacts.cue_ball, stiffness=1 / 1.5)
+        scene = replace(scene, contacts=replace(scene.contacts, cue_ball=tip))
+    if Variant.POISSON in variant:
+        scene = replace(scene, law='poisson')
+    problem = Problem.of(scene, stroke)
+    if variant & ~(Variant.INVERSE_RATIO | Variant.POISSON):
+        impulse = VariantStrike(problem, variant).solve(ACCURACY)
+    else:  # nothing but numbers that the library knows
+        impulse, _, _ = problem.adaptive(1e-12)
+    velocity, spin, _ = problem.motion(impulse)
+    v, w = np.array(printed[:3]), np.array(printed[3:])
+    return Row(
+        name, variant, np.concatenate([velocity, spin]),
+        float(np.linalg.norm(velocity - v) / np.linalg.norm(v)),
+        float(np.linalg.norm(spin - w) / np.linalg.norm(w)),
+    )
