@@ -2,7 +2,7 @@
 import argparse
 from pathlib import Path
 
-from billiard_shot import Scene
+from billiard_shot import Scene, Stroke
 from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import progress
 from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
@@ -24,6 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Study, print, draw."""
+    import numpy as np
+
     from billiard_shot.study import laws
     from billiard_shot.study.accuracy import PAPER_STROKES
 
@@ -32,8 +34,9 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 2')
     if options.random:
         return _count(scene, options)
+    massé = PAPER_STROKES['massé']
     strokes = strokes_of(options, scene) if strokes_given(options) else {
-        'massé': PAPER_STROKES['massé']}
+        'massé at 3 m/s': Stroke(massé.normal, 3.0 / massé.speed * np.array(massé.velocity))}
     if len(strokes) > 1 and options.picture:
         raise ValueError('--picture: shows one stroke; state one')
     for name, stroke in strokes.items():
