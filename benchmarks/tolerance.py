@@ -1,5 +1,5 @@
 """
-Does `tolerance` mean what it says, and does the error estimate hold?
+Whether `tolerance` means what it says, and the error estimate holds.
 
 Random shots (0.05 to 10 m/s, log-uniform) in scenes `paper` and `pool` and in random ones, at six
 tolerances: the true error is the largest distance between two trajectories at equal times, all

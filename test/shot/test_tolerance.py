@@ -1,4 +1,4 @@
-"""`tolerance` and `error_estimate` over random shots and scenes (benchmarks/tolerance.py: more)."""
+"""`tolerance` and `error_estimate` over random shots (more: benchmarks/tolerance.py)."""
 from pathlib import Path
 import sys
 
