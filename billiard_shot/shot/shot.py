@@ -101,8 +101,8 @@ class Shot:
     def look(self) -> ShotLook:
         """What the gates of effects may look at."""
         return ShotLook(
-            self.scene, self.velocity, self.spin, self.trajectory, self.table, self.stroke,
-            self._row[at.IMPULSE].reshape(2, 3),
+            self.scene, self.velocity, self.spin, self.trajectory, self.table,
+            self._together is not None, self.stroke, self._row[at.IMPULSE].reshape(2, 3),
         )
 
     @property

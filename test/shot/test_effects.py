@@ -229,3 +229,14 @@ def test_nothing_was_simulated_in_a_refused_stroke():
 @pytest.mark.parametrize('name', scene_names())
 def test_bundled_scenes_leave_it_to_the_gates(name):
     assert Scene.load(name).effects == Effects()
+
+
+def test_a_ball_that_is_struck_together_with_another_one():
+    scene = Scene.from_dict({'like': 'pool', 'balls': {'cue': [0, 0], '1': [0.05715, 0]}})
+    found = {each.name: each for each in predict(scene, LEVEL).effects}
+    for name in ('cluster', 'ball_ball', 'throw'):
+        assert found[name].simulated
+        assert found[name].reason.startswith('the ball is struck together with what it touches')
+    off = {each.name: each for each in predict(wishing(scene, cluster='off'), LEVEL).effects}
+    assert (off['cluster'].simulated, off['cluster'].wanted) == (False, True)
+    assert off['ball_ball'].reason.startswith('balls meet another ball 1 time')

@@ -23,7 +23,7 @@ def looks(scene, states, cue='cue'):
     """What gates look at, for a scene that forces something and for the same without."""
     def look(scene):
         run = simulate(scene, states)
-        return Look(scene, states[cue].velocity, states[cue].spin, run.balls[cue], run)
+        return Look(scene, states[cue].velocity, states[cue].spin, run.balls[cue], run, False)
 
     return look(scene), look
 

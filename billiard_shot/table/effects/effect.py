@@ -42,6 +42,7 @@ class Look:
     spin: NDArray[np.float64]  # (3,) [rad/s]
     trajectory: Trajectory  # of that ball
     table: TableRun | None  # all that happens on the table, if there is more than that ball
+    struck_together: bool  # whether what the ball touched at first took part in the strike
 
     @property
     def trajectories(self) -> Mapping[str, Trajectory]:

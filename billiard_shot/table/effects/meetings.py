@@ -11,6 +11,7 @@ from billiard_shot.table.run import TableEvent
 from billiard_shot.table.trajectory import BallState, EventKind
 
 JAW = 'jaw of'
+TOGETHER = 'the ball is struck together with what it touches'
 ROUNDING = 1e-9  # m
 
 
@@ -61,6 +62,8 @@ class BallBall(Gate[Look]):
         """Events of two balls or more."""
         if len(look.trajectories) == 1:
             return Seen(False, 'there is no other ball')
+        if _in_touch(look):
+            return Seen(True, TOGETHER)
         return _count(look.events(EventKind.BALL, EventKind.CLUSTER), 'another ball')
 
 
@@ -77,6 +80,8 @@ class Throw(Gate[Look]):
         if balls.friction_fast == balls.friction_slow == 0.0:
             return Seen(False, 'balls have no friction on each other')
         slips = [_slip(look, event) for event in look.events(EventKind.BALL, EventKind.CLUSTER)]
+        if _in_touch(look):
+            return Seen(True, TOGETHER)
         if not slips:
             return Seen(False, 'no ball meets another one')
         if max(slips) < 1e-9:
@@ -94,6 +99,8 @@ class Cluster(Gate[Look]):
     def seen(self, look: Look) -> Seen:
         """Events of more than two bodies."""
         events = look.events(EventKind.CLUSTER)
+        if look.struck_together:
+            return Seen(True, f'{TOGETHER}; later impacts of more than two bodies: {len(events)}')
         if not events:
             return Seen(False, 'no more than two bodies ever meet')
         most = max(events, key=lambda event: len(event.balls))
@@ -109,6 +116,21 @@ def _count(events: list[TableEvent], what: str) -> Seen:
     return Seen(True, f'balls meet {what} {times}, first {first.balls[0]} at {first.time:.3g} s')
 
 
+def _in_touch(look: Look) -> bool:
+    """Whether the ball was struck together with another one."""
+    if not look.struck_together:
+        return False
+    places = [ball.at(0.0).position for ball in look.trajectories.values()]
+    here = look.trajectory.at(0.0).position
+    near = [np.linalg.norm(place - here) <= _reach(look) for place in places]
+    return bool(sum(near) > 1)  # with itself
+
+
+def _reach(look: Look) -> float:
+    """How far apart the centres of balls in touch are at most [m]."""
+    return 2.0 * look.scene.ball.radius + look.scene.contacts.ball_ball.gap + ROUNDING
+
+
 def _slip(look: Look, event: TableEvent) -> float:
     """Slip of balls just before they meet [m/s]; in a cluster, the largest."""
     radius = look.scene.ball.radius
@@ -117,7 +139,7 @@ def _slip(look: Look, event: TableEvent) -> float:
     for one, other in combinations(states, 2):
         between = one.position - other.position
         distance = float(np.linalg.norm(between))
-        if distance <= 2.0 * radius + look.scene.contacts.ball_ball.gap + ROUNDING:
+        if distance <= _reach(look):
             normal = between / distance
             slip = one.velocity - other.velocity
             slip = slip - radius * np.cross(one.spin + other.spin, normal)
