@@ -24,6 +24,8 @@ class Status(IntEnum):
     CUE_THROUGH_CLOTH = 102  # the cue would have to pass through the cloth
     INVALID_STROKE = 103  # a direction, point or speed that is not finite, zero or negative
     INVALID_REQUEST = 104  # any other field of a request
+    CUE_THROUGH_BALL = 105  # the cue would have to pass through another ball
+    CUE_THROUGH_CUSHION = 106  # the cue would have to pass through a cushion
 
     @property
     def refused(self) -> bool:

@@ -16,6 +16,7 @@ from billiard_shot.scene.mistakes import Mistake
 # sideways rebound, as ours do at restitution 0. Rebound along the normal adds 20 to 40 percent;
 # this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
 END_MASS = 0.0042
+LENGTH = 1.47
 TIP_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
 STANDARD_GRAVITY = 9.80665  # CGPM 1901
 
@@ -85,6 +86,10 @@ class Cue:
     tip_radius : float, optional
         Half the width of the cue behind its tip [m], at least 0: how far it reaches below the
         point where it hits. By default 6.5 mm; for a guided cue, whose shape is not known, 0.
+    length : float, optional
+        [m], at least 0: how far behind the tip there is a cue, which balls and cushions can be in
+        the way of. By default 1.47 m (58 in, the usual one); for a guided cue, whose shape is not
+        known, 0.
     dome : float
         Radius of the sphere that a rounded tip is a part of [m], at least 0. A stroke that says
         where the axis of the cue goes then meets the ball nearer to its middle. 0 by default: the
@@ -101,6 +106,7 @@ class Cue:
     tip_radius: float = number(
         'm', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS
     )
+    length: float = number('m', least=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
     dome: float = number('m', least=0, default=0.0)
 
     def __post_init__(self) -> None:

@@ -1,7 +1,10 @@
 """The outcome of a shot in one line of plain text."""
 import math
 
+import numpy as np
+
 from billiard_shot.scene import Scene
+from billiard_shot.shot.clearance import obstacles
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.run import TableRun
@@ -52,7 +55,21 @@ def message_of(
                 f'{1e3 * height:.3g} mm above the cloth, and the cue would go through it below '
                 f'{1e3 * needed:.3g} mm'
             )
+        case Status.CUE_THROUGH_BALL | Status.CUE_THROUGH_CUSHION:
+            return _in_the_way(status, scene, stroke, trajectory, elevation)
     return status.name.lower().replace('_', ' ')
+
+
+def _in_the_way(
+    status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
+) -> str:
+    normal = np.array([stroke.touching(scene.cue.dome / scene.ball.radius).normal])
+    found = obstacles(scene, trajectory.rest, normal, np.array([stroke.velocity]))
+    name, _, depth = next(o for o in found if o.status == status and o.depth[0] > 0.0)
+    return (
+        f'velocity: {_vector(stroke.velocity)} is not allowed; at its elevation, {elevation:.3g} '
+        f'degrees, the cue would go {1e3 * depth[0]:.3g} mm deep through {name}'
+    )
 
 
 def _vector(values: tuple[float, ...]) -> str:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
+from billiard_shot.shot.clearance import held_back, overrule, refuse
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import (
     check_place,
@@ -67,6 +68,8 @@ def predict(
     model = model_of(scene)
     normal = np.array([stroke.touching(model.dome).normal])
     velocity = np.array([stroke.velocity])
+    refused = refuse(scene, centre, normal, velocity)
+    velocity = held_back(velocity, refused)
     row = np.empty((1, at.COLUMNS))
     phases, segments = _PHASES, _SEGMENTS
     while True:
@@ -76,6 +79,7 @@ def predict(
         if needed[0] <= phases and needed[1] <= segments:
             break
         phases, segments = needed
+    overrule(row, refused)
     table, trajectory = None, Trajectory(rows[: needed[1]])
     together = None
     if has_table(scene) and row[0, at.STATUS] < Status.MISS:
@@ -133,6 +137,8 @@ def predict_batch(
             f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
         )
     model = model_of(scene)
+    refused = refuse(scene, centre, n, v)
+    v = held_back(v, refused)
     rows = np.empty((len(n), at.COLUMNS))
     nothing = np.empty((0, 12)), np.empty((0, motion.COLUMNS))
     workers = os.cpu_count() or 1
@@ -145,6 +151,7 @@ def predict_batch(
     with ThreadPoolExecutor(workers) as pool:
         for _ in pool.map(play, range(0, len(n), size)):
             pass
+    overrule(rows, refused)
     table = None
     if has_table(scene):
         given = states_of(scene, centre, rows)

@@ -4,6 +4,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
+from billiard_shot.shot.clearance import least_elevation
 from billiard_shot.shot.stroke import Stroke
 
 
@@ -11,8 +12,8 @@ def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     """
     Strokes as people play them, for a scene that comes without any.
 
-    Half of them level; within half a radius of the middle; 0.5 to 5 m/s; at another ball, full or
-    thin, where there is one, else in any direction.
+    Half of them as level as cushions and other balls allow; within half a radius of the middle; 0.5
+    to 5 m/s; at another ball, full or thin, where there is one, else in any direction.
     """
     draw = np.random.default_rng(seed)
     x, y, _ = scene.cue_ball
@@ -21,13 +22,14 @@ def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     strokes = []
     for number in range(count):
         offset, around = 0.5 * math.sqrt(draw.random()), draw.uniform(0.0, 2.0 * math.pi)
-        elevation = math.radians(draw.uniform(5.0, 45.0)) if number % 2 else 0.0
+        steep = math.radians(draw.uniform(5.0, 45.0)) if number % 2 else 0.0
         azimuth = draw.uniform(-math.pi, math.pi)
         if aims:
             direction, distance = aims[draw.integers(len(aims))]
             thin = 2.0 * scene.ball.radius / distance
             azimuth = direction + draw.uniform(-1.0, 1.0) * math.asin(min(thin, 1.0))
         speed = 0.5 * 10.0 ** draw.random()
-        strokes.append(Stroke.from_offsets(
-            offset * math.cos(around), offset * math.sin(around), elevation, azimuth, speed))
+        a, b = offset * math.cos(around), offset * math.sin(around)
+        elevation = max(steep, min(least_elevation(scene, a, b, azimuth), math.radians(60.0)))
+        strokes.append(Stroke.from_offsets(a, b, elevation, azimuth, speed))
     return strokes

@@ -142,7 +142,7 @@ def test_effects_of_a_table():
     """A stroke at the object ball of `frozen_combination`: throw and pockets matter, in mm."""
     scene = Scene.load('frozen_combination')
     (x, y), (u, v) = scene.balls['cue'], scene.balls['1']
-    found = changes(scene, Stroke.from_offsets(0.2, 0, 0, math.atan2(v - y, u - x), 2))
+    found = changes(scene, Stroke.from_offsets(0.2, 0, 0.1, math.atan2(v - y, u - x), 2))
     for name in ('ball_ball', 'throw', 'slide', 'roll'):
         assert found[name].simulated
         assert found[name].distance > 1e-3

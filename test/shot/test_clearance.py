@@ -1,0 +1,78 @@
+"""A stroke for which the cue has no room is refused, by name."""
+import dataclasses
+import math
+
+import pytest
+
+from billiard_shot import predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.shot.clearance import least_elevation
+
+POOL = Scene.load('pool_table')
+R = POOL.ball.radius
+
+
+def scene_of(base=POOL, **balls):
+    return dataclasses.replace(base, balls=balls)
+
+
+def stroke(elevation_deg, azimuth=0.0, b=0.0):
+    return Stroke.from_offsets(
+        a=0, b=b, elevation=math.radians(elevation_deg), azimuth=azimuth, speed=1)
+
+
+def test_a_level_cue_goes_through_the_cushion_behind_it():
+    shot = predict(scene_of(cue=(-0.6, 0.0)), stroke(0))
+    assert shot.status == Status.CUE_THROUGH_CUSHION
+    assert shot.message.endswith('mm deep through the head cushion')
+    assert shot.trajectory.rest == pytest.approx([-0.6, 0, R])
+    assert shot.table is None
+    assert predict(scene_of(cue=(-0.6, 0.0)), stroke(4)).status == Status.OK
+
+
+def test_how_steep_it_has_to_be():
+    # tip at the ball's middle height; a cone over the nose, 0.67 m - r behind the tip
+    scene = scene_of(cue=(-0.6, 0.0))
+    distance = 0.67 - R
+    thick = 0.0065 + 0.008 * distance / 1.47
+    lift = math.degrees(math.atan((0.635 * 2 * R - R + thick) / distance))
+    assert predict(scene, stroke(lift - 0.3)).status == Status.CUE_THROUGH_CUSHION
+    assert predict(scene, stroke(lift + 0.3)).status == Status.OK
+
+
+def test_the_least_elevation_is_the_first_with_room():
+    scene = scene_of(cue=(-0.6, 0.1), eight=(-0.9, 0.1))
+    least = math.degrees(least_elevation(scene, 0.0, 0.1, 0.0))
+    assert predict(scene, stroke(least, b=0.1)).status == Status.OK
+    assert predict(scene, stroke(least - 0.25, b=0.1)).status.refused
+
+
+def test_far_from_all_cushions_level_is_level():
+    wide = dataclasses.replace(POOL.table, length=6.0)
+    assert predict(dataclasses.replace(POOL, table=wide, balls={}), stroke(0)).status == Status.OK
+
+
+def test_a_ball_in_the_way_is_named():
+    scene = scene_of(dataclasses.replace(POOL, table=None), cue=(0, 0), eight=(-0.3, 0.01))
+    shot = predict(scene, stroke(0))
+    assert shot.status == Status.CUE_THROUGH_BALL
+    assert "deep through ball 'eight'" in shot.message
+    assert predict(scene, stroke(30)).status == Status.OK
+    assert predict(scene, stroke(0, azimuth=0.5)).status == Status.OK
+    ahead = scene_of(dataclasses.replace(POOL, table=None), cue=(0, 0), eight=(0.3, 0.0))
+    assert predict(ahead, stroke(0)).status == Status.OK
+
+
+def test_a_batch_refuses_the_same_rows():
+    scene = scene_of(cue=(-0.6, 0.0), eight=(-0.6, -0.3))
+    strokes = [stroke(e, a) for e in (0, 5, 30) for a in (0, math.pi / 2, math.pi)]
+    many = predict_batch(scene, [s.normal for s in strokes], [s.velocity for s in strokes])
+    single = [predict(scene, s).status for s in strokes]
+    assert many.status.tolist() == single
+    assert {Status.OK, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION} == set(single)
+
+
+def test_a_cue_of_unknown_shape_is_not_refused():
+    paper = Scene.load('paper')
+    assert paper.cue.length == 0
+    blocked = dataclasses.replace(paper, balls={'cue': (0, 0), 'eight': (-0.2, 0)})
+    assert predict(blocked, stroke(0)).status == Status.OK
