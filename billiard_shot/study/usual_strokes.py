@@ -12,8 +12,8 @@ def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     """
     Strokes as people play them, for a scene that comes without any.
 
-    Half of them as level as cushions and other balls allow; within half a radius of the middle; 0.5
-    to 5 m/s; at another ball, full or thin, where there is one, else in any direction.
+    Half of them as level as cushions and other balls allow; within half a radius of the middle;
+    0.5 to 5 m/s; at another ball, full or thin, where there is one, else in any direction.
     """
     draw = np.random.default_rng(seed)
     x, y, _ = scene.cue_ball
