@@ -123,7 +123,7 @@ def predict_batch(
     Parameters
     ----------
     scene, tolerance, position
-        As for `predict`.
+        As for `predict`. Jumps of law `energetic` (`Shot.jump`) are not looked for.
     normals, velocities : (n, 3) array_like
         As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that is
         none (not finite, or zero) gets the status INVALID_STROKE.

@@ -11,6 +11,7 @@ from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
+from billiard_shot.shot.jump import jump_of
 from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
@@ -51,12 +52,19 @@ class Shot:
 
     @cached_property
     def status(self) -> Status:
-        """How it ended."""
-        return Status(int(self._row[at.STATUS]))
+        """How it ended; TOLERANCE_NOT_REACHED also where law `energetic` jumps (see `jump`)."""
+        status = Status(int(self._row[at.STATUS]))
+        jumps = status in (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE) and self._gap > 0.0
+        return Status.TOLERANCE_NOT_REACHED if jumps else status
 
     @cached_property
     def message(self) -> str:
         """The outcome in one line; for a refused stroke, what is wrong with it."""
+        if self._gap > 0.0:
+            return (
+                f'law: energetic jumps here: within the accuracy of the strike the place of rest is '
+                f'one of two, {self._gap:.2g} m apart'
+            )
         return message_of(
             self.status, self.scene, self.stroke, self.trajectory, self.table)
 
@@ -107,13 +115,31 @@ class Shot:
 
     @property
     def error_estimate(self) -> float:
-        """Estimated largest error of the trajectory [m]."""
-        return float(self._row[at.ERROR])
+        """Estimated largest error of the trajectory [m], with the jump of law `energetic`."""
+        return float(self._row[at.ERROR]) + self._gap
 
     @property
     def evaluations(self) -> int:
         """Steps that the impact took."""
         return int(self._row[at.EVALUATIONS])
+
+    @cached_property
+    def jump(self) -> float:
+        """
+        How far the place of rest jumps within the accuracy of the strike [m]; 0: it does not.
+
+        On an endless cloth. Computed when first asked for.
+        """
+        played = not Status(int(self._row[at.STATUS])).refused
+        if not played or self._row[at.PHASES] < 2 or self._together:
+            return 0.0  # nothing happened, or nothing that could have gone another way
+        place = self.trajectory.at(0.0).position
+        return jump_of(self.scene, self.stroke, place, self.tolerance)
+
+    @property
+    def _gap(self) -> float:
+        """The jump under the law that has many of them, and so is always looked at."""
+        return self.jump if self.scene.law == 'energetic' else 0.0
 
     @cached_property
     def sensitivity(self) -> NDArray[np.float64]:
