@@ -62,8 +62,8 @@ class Shot:
         """The outcome in one line; for a refused stroke, what is wrong with it."""
         if self._gap > 0.0:
             return (
-                f'law: energetic jumps here: within the accuracy of the strike the place of rest is '
-                f'one of two, {self._gap:.2g} m apart'
+                'law: energetic jumps here: within the accuracy of the strike the place of rest '
+                f'is one of two, {self._gap:.2g} m apart'
             )
         return message_of(
             self.status, self.scene, self.stroke, self.trajectory, self.table)
