@@ -16,7 +16,7 @@ from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.impact.kernel import solve
 from billiard_shot.shot.accuracy import inner_tolerance
 from billiard_shot.shot.contacts import levers, response_of
-from billiard_shot.shot.model import model_of
+from billiard_shot.shot.model import numbers_of
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with what it takes here
@@ -66,7 +66,7 @@ def ordinary(count, seed=3):
 
 def strike_time(scene, normals, velocities, tolerance):
     """Time per strike of the kernel alone, at the accuracy that the shots' tolerance asks for."""
-    model = model_of(scene)
+    model = numbers_of(scene)
     work = []
     for normal, velocity in zip(normals, velocities, strict=True):
         n, speed = normal / np.linalg.norm(normal), np.linalg.norm(velocity)
