@@ -34,6 +34,7 @@ from billiard_shot.impact.laws import (
 )
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.series import expand, step_size
+from billiard_shot.impact.standstill import MOVES, stand, STOPPED
 from billiard_shot.impact.state import (
     COLUMNS,
     COMPRESSING,
@@ -352,6 +353,13 @@ def run(m: Model, s: State, log: NDArray[np.float64]) -> tuple[int, int, int]:
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
+            if end < 1.0 and not m.straight:
+                fate = stand(m, s, scale, tolerance)
+                if fate != MOVES:
+                    moved = True
+                    unsettled = fate == STOPPED
+                    scale = 1.0
+                    continue
         if scale == 0.0:  # the slip does not begin after all
             for j in range(count):
                 if s.young[j]:

@@ -1,0 +1,244 @@
+"""
+The last moments of a slip: so short that all else stands still, and the slip alone moves.
+
+As its slip goes to zero, a contact's friction may turn ever faster, and steps along the motion
+shrink with the slip. But once the time that is left is short against the tolerance, the normal
+forces and the friction elsewhere are constant over it, and what remains is a problem in the plane,
+    u' = b - f A d,   d = u / |u|,
+b the slip acceleration without the contact's own friction, f = mu N its limit, A its response. In
+the time sigma with d tau = |u| d sigma it is smooth: u_sigma = |u| b - f A u. The slip either
+comes to rest or, where friction cannot hold it, passes by zero and grows again.
+"""
+
+import numpy as np
+
+from billiard_shot.compiled import compiled
+from billiard_shot.impact.laws import POISSON
+from billiard_shot.impact.state import (
+    COMPRESSING,
+    INACTIVE,
+    Model,
+    RESTORING,
+    SLIDING,
+    slip_speed,
+    State,
+    STICKING,
+    stop_slip,
+)
+
+MOVES, STOPPED, PASSED = 0, 1, 2
+STEPS = 400  # of the plane problem; a slip that takes more hardly slows down
+MARGIN = 2.0  # distance to all other events, in units of what the moment could change
+
+
+@compiled
+def slowest(m: Model, s: State) -> int:
+    """Contact that slides slowest, or -1."""
+    found = -1
+    least = np.inf
+    for j in range(m.friction.shape[0]):
+        if s.grip[j] == SLIDING and not s.onset[j]:
+            speed = slip_speed(s, j)
+            if speed < least:
+                found, least = j, speed
+    return found
+
+
+@compiled
+def unrest(m: Model, s: State, scale: float, j: int) -> float:
+    """Bound of how fast the acceleration of any contact velocity changes while contact j stops."""
+    largest = 0.0
+    for row in range(s.u.shape[0]):
+        total = 0.0
+        for k in range(m.friction.shape[0]):
+            if s.phase[k] == INACTIVE:
+                continue
+            n = 3 * k
+            normal = abs(s.effective[row, n])
+            across = abs(s.effective[row, n + 1]) + abs(s.effective[row, n + 2])
+            growth = m.exponent * s.rate[k] * abs(s.u[n, 0])
+            growth *= m.stiffness[k] * s.y[k, 0] ** (m.exponent - 1.0)
+            total += normal * growth
+            if s.grip[k] == SLIDING:
+                total += across * m.friction[k] * growth
+                if k != j:
+                    turning = (abs(s.u[n + 1, 1]) + abs(s.u[n + 2, 1])) / scale
+                    turning /= max(slip_speed(s, k), 1e-300)
+                    total += across * m.friction[k] * s.force[n, 0] * turning
+        largest = max(largest, total)
+    return largest
+
+
+@compiled
+def is_quiet(m: Model, s: State, scale: float, j: int, time: float) -> bool:
+    """Whether nothing else can happen while contact j's slip ends, within `time`."""
+    rim = m.friction[j] * s.force[3 * j, 0]
+    for k in range(m.friction.shape[0]):
+        n = 3 * k
+        drift = 0.0  # of the normal velocity
+        for column in range(3 * j + 1, 3 * j + 3):
+            drift += 2.0 * abs(s.effective[n, column]) * rim
+        drift = MARGIN * time * (drift + abs(s.u[n, 1]) / scale)
+        opening = s.u[n, 0]
+        if s.phase[k] == INACTIVE:
+            if -drift <= opening <= drift and (drift > 0.0 or opening < 0.0):
+                return False
+            continue
+        if abs(opening) <= drift:
+            return False
+        if s.phase[k] == RESTORING:
+            goal = 0.0 if m.law == POISSON else s.goal[k]
+            if m.law == POISSON:
+                left = s.goal[k] - s.impulse[n]
+                if left <= MARGIN * time * s.force[n, 0]:
+                    return False
+            if s.y[k, 0] - goal <= MARGIN * time * s.rate[k] * (abs(opening) + drift):
+                return False
+        if s.pinned[k]:
+            return False
+        if s.grip[k] == STICKING:
+            room = m.friction[k] * s.force[n, 0]
+            fx, fy = s.force[n + 1, 0], s.force[n + 2, 0]
+            swing = 0.0
+            for row in range(n + 1, n + 3):
+                for column in range(3 * j + 1, 3 * j + 3):
+                    swing += 2.0 * abs(s.gain[row, column]) * rim
+            if np.sqrt(fx * fx + fy * fy) + swing >= 0.999 * room:
+                return False
+    return True
+
+
+@compiled
+def coast(
+    axx: float,
+    axy: float,
+    ayy: float,
+    bx: float,
+    by: float,
+    ux: float,
+    uy: float,
+    tolerance: float,
+) -> tuple[float, float, float, float]:
+    """
+    Follow u' = b - A u/|u| until |u| is zero or as large as it was.
+
+    Returns the time (negative where that takes too many steps), the integrals over it of u/|u|
+    (2) and of |u|. Classical Runge-Kutta steps in sigma, as accurate as `tolerance` asks.
+    """
+    first = np.sqrt(ux * ux + uy * uy)
+    pace = axx + ayy + np.sqrt(bx * bx + by * by)
+    time, px, py, path = 0.0, 0.0, 0.0, 0.0
+    speed = first
+    for _ in range(STEPS):
+        h = min(max(1.5 * (tolerance / speed) ** 0.25, 0.02), 0.5) / pace
+        x, y, r = ux, uy, speed
+        dx, dy, dt, dq = 0.0, 0.0, 0.0, 0.0
+        gx, gy = 0.0, 0.0
+        for stage in range(4):
+            kx, ky = r * bx - axx * x - axy * y, r * by - axy * x - ayy * y
+            weight = h / 6.0 if stage in (0, 3) else h / 3.0
+            dx += weight * kx
+            dy += weight * ky
+            dt += weight * r
+            dq += weight * r * r
+            gx += weight * x
+            gy += weight * y
+            reach = h if stage == 2 else 0.5 * h
+            x, y = ux + reach * kx, uy + reach * ky
+            r = np.sqrt(x * x + y * y)
+        ux += dx
+        uy += dy
+        time += dt
+        px += gx
+        py += gy
+        path += dq
+        speed = np.sqrt(ux * ux + uy * uy)
+        if speed >= first:
+            return time, px, py, path
+        # On the line through zero: where the direction is steady, the rest is one more stretch.
+        vx, vy = speed * bx - axx * ux - axy * uy, speed * by - axy * ux - ayy * uy
+        slowing = -(ux * vx + uy * vy) / (speed * speed)
+        turning = (ux * vy - uy * vx) / (speed * speed)
+        if slowing > 0.0 and speed * (turning / slowing) ** 2 <= 0.1 * tolerance:
+            rest = speed / slowing
+            time += rest
+            return time, px + rest * ux / speed, py + rest * uy / speed, path + 0.5 * rest * speed
+        if speed < 1e-3 * tolerance:
+            return time, px, py, path
+    return -1.0, 0.0, 0.0, 0.0
+
+
+@compiled
+def stand(m: Model, s: State, scale: float, tolerance: float) -> int:
+    """
+    Take the slowest slip to its stop, or past zero, if nothing else changes meanwhile.
+
+    The step's coefficients 0 and 1 are known. Returns MOVES (nothing done), STOPPED or PASSED.
+    """
+    j = slowest(m, s)
+    if j < 0 or s.force[3 * j, 0] <= 0.0:
+        return MOVES
+    n, x, y = 3 * j, 3 * j + 1, 3 * j + 2
+    ux, uy = s.u[x, 0], s.u[y, 0]
+    slip = np.sqrt(ux * ux + uy * uy)
+    if ux * s.u[x, 1] + uy * s.u[y, 1] >= 0.0:
+        return MOVES  # it grows
+    change = unrest(m, s, scale, j)
+    pace = np.sqrt(s.u[x, 1] ** 2 + s.u[y, 1] ** 2) / scale
+    if 2.0 * change * (slip / pace) ** 2 > tolerance:
+        return MOVES
+    rim = m.friction[j] * s.force[n, 0]
+    axx, axy, ayy = (
+        rim * s.effective[x, x],
+        rim * s.effective[x, y],
+        rim * s.effective[y, y],
+    )
+    dx, dy = ux / slip, uy / slip
+    bx = s.u[x, 1] / scale + axx * dx + axy * dy
+    by = s.u[y, 1] / scale + axy * dx + ayy * dy
+    time, px, py, path = coast(axx, axy, ayy, bx, by, ux, uy, tolerance)
+    if time < 0.0 or 2.0 * change * time * time > tolerance:
+        return MOVES
+    if not is_quiet(m, s, scale, j, time):
+        return MOVES
+    leave(m, s, j, time, px, py, path)
+    if slip_speed(s, j) >= 0.5 * slip:
+        return PASSED
+    stop_slip(s, j)
+    return STOPPED
+
+
+@compiled
+def leave(
+    m: Model, s: State, j: int, time: float, px: float, py: float, path: float
+) -> None:
+    """Apply the impulses of constant forces over `time`, contact j's friction along p."""
+    size = s.u.shape[0]
+    push = np.zeros(size)
+    for k in range(m.friction.shape[0]):
+        if s.phase[k] != INACTIVE:
+            n = 3 * k
+            push[n] = time * s.force[n, 0]
+            if k == j:
+                push[n + 1] = -m.friction[j] * s.force[n, 0] * px
+                push[n + 2] = -m.friction[j] * s.force[n, 0] * py
+            elif s.grip[k] == SLIDING:
+                push[n + 1] = time * s.force[n + 1, 0]
+                push[n + 2] = time * s.force[n + 2, 0]
+    for k in range(m.friction.shape[0]):
+        n = 3 * k
+        s.still[k] = False
+        s.onset[k] = False
+        for row in range(n, n + 3):
+            change = 0.0
+            held = 0.0
+            for column in range(size):
+                change += s.effective[row, column] * push[column]
+                held += s.gain[row, column] * push[column]
+            if row == n and s.phase[k] != INACTIVE:
+                s.y[k, 0] -= time * s.rate[k] * (s.u[n, 0] + 0.5 * change)
+            elif row > n and s.grip[k] == SLIDING and k != j:
+                s.account[k, 1] -= push[row] * (s.u[row, 0] + 0.5 * change)
+            s.u[row, 0] += change
+            s.impulse[row] += push[row] + held
+    s.account[j, 1] += m.friction[j] * s.force[3 * j, 0] * path
