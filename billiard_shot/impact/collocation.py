@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import compiled, inlined
 from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.series import integrate, lean
-from billiard_shot.impact.state import INACTIVE, Model, SLIDING, State
+from billiard_shot.impact.state import INACTIVE, Model, Room, SLIDING, STAGES, State
 
-STAGES = 8
 ITERATIONS = 25
 SHORTEST = 1e-14  # step below which the slip is taken not to begin at all
 
@@ -63,24 +62,25 @@ class Nodes(NamedTuple):
 @compiled
 def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
     """Forces at the nodes: springs from y, friction from the slip's direction."""
-    for j in range(m.friction.shape[0]):
-        if s.phase[j] == INACTIVE:
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.phase == INACTIVE:
             continue
         n = 3 * j
         for i in range(STAGES):
             # Continued to y < 0, beyond the event that ends the step: no kink in the polynomial.
-            normal = m.stiffness[j] * np.copysign(abs(nodes.y[j, i]) ** m.exponent, nodes.y[j, i])
+            normal = c.stiffness * np.copysign(abs(nodes.y[j, i]) ** m.exponent, nodes.y[j, i])
             nodes.force[n, i] = normal
-            if s.grip[j] == SLIDING:
-                if s.young[j]:
+            if c.grip == SLIDING:
+                if c.young:
                     x, y = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
                     nodes.cosine[j, i], nodes.sine[j, i] = x, y
                 else:
                     x, y = nodes.u[n + 1, i], nodes.u[n + 2, i]
                     size = np.sqrt(x * x + y * y)
                     x, y = x / size, y / size
-                nodes.force[n + 1, i] = -m.friction[j] * normal * x
-                nodes.force[n + 2, i] = -m.friction[j] * normal * y
+                nodes.force[n + 1, i] = -c.friction * normal * x
+                nodes.force[n + 2, i] = -c.friction * normal * y
     lean(s, nodes.force.shape[1], nodes.force)
 
 
@@ -92,7 +92,7 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
     Returns the largest change of a velocity since the last time.
     """
     change = 0.0
-    effective, phase, rate = s.effective, s.phase, s.rate
+    effective = s.effective
     u, y, force, slope = nodes.u, nodes.y, nodes.force, nodes.slope
     for row in range(u.shape[0]):
         start = s.u[row, 0]
@@ -100,7 +100,7 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
             slope[i] = 0.0
         for column in range(u.shape[0]):
             factor = scale * effective[row, column]
-            if phase[column // 3] != INACTIVE and factor != 0.0:
+            if s.contact[column // 3].phase != INACTIVE and factor != 0.0:
                 for i in range(STAGES):
                     slope[i] += factor * force[column, i]
         for i in range(STAGES):
@@ -110,18 +110,24 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
             change = max(change, abs(value - u[row, i]))
             u[row, i] = value
     for j in range(y.shape[0]):
-        if phase[j] != INACTIVE:
+        if s.contact[j].phase != INACTIVE:
             start = s.y[j, 0]
             for i in range(STAGES):
                 value = 0.0
                 for k in range(STAGES):
                     value += INTEGRAL[i, k] * u[3 * j, k]
-                y[j, i] = start - scale * rate[j] * value
+                y[j, i] = start - scale * s.contact[j].rate * value
     return change
 
 
 @compiled
-def turn(m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int64]) -> float:
+def turn(
+    s: State,
+    nodes: Nodes,
+    scale: float,
+    members: NDArray[np.int64],
+    newton: NDArray[np.float64],
+) -> float:
     """
     One Newton step on the angles at which the young contacts slide, at all nodes.
 
@@ -129,10 +135,9 @@ def turn(m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int
     turned by a right angle. Returns the largest turn, or infinity where that has no solution.
     """
     u, force, cosine, sine = nodes.u, nodes.force, nodes.cosine, nodes.sine
-    effective, friction = s.effective, m.friction
+    effective = s.effective
     dimension = STAGES * members.shape[0]
-    matrix = np.empty((dimension, dimension))
-    residual = np.empty(dimension)
+    matrix, residual = newton[:dimension, :dimension], newton[dimension, :dimension]
     for row in range(dimension):
         j, i = members[row // STAGES], row % STAGES
         tx, ty = -sine[j, i], cosine[j, i]
@@ -142,7 +147,7 @@ def turn(m: Model, s: State, nodes: Nodes, scale: float, members: NDArray[np.int
             x, y = 3 * b + 1, 3 * b + 2
             ax = tx * effective[3 * j + 1, x] + ty * effective[3 * j + 2, x]
             ay = tx * effective[3 * j + 1, y] + ty * effective[3 * j + 2, y]
-            push = scale * INTEGRAL[i, k] * friction[b] * force[3 * b, k]
+            push = scale * INTEGRAL[i, k] * s.contact[b].friction * force[3 * b, k]
             matrix[row, column] = push * (ay * cosine[b, k] - ax * sine[b, k])
         matrix[row, row] += u[3 * j + 1, i] * ty - u[3 * j + 2, i] * tx
     if not solve_in_place(matrix, residual):
@@ -167,7 +172,13 @@ def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
 
 @inlined
 def solve_nodes(
-    m: Model, s: State, nodes: Nodes, scale: float, tolerance: float, members: NDArray[np.int64]
+    m: Model,
+    s: State,
+    nodes: Nodes,
+    scale: float,
+    tolerance: float,
+    members: NDArray[np.int64],
+    newton: NDArray[np.float64],
 ) -> bool:
     """
     Iterate to the collocation solution; False where it is not found or the slip reverses.
@@ -179,13 +190,13 @@ def solve_nodes(
         for row in range(s.u.shape[0]):
             nodes.u[row, i] = s.u[row, 0]
         for j in range(s.y.shape[0]):
-            nodes.y[j, i] = s.y[j, 0] - s.rate[j] * scale * NODES[i] * s.u[3 * j, 0]
-            nodes.angle[j, i] = np.arctan2(s.direction[j, 1], s.direction[j, 0])
+            nodes.y[j, i] = s.y[j, 0] - s.contact[j].rate * scale * NODES[i] * s.u[3 * j, 0]
+            nodes.angle[j, i] = np.arctan2(s.contact[j].toward_y, s.contact[j].toward_x)
     previous = 0.0
     for _ in range(ITERATIONS):
         nodal_forces(m, s, nodes)
         moved = nodal_motion(s, nodes, scale)
-        change = max(moved, turn(m, s, nodes, scale, members))
+        change = max(moved, turn(s, nodes, scale, members, newton))
         if not change < 1e3:
             return False
         contraction = min(change / max(previous, change), 0.9)
@@ -197,23 +208,29 @@ def solve_nodes(
 
 
 @inlined
-def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
+def collocate(m: Model, s: State, room: Room, scale: float, tolerance: float) -> float:
     """
     Fill the step's polynomials on x in [0, 1] like `series.expand`, with order STAGES.
 
     Returns the estimated error of the velocities, infinity where the step must be shortened.
     """
-    count = m.friction.shape[0]
+    count = len(s.contact)
+    young = 0
+    for j in range(count):
+        if s.contact[j].young:
+            room.chosen[young] = j
+            young += 1
+    rows = room.nodes
     nodes = Nodes(
-        np.zeros((3 * count, STAGES)),
-        np.zeros((count, STAGES)),
-        np.zeros((3 * count, STAGES)),
-        np.zeros((count, STAGES)),
-        np.zeros((count, STAGES)),
-        np.zeros((count, STAGES)),
-        np.zeros(STAGES),
+        rows[: 3 * count],
+        rows[3 * count : 4 * count],
+        rows[4 * count : 7 * count],
+        rows[7 * count : 8 * count],
+        rows[8 * count : 9 * count],
+        rows[9 * count : 10 * count],
+        rows[10 * count],
     )
-    if not solve_nodes(m, s, nodes, scale, tolerance, np.flatnonzero(s.young)):
+    if not solve_nodes(m, s, nodes, scale, tolerance, room.chosen[:young], room.newton):
         return np.inf
     for row in range(3 * count):
         for k in range(STAGES):
@@ -221,7 +238,7 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
             for i in range(STAGES):
                 s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
     for k in range(STAGES):
-        integrate(m.friction, s.phase, s.grip, s.effective, s.rate, s.u, s.y, s.force, scale, k)
+        integrate(s, scale, k)
     # The last coefficients, taken back to the Legendre basis, say what the next one would change:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0
@@ -232,10 +249,12 @@ def collocate(m: Model, s: State, scale: float, tolerance: float) -> float:
 
 
 @compiled
-def implicit_step(m: Model, s: State, scale: float, tolerance: float) -> tuple[float, float]:
+def implicit_step(
+    m: Model, s: State, room: Room, scale: float, tolerance: float
+) -> tuple[float, float]:
     """Collocate, with shorter and shorter steps until one is good; return its length and error."""
     while scale > SHORTEST:
-        error = collocate(m, s, scale, tolerance)
+        error = collocate(m, s, room, scale, tolerance)
         if error <= tolerance:
             return scale, error
         scale *= max(0.7 * (tolerance / error) ** (1.0 / STAGES), 0.1) if error < 1e300 else 0.25

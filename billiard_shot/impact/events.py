@@ -39,11 +39,11 @@ def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
         largest += abs(s.force[n, k]) * power
         tangential += (abs(s.force[n + 1, k]) + abs(s.force[n + 2, k])) * power
         power *= end
-    mu = m.friction[j]
+    mu = s.contact[j].friction
     smallest = 2.0 * abs(s.force[n, 0]) - largest
     if mu * smallest > tangential or tangential == 0.0:
         return NO_ROOT
-    scratch = s.work[3 * m.friction.shape[0] :]
+    scratch = s.work[3 * len(s.contact) :]
     c = scratch[2]
     for k in range(order):
         c[k] = 0.0
@@ -66,9 +66,9 @@ def slip_root(
     would step over the stop unseen. Where it is straight to within the tolerance, the stop is a
     plain root.
     """
-    scratch = s.work[3 * m.friction.shape[0] :]
+    scratch = s.work[3 * len(s.contact) :]
     c = scratch[2]
-    dx, dy = s.direction[j, 0], s.direction[j, 1]
+    dx, dy = s.contact[j].toward_x, s.contact[j].toward_y
     turning = 0.0
     power = end
     c[0] = s.u[3 * j + 1, 0] * dx + s.u[3 * j + 2, 0] * dy
@@ -77,7 +77,7 @@ def slip_root(
         turning += abs(s.u[3 * j + 2, k] * dx - s.u[3 * j + 1, k] * dy) * power
         power *= end
     if m.straight or turning <= 1e-3 * m.tolerance:
-        x = first_root(c, order, 1.0, 0.0, noise if s.onset[j] else POSITIVE, end, scratch)
+        x = first_root(c, order, 1.0, 0.0, noise if s.contact[j].onset else POSITIVE, end, scratch)
         return x, SLIP_STOP
     x = first_root(c, order, 1.0, SLIP_KEPT * slip_speed(s, j), POSITIVE, end, scratch)
     return x, NOTHING
@@ -86,9 +86,9 @@ def slip_root(
 @compiled
 def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: float) -> float:
     """First x at which a contact's normal impulse has reached its goal (law poisson)."""
-    scratch = s.work[3 * m.friction.shape[0] :]
+    scratch = s.work[3 * len(s.contact) :]
     c = scratch[2]
-    c[0] = s.goal[j] - s.impulse[3 * j]
+    c[0] = s.contact[j].goal - s.impulse[3 * j]
     for k in range(order):
         c[k + 1] = -scale * s.force[3 * j, k] / (k + 1)
     return first_root(c, order, 1.0, 0.0, POSITIVE, end, scratch)
@@ -106,18 +106,19 @@ def first_event(
     """
     event = NOTHING
     contact = -1
-    scratch = s.work[3 * m.friction.shape[0] :]
-    for j in range(m.friction.shape[0]):
+    scratch = s.work[3 * len(s.contact) :]
+    for j in range(len(s.contact)):
+        c = s.contact[j]
         opening = s.u[3 * j]
-        sign = -1.0 if s.phase[j] == COMPRESSING else 1.0
-        known = noise if s.still[j] else POSITIVE
+        sign = -1.0 if c.phase == COMPRESSING else 1.0
+        known = noise if c.still else POSITIVE
         x = first_root(opening, order, sign, 0.0, known, end, scratch)
         if x != NO_ROOT:
-            end, event, contact = x, JOIN if s.phase[j] == INACTIVE else TURN, j
-        if s.phase[j] == INACTIVE:
+            end, event, contact = x, JOIN if c.phase == INACTIVE else TURN, j
+        if c.phase == INACTIVE:
             continue
-        if s.phase[j] == RESTORING:
-            goal = 0.0 if m.law == POISSON else s.goal[j] + SPENT * s.peak[j]
+        if c.phase == RESTORING:
+            goal = 0.0 if m.law == POISSON else c.goal + SPENT * c.peak
             x = first_root(s.y[j], order, 1.0, goal, POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, EMPTY if m.law == POISSON else END, j
@@ -125,15 +126,15 @@ def first_event(
                 x = impulse_root(m, s, j, scale, order, end)
                 if x != NO_ROOT:
                     end, event, contact = x, END, j
-        elif s.light[j]:
-            x = first_root(s.y[j], order, -1.0, -heavy(m, j), POSITIVE, end, scratch)
+        elif c.light:
+            x = first_root(s.y[j], order, -1.0, -heavy(m, s, j), POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j
-        if s.grip[j] == SLIDING and not s.young[j]:
+        if c.grip == SLIDING and not c.young:
             x, kind = slip_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, kind, j
-        elif s.grip[j] == STICKING and not s.pinned[j]:
+        elif c.grip == STICKING and not c.pinned:
             x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
@@ -141,6 +142,6 @@ def first_event(
 
 
 @compiled
-def heavy(m: Model, j: int) -> float:
+def heavy(m: Model, s: State, j: int) -> float:
     """Compression below which a contact's force is negligible, so that it need not be expanded."""
-    return float((1e-3 * m.tolerance / m.stiffness[j]) ** (1.0 / m.exponent))
+    return float((1e-3 * m.tolerance / s.contact[j].stiffness) ** (1.0 / m.exponent))

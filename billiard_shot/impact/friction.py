@@ -15,6 +15,7 @@ from billiard_shot.impact.state import (
     FRICTIONLESS,
     INACTIVE,
     Model,
+    Room,
     SLIDING,
     slip_speed,
     State,
@@ -27,7 +28,7 @@ NO_SLIP = 1e-3  # slip below this part of the tolerance is none
 
 
 @compiled
-def hold(m: Model, s: State) -> None:
+def hold(m: Model, s: State, room: Room) -> None:
     """
     Eliminate the sticking contacts' friction: it is whatever keeps their slip at zero.
 
@@ -36,11 +37,11 @@ def hold(m: Model, s: State) -> None:
     u' = effective F, effective = W + W_.S gain. Columns of S are zero: F holds the other forces.
     """
     size = m.response.shape[0]
-    stuck = np.empty(size, np.int64)
+    stuck = room.chosen
     count = 0
     for row in range(size):
         j = row // 3
-        if row != 3 * j and s.phase[j] != INACTIVE and s.grip[j] == STICKING:
+        if row != 3 * j and s.contact[j].phase != INACTIVE and s.contact[j].grip == STICKING:
             stuck[count] = row
             count += 1
     for i in range(size):
@@ -49,12 +50,11 @@ def hold(m: Model, s: State) -> None:
             s.gain[i, j] = 0.0
     if count == 0:
         return
-    block = np.empty((count, count))
-    inverse = np.empty((count, count))
+    block, inverse = room.square[0, :count, :count], room.square[1, :count, :count]
     for a in range(count):
         for b in range(count):
             block[a, b] = m.response[stuck[a], stuck[b]]
-    pseudo_inverse(block, inverse)
+    pseudo_inverse(block, inverse, room.square[2, :count, :count])
     for a in range(count):
         for j in range(size):
             for b in range(count):
@@ -152,8 +152,9 @@ def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
         largest = max(largest, abs(force[i]))
     for _ in range(SWEEPS):
         moved = 0.0
-        for j in range(m.friction.shape[0]):
-            if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
+        for j in range(len(s.contact)):
+            c = s.contact[j]
+            if c.phase != INACTIVE and c.grip == STICKING:
                 x, y = 3 * j + 1, 3 * j + 2
                 bx, _scale = slip_acceleration(m, x, force, x)
                 by, _scale = slip_acceleration(m, y, force, x)
@@ -163,7 +164,7 @@ def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
                     m.response[y, y],
                     bx,
                     by,
-                    m.friction[j] * force[3 * j],
+                    c.friction * force[3 * j],
                 )
                 moved = max(moved, abs(fx - force[x]), abs(fy - force[y]))
                 force[x], force[y] = fx, fy
@@ -179,99 +180,106 @@ def release(m: Model, s: State, force: NDArray[np.float64], noise: float, start:
     With `start`, those that cannot become SLIDING, at their onset, along their acceleration.
     """
     any_starts = False
-    for j in range(m.friction.shape[0]):
-        if s.phase[j] != INACTIVE and s.grip[j] == STICKING:
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.phase != INACTIVE and c.grip == STICKING:
             x, y = 3 * j + 1, 3 * j + 2
             ax, scale_x = slip_acceleration(m, x, force, -2)
             ay, scale_y = slip_acceleration(m, y, force, -2)
             size = np.sqrt(ax * ax + ay * ay)
             used = np.sqrt(force[x] * force[x] + force[y] * force[y])
-            rim = m.friction[j] * force[3 * j]
+            rim = c.friction * force[3 * j]
             if used >= rim * (1.0 - 1e-12) and size > noise * (scale_x + scale_y):
                 any_starts = True
                 if start:
-                    s.onset[j] = True
-                    s.direction[j, 0] = ax / size
-                    s.direction[j, 1] = ay / size
+                    c.onset = True
+                    c.toward_x = ax / size
+                    c.toward_y = ay / size
     if start:
-        for j in range(m.friction.shape[0]):
-            if s.onset[j] and s.grip[j] == STICKING:
-                s.grip[j] = SLIDING
-                s.young[j] = not m.straight
+        for j in range(len(s.contact)):
+            c = s.contact[j]
+            if c.onset and c.grip == STICKING:
+                c.grip = SLIDING
+                c.young = not m.straight
     return any_starts
 
 
 @compiled
-def let_go(m: Model, s: State, j: int) -> None:
+def let_go(m: Model, s: State, room: Room, j: int) -> None:
     """
     Let a sticking contact begin to slide along its `direction`, if the other contacts allow it.
 
     Contacts that share a constraint may hold one of them in place although its own part of the
     friction (least norm) is beyond its cone. They hold as long as any division of friction can.
     """
-    s.grip[j] = SLIDING
-    hold(m, s)
+    c = s.contact[j]
+    c.grip = SLIDING
+    hold(m, s, room)
     x, y = 3 * j + 1, 3 * j + 2
-    room = max(s.effective[x, x], s.effective[y, y])
-    if room > 1e-9 * max(m.response[x, x], m.response[y, y]):
+    yields = max(s.effective[x, x], s.effective[y, y])
+    if yields > 1e-9 * max(m.response[x, x], m.response[y, y]):
         stop_slip(s, j)
-        s.onset[j] = True
-        s.young[j] = not m.straight
+        c.onset = True
+        c.young = not m.straight
     else:
-        s.grip[j] = STICKING
-        s.pinned[j] = True
-        hold(m, s)
+        c.grip = STICKING
+        c.pinned = True
+        hold(m, s, room)
 
 
 @compiled
-def holds(m: Model, s: State, order: int, x: float) -> bool:
+def holds(m: Model, s: State, room: Room, order: int, x: float) -> bool:
     """Whether any division of friction keeps the contacts without slip in place at x."""
-    force = np.empty(s.force.shape[0])
+    force = room.push[0]
     for row in range(force.shape[0]):
-        force[row] = evaluate(s.force[row], order - 1, x) if s.phase[row // 3] != INACTIVE else 0.0
+        active = s.contact[row // 3].phase != INACTIVE
+        force[row] = evaluate(s.force[row], order - 1, x) if active else 0.0
     balance(m, s, force)
     return not release(m, s, force, 1e-9, False)
 
 
 @compiled
-def settle(m: Model, s: State) -> None:
+def settle(m: Model, s: State, room: Room) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
     Contacts that slide keep sliding. The others hold or start to slide as the forces of this
     moment ask, or, where all springs are still empty, those of the next moment.
     """
-    count = m.friction.shape[0]
-    force = np.zeros(3 * count)
+    count = len(s.contact)
+    force = room.push[0]
+    for row in range(3 * count):
+        force[row] = 0.0
     loaded = False
     waiting = False
     for j in range(count):
-        loaded = loaded or (s.phase[j] != INACTIVE and s.y[j, 0] > 0.0)
+        loaded = loaded or (s.contact[j].phase != INACTIVE and s.y[j, 0] > 0.0)
     for j in range(count):
-        if s.phase[j] == INACTIVE:
-            s.young[j] = False
-            s.onset[j] = False
+        c = s.contact[j]
+        if c.phase == INACTIVE:
+            c.young = False
+            c.onset = False
             continue
         pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
-        s.pinned[j] = False
-        force[3 * j] = m.stiffness[j] * pressed**m.exponent
-        if m.friction[j] == 0.0:
-            s.grip[j] = FRICTIONLESS
+        c.pinned = False
+        force[3 * j] = c.stiffness * pressed**m.exponent
+        if c.friction == 0.0:
+            c.grip = FRICTIONLESS
             continue
         slip = slip_speed(s, j)
         if slip > NO_SLIP * m.tolerance:
-            s.grip[j] = SLIDING
-            s.direction[j, 0] = s.u[3 * j + 1, 0] / slip
-            s.direction[j, 1] = s.u[3 * j + 2, 0] / slip
-        elif not s.onset[j]:
+            c.grip = SLIDING
+            c.toward_x = s.u[3 * j + 1, 0] / slip
+            c.toward_y = s.u[3 * j + 2, 0] / slip
+        elif not c.onset:
             stop_slip(s, j)
-            s.grip[j] = STICKING
-            s.young[j] = False
+            c.grip = STICKING
+            c.young = False
             waiting = True
-        if s.grip[j] == SLIDING:
-            force[3 * j + 1] = -m.friction[j] * force[3 * j] * s.direction[j, 0]
-            force[3 * j + 2] = -m.friction[j] * force[3 * j] * s.direction[j, 1]
+        if c.grip == SLIDING:
+            force[3 * j + 1] = -c.friction * force[3 * j] * c.toward_x
+            force[3 * j + 2] = -c.friction * force[3 * j] * c.toward_y
     if waiting:
         balance(m, s, force)
         release(m, s, force, 1e-12, True)
-    hold(m, s)
+    hold(m, s, room)

@@ -8,6 +8,7 @@ Corrected here: a restoring contact ends at (1 - e^2) E_max (section 2.2 says e^
 E_max is renewed when a restoring contact is compressed again; and the motion decides whether the
 table takes part in a stroke, not the height of the contact point (section 3).
 """
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,17 +9,21 @@ RANK = 1e-12  # eigenvalues below this part of the largest count as zero
 
 
 @compiled
-def pseudo_inverse(a: NDArray[np.float64], inverse: NDArray[np.float64]) -> None:
+def pseudo_inverse(
+    a: NDArray[np.float64], inverse: NDArray[np.float64], v: NDArray[np.float64]
+) -> None:
     """
     Write the Moore-Penrose inverse of a symmetric, positive semidefinite matrix, which is used up.
+
+    v: (n, n) scratch, for the eigenvectors.
 
     Cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5). For contacts that
     share one constraint this is the least-norm solution, which no numbering of contacts changes.
     """
     n = a.shape[0]
-    v = np.zeros((n, n))
     for i in range(n):
-        v[i, i] = 1.0
+        for j in range(n):
+            v[i, j] = 1.0 if i == j else 0.0
     for _ in range(60):
         off = 0.0
         size = 0.0

@@ -77,76 +77,65 @@ def slide_coefficient(
 @compiled
 def expand(m: Model, s: State, scale: float, order: int) -> None:
     """Fill the step's coefficients: force[:, :order], u and y[:, :order + 1], from column 0."""
-    # Arrays are taken out of the tuples once: each access inside the loop would count references.
-    friction, stiffness, exponent, straight = m.friction, m.stiffness, m.exponent, m.straight
-    u, y, force, work, phase, grip = s.u, s.y, s.force, s.work, s.phase, s.grip
-    effective, rate, light, direction = s.effective, s.rate, s.light, s.direction
-    count = friction.shape[0]
+    u, y, force, work, exponent = s.u, s.y, s.force, s.work, m.exponent
     for k in range(order):
-        for j in range(count):
-            if phase[j] == INACTIVE:
+        for j in range(len(s.contact)):
+            c = s.contact[j]
+            if c.phase == INACTIVE:
                 continue
             n = 3 * j
-            if light[j]:
+            if c.light:
                 force[n, k] = 0.0
             else:
-                force[n, k] = normal_coefficient(y, force, j, k, stiffness[j], exponent)
-            if grip[j] == SLIDING:
-                if straight:
-                    force[n + 1, k] = -friction[j] * force[n, k] * direction[j, 0]
-                    force[n + 2, k] = -friction[j] * force[n, k] * direction[j, 1]
+                force[n, k] = normal_coefficient(y, force, j, k, c.stiffness, exponent)
+            if c.grip == SLIDING:
+                if m.straight:
+                    force[n + 1, k] = -c.friction * force[n, k] * c.toward_x
+                    force[n + 2, k] = -c.friction * force[n, k] * c.toward_y
                 else:
-                    slide_coefficient(u, force, work, j, k, friction[j])
-        integrate(friction, phase, grip, effective, rate, u, y, force, scale, k)
-    lean(s, order, s.force)
+                    slide_coefficient(u, force, work, j, k, c.friction)
+        integrate(s, scale, k)
+    lean(s, order, force)
 
 
 @compiled
-def integrate(
-    friction: NDArray[np.float64],
-    phase: NDArray[np.int64],
-    grip: NDArray[np.int64],
-    effective: NDArray[np.float64],
-    rate: NDArray[np.float64],
-    u: NDArray[np.float64],
-    y: NDArray[np.float64],
-    force: NDArray[np.float64],
-    scale: float,
-    k: int,
-) -> None:
+def integrate(s: State, scale: float, k: int) -> None:
     """Coefficients k + 1 of u and y from coefficients k: u' = W F, y' = -rate u_n."""
-    count = friction.shape[0]
+    u, y, force, effective = s.u, s.y, s.force, s.effective
+    count = len(s.contact)
     factor = scale / (k + 1)
     for i in range(count):
-        for row in range(3 * i, 3 * i + 3 if friction[i] > 0.0 else 3 * i + 1):
+        for row in range(3 * i, 3 * i + 3 if s.contact[i].friction > 0.0 else 3 * i + 1):
             total = 0.0
             for j in range(count):
-                if phase[j] != INACTIVE:
+                c = s.contact[j]
+                if c.phase != INACTIVE:
                     total += effective[row, 3 * j] * force[3 * j, k]
-                    if grip[j] == SLIDING:
+                    if c.grip == SLIDING:
                         total += effective[row, 3 * j + 1] * force[3 * j + 1, k]
                         total += effective[row, 3 * j + 2] * force[3 * j + 2, k]
             u[row, k + 1] = factor * total
     for j in range(count):
-        if phase[j] != INACTIVE:
-            y[j, k + 1] = -rate[j] * factor * u[3 * j, k]
+        c = s.contact[j]
+        if c.phase != INACTIVE:
+            y[j, k + 1] = -c.rate * factor * u[3 * j, k]
 
 
 @compiled
 def lean(s: State, columns: int, force: NDArray[np.float64]) -> None:
     """Fill in the friction of the sticking contacts, gain F, in the leading columns of `force`."""
-    phase, grip, gain = s.phase, s.grip, s.gain
-    count = phase.shape[0]
+    count = len(s.contact)
     for j in range(count):
-        if phase[j] == INACTIVE or grip[j] != STICKING:
+        if s.contact[j].phase == INACTIVE or s.contact[j].grip != STICKING:
             continue
         for row in range(3 * j + 1, 3 * j + 3):
             for k in range(columns):
                 force[row, k] = 0.0
             for i in range(count):
-                if phase[i] != INACTIVE:
-                    for column in range(3 * i, 3 * i + (3 if grip[i] == SLIDING else 1)):
-                        factor = gain[row, column]
+                c = s.contact[i]
+                if c.phase != INACTIVE:
+                    for column in range(3 * i, 3 * i + (3 if c.grip == SLIDING else 1)):
+                        factor = s.gain[row, column]
                         for k in range(columns):
                             force[row, k] += factor * force[column, k]
 
@@ -157,7 +146,7 @@ def step_size(m: Model, s: State, order: int, tolerance: float) -> float:
     last = 0.0
     before = 0.0
     for row in range(s.u.shape[0]):
-        if row % 3 == 0 or m.friction[row // 3] > 0.0:
+        if row % 3 == 0 or s.contact[row // 3].friction > 0.0:
             last = max(last, abs(s.u[row, order]))
             before = max(before, abs(s.u[row, order - 1]))
     if not (last < 1e200 and before < 1e200):

@@ -11,14 +11,15 @@ comes to rest or, where friction cannot hold it, passes by zero and grows again.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.compiled import compiled
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.state import (
-    COMPRESSING,
     INACTIVE,
     Model,
     RESTORING,
+    Room,
     SLIDING,
     slip_speed,
     State,
@@ -36,8 +37,9 @@ def slowest(m: Model, s: State) -> int:
     """Contact that slides slowest, or -1."""
     found = -1
     least = np.inf
-    for j in range(m.friction.shape[0]):
-        if s.grip[j] == SLIDING and not s.onset[j]:
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.grip == SLIDING and not c.onset:
             speed = slip_speed(s, j)
             if speed < least:
                 found, least = j, speed
@@ -50,21 +52,22 @@ def unrest(m: Model, s: State, scale: float, j: int) -> float:
     largest = 0.0
     for row in range(s.u.shape[0]):
         total = 0.0
-        for k in range(m.friction.shape[0]):
-            if s.phase[k] == INACTIVE:
+        for k in range(len(s.contact)):
+            c = s.contact[k]
+            if c.phase == INACTIVE:
                 continue
             n = 3 * k
             normal = abs(s.effective[row, n])
             across = abs(s.effective[row, n + 1]) + abs(s.effective[row, n + 2])
-            growth = m.exponent * s.rate[k] * abs(s.u[n, 0])
-            growth *= m.stiffness[k] * s.y[k, 0] ** (m.exponent - 1.0)
+            growth = m.exponent * c.rate * abs(s.u[n, 0])
+            growth *= c.stiffness * s.y[k, 0] ** (m.exponent - 1.0)
             total += normal * growth
-            if s.grip[k] == SLIDING:
-                total += across * m.friction[k] * growth
+            if c.grip == SLIDING:
+                total += across * c.friction * growth
                 if k != j:
                     turning = (abs(s.u[n + 1, 1]) + abs(s.u[n + 2, 1])) / scale
                     turning /= max(slip_speed(s, k), 1e-300)
-                    total += across * m.friction[k] * s.force[n, 0] * turning
+                    total += across * c.friction * s.force[n, 0] * turning
         largest = max(largest, total)
     return largest
 
@@ -72,32 +75,33 @@ def unrest(m: Model, s: State, scale: float, j: int) -> float:
 @compiled
 def is_quiet(m: Model, s: State, scale: float, j: int, time: float) -> bool:
     """Whether nothing else can happen while contact j's slip ends, within `time`."""
-    rim = m.friction[j] * s.force[3 * j, 0]
-    for k in range(m.friction.shape[0]):
+    rim = s.contact[j].friction * s.force[3 * j, 0]
+    for k in range(len(s.contact)):
+        c = s.contact[k]
         n = 3 * k
         drift = 0.0  # of the normal velocity
         for column in range(3 * j + 1, 3 * j + 3):
             drift += 2.0 * abs(s.effective[n, column]) * rim
         drift = MARGIN * time * (drift + abs(s.u[n, 1]) / scale)
         opening = s.u[n, 0]
-        if s.phase[k] == INACTIVE:
+        if c.phase == INACTIVE:
             if -drift <= opening <= drift and (drift > 0.0 or opening < 0.0):
                 return False
             continue
         if abs(opening) <= drift:
             return False
-        if s.phase[k] == RESTORING:
-            goal = 0.0 if m.law == POISSON else s.goal[k]
+        if c.phase == RESTORING:
+            goal = 0.0 if m.law == POISSON else c.goal
             if m.law == POISSON:
-                left = s.goal[k] - s.impulse[n]
+                left = c.goal - s.impulse[n]
                 if left <= MARGIN * time * s.force[n, 0]:
                     return False
-            if s.y[k, 0] - goal <= MARGIN * time * s.rate[k] * (abs(opening) + drift):
+            if s.y[k, 0] - goal <= MARGIN * time * c.rate * (abs(opening) + drift):
                 return False
-        if s.pinned[k]:
+        if c.pinned:
             return False
-        if s.grip[k] == STICKING:
-            room = m.friction[k] * s.force[n, 0]
+        if c.grip == STICKING:
+            room = c.friction * s.force[n, 0]
             fx, fy = s.force[n + 1, 0], s.force[n + 2, 0]
             swing = 0.0
             for row in range(n + 1, n + 3):
@@ -169,7 +173,7 @@ def coast(
 
 
 @compiled
-def stand(m: Model, s: State, scale: float, tolerance: float) -> int:
+def stand(m: Model, s: State, room: Room, scale: float, tolerance: float) -> int:
     """
     Take the slowest slip to its stop, or past zero, if nothing else changes meanwhile.
 
@@ -187,7 +191,7 @@ def stand(m: Model, s: State, scale: float, tolerance: float) -> int:
     pace = np.sqrt(s.u[x, 1] ** 2 + s.u[y, 1] ** 2) / scale
     if 2.0 * change * (slip / pace) ** 2 > tolerance:
         return MOVES
-    rim = m.friction[j] * s.force[n, 0]
+    rim = s.contact[j].friction * s.force[n, 0]
     axx, axy, ayy = (
         rim * s.effective[x, x],
         rim * s.effective[x, y],
@@ -201,7 +205,7 @@ def stand(m: Model, s: State, scale: float, tolerance: float) -> int:
         return MOVES
     if not is_quiet(m, s, scale, j, time):
         return MOVES
-    leave(m, s, j, time, px, py, path)
+    leave(s, room.push[0], j, time, px, py, path)
     if slip_speed(s, j) >= 0.5 * slip:
         return PASSED
     stop_slip(s, j)
@@ -210,35 +214,38 @@ def stand(m: Model, s: State, scale: float, tolerance: float) -> int:
 
 @compiled
 def leave(
-    m: Model, s: State, j: int, time: float, px: float, py: float, path: float
+    s: State, push: NDArray[np.float64], j: int, time: float, px: float, py: float, path: float
 ) -> None:
     """Apply the impulses of constant forces over `time`, contact j's friction along p."""
     size = s.u.shape[0]
-    push = np.zeros(size)
-    for k in range(m.friction.shape[0]):
-        if s.phase[k] != INACTIVE:
+    for row in range(size):
+        push[row] = 0.0
+    for k in range(len(s.contact)):
+        c = s.contact[k]
+        if c.phase != INACTIVE:
             n = 3 * k
             push[n] = time * s.force[n, 0]
             if k == j:
-                push[n + 1] = -m.friction[j] * s.force[n, 0] * px
-                push[n + 2] = -m.friction[j] * s.force[n, 0] * py
-            elif s.grip[k] == SLIDING:
+                push[n + 1] = -s.contact[j].friction * s.force[n, 0] * px
+                push[n + 2] = -s.contact[j].friction * s.force[n, 0] * py
+            elif c.grip == SLIDING:
                 push[n + 1] = time * s.force[n + 1, 0]
                 push[n + 2] = time * s.force[n + 2, 0]
-    for k in range(m.friction.shape[0]):
+    for k in range(len(s.contact)):
+        c = s.contact[k]
         n = 3 * k
-        s.still[k] = False
-        s.onset[k] = False
+        c.still = False
+        c.onset = False
         for row in range(n, n + 3):
             change = 0.0
             held = 0.0
             for column in range(size):
                 change += s.effective[row, column] * push[column]
                 held += s.gain[row, column] * push[column]
-            if row == n and s.phase[k] != INACTIVE:
-                s.y[k, 0] -= time * s.rate[k] * (s.u[n, 0] + 0.5 * change)
-            elif row > n and s.grip[k] == SLIDING and k != j:
-                s.account[k, 1] -= push[row] * (s.u[row, 0] + 0.5 * change)
+            if row == n and c.phase != INACTIVE:
+                s.y[k, 0] -= time * c.rate * (s.u[n, 0] + 0.5 * change)
+            elif row > n and c.grip == SLIDING and k != j:
+                c.rubbed -= push[row] * (s.u[row, 0] + 0.5 * change)
             s.u[row, 0] += change
             s.impulse[row] += push[row] + held
-    s.account[j, 1] += m.friction[j] * s.force[3 * j, 0] * path
+    s.contact[j].rubbed += s.contact[j].friction * s.force[3 * j, 0] * path

@@ -1,16 +1,44 @@
-"""What a collision is given, and what it carries from step to step: two tuples of arrays."""
+"""What a collision is given, what it carries from step to step, and room to work in."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import allocating, compiled
 
 COLUMNS = 26  # room for the coefficients of a step's polynomials
+STAGES = 8  # nodes of an implicit step
 
 INACTIVE, COMPRESSING, RESTORING = 0, 1, 2  # phase of a contact
 FRICTIONLESS, SLIDING, STICKING = 0, 1, 2  # grip of an active contact
+
+# What is known of one contact: its parameters, its condition, its account.
+_FIELDS = np.dtype(
+    [
+        ('friction', np.float64),
+        ('restitution', np.float64),
+        ('stiffness', np.float64),
+        ('phase', np.int64),  # INACTIVE, COMPRESSING, RESTORING
+        ('grip', np.int64),  # FRICTIONLESS, SLIDING, STICKING
+        ('young', np.int64),  # 1: sliding so slowly that the forces set the direction
+        ('still', np.int64),  # 1: the normal velocity is exactly zero, an event happened there
+        ('onset', np.int64),  # 1: the slip is exactly zero and about to grow
+        ('pinned', np.int64),  # 1: sticking beyond its own cone, others help to hold it
+        ('light', np.int64),  # 1: the force is negligible (exponent > 1: not analytic at 0)
+        ('toward_x', np.float64),  # direction of sliding
+        ('toward_y', np.float64),
+        ('rate', np.float64),  # y' = -rate u_n
+        ('goal', np.float64),  # compression (law poisson: impulse) that ends restitution
+        ('peak', np.float64),  # compression at which restitution began
+        ('begun', np.float64),  # normal impulse at which the contact became active
+        ('kept', np.float64),  # energy lost to restitution
+        ('rubbed', np.float64),  # energy lost to friction
+        ('last_slip', np.float64),  # slip when the contact last ended
+    ],
+    align=True,
+)
+CONTACT = np.dtype((np.record, _FIELDS))
 
 
 class Model(NamedTuple):
@@ -21,9 +49,6 @@ class Model(NamedTuple):
     """
 
     response: NDArray[np.float64]  # (3 N, 3 N) W: contact velocities per impulse
-    friction: NDArray[np.float64]  # (N,)
-    restitution: NDArray[np.float64]  # (N,)
-    stiffness: NDArray[np.float64]  # (N,)
     law: int
     exponent: float  # of the springs: N = stiffness * y**exponent
     tolerance: float
@@ -37,52 +62,50 @@ class State(NamedTuple):
     Column 0 of `u` and `y` is the state itself, the other columns are the step's coefficients.
     """
 
+    contact: NDArray[np.void]  # (N,) CONTACT
     u: NDArray[np.float64]  # (3 N, COLUMNS) contact velocities
     y: NDArray[np.float64]  # (N, COLUMNS) compressions of the springs
     force: NDArray[np.float64]  # (3 N, COLUMNS) contact forces on bodies a
     impulse: NDArray[np.float64]  # (3 N,) their integrals since the start
-    account: NDArray[np.float64]  # (N, 3) energy lost to restitution, to friction; last slip
-    phase: NDArray[np.int64]  # (N,) INACTIVE, COMPRESSING, RESTORING
-    grip: NDArray[np.int64]  # (N,) FRICTIONLESS, SLIDING, STICKING
-    young: NDArray[np.bool_]  # (N,) sliding so slowly that the forces set the direction
-    still: NDArray[np.bool_]  # (N,) the normal velocity is exactly zero: an event happened there
-    onset: NDArray[np.bool_]  # (N,) the slip is exactly zero and about to grow along `direction`
-    pinned: NDArray[np.bool_]  # (N,) sticking beyond its own cone: others help to hold it
-    light: NDArray[np.bool_]  # (N,) the force is negligible (exponent > 1: not analytic at 0)
-    direction: NDArray[np.float64]  # (N, 2) of sliding
-    rate: NDArray[np.float64]  # (N,) y' = -rate u_n
-    goal: NDArray[np.float64]  # (N,) compression (law poisson: impulse) that ends restitution
-    peak: NDArray[np.float64]  # (N,) compression at which restitution began
-    begun: NDArray[np.float64]  # (N,) normal impulse at which the contact became active
     effective: NDArray[np.float64]  # (3 N, 3 N) response with the sticking contacts' friction
     gain: NDArray[np.float64]  # (3 N, 3 N) friction of the sticking contacts per other force
     work: NDArray[np.float64]  # (3 N + 3, COLUMNS) scratch
 
 
-@compiled
-def initial_state(count: int, impulse: NDArray[np.float64], account: NDArray[np.float64]) -> State:
-    """State of N contacts that have not met yet, on the caller's impulse and account."""
+class Room(NamedTuple):
+    """Scratch arrays of the steps that need more of them."""
+
+    chosen: NDArray[np.int64]  # (2 N,) numbers of components or contacts
+    push: NDArray[np.float64]  # (2, 3 N)
+    square: NDArray[np.float64]  # (3, 2 N, 2 N)
+    newton: NDArray[np.float64]  # (STAGES N + 1, STAGES N)
+    nodes: NDArray[np.float64]  # (10 N + 1, STAGES)
+
+
+@allocating
+def initial_state(count: int, impulse: NDArray[np.float64]) -> State:
+    """State of N contacts that have not met yet, on the caller's impulse."""
     return State(
+        np.zeros(count, CONTACT),
         np.zeros((3 * count, COLUMNS)),
         np.zeros((count, COLUMNS)),
         np.zeros((3 * count, COLUMNS)),
         impulse,
-        account,
-        np.zeros(count, np.int64),
-        np.zeros(count, np.int64),
-        np.zeros(count, np.bool_),
-        np.zeros(count, np.bool_),
-        np.zeros(count, np.bool_),
-        np.zeros(count, np.bool_),
-        np.zeros(count, np.bool_),
-        np.zeros((count, 2)),
-        np.ones(count),
-        np.zeros(count),
-        np.zeros(count),
-        np.zeros(count),
         np.zeros((3 * count, 3 * count)),
         np.zeros((3 * count, 3 * count)),
         np.zeros((3 * count + 3, COLUMNS)),
+    )
+
+
+@allocating
+def room_for(count: int) -> Room:
+    """Scratch arrays for N contacts."""
+    return Room(
+        np.empty(2 * count, np.int64),
+        np.empty((2, 3 * count)),
+        np.empty((3, 2 * count, 2 * count)),
+        np.empty((STAGES * count + 1, STAGES * count)),
+        np.empty((10 * count + 1, STAGES)),
     )
 
 

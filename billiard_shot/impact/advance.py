@@ -1,0 +1,55 @@
+"""The end of a step: the state moves to it, impulses and the work of friction are booked."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import compiled
+from billiard_shot.impact.polynomial import evaluate
+from billiard_shot.impact.state import FRICTIONLESS, INACTIVE, SLIDING, State
+
+ROUNDING = 1e-14  # of velocities, in units of the largest
+
+
+@compiled
+def work_of(
+    force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float
+) -> float:
+    """Integral of force times velocity from 0 to x, exact for the polynomials at hand."""
+    total = 0.0
+    power = x
+    for n in range(2 * order):
+        product = 0.0
+        for i in range(max(0, n - order), min(n, order - 1) + 1):
+            product += force[i] * velocity[n - i]
+        total += product * power / (n + 1)
+        power *= x
+    return total
+
+
+@compiled
+def advance(s: State, scale: float, order: int, x: float) -> None:
+    """Move the state to x, and book the impulses and the work of friction."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        n = 3 * j
+        if c.phase == INACTIVE:
+            continue
+        for row in range(n, n + 3 if c.grip != FRICTIONLESS else n + 1):
+            total = 0.0
+            for k in range(order - 1, -1, -1):
+                total = total * x + s.force[row, k] / (k + 1)
+            s.impulse[row] += scale * x * total
+        if c.grip == SLIDING:
+            c.rubbed -= scale * work_of(s.force[n + 1], s.u[n + 1], order, x)
+            c.rubbed -= scale * work_of(s.force[n + 2], s.u[n + 2], order, x)
+    for row in range(s.u.shape[0]):
+        s.u[row, 0] = evaluate(s.u[row], order, x)
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        c.still = False
+        c.onset = False
+        if c.phase != INACTIVE:
+            s.y[j, 0] = max(evaluate(s.y[j], order, x), 0.0)
+        elif abs(s.u[3 * j, 0]) <= ROUNDING:
+            s.u[3 * j, 0] = 0.0
+            c.still = True
