@@ -31,19 +31,23 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     Let numba compile a function of scalars and arrays as a part of the entries that call it.
 
-    It may not make arrays: without the counting of references that those need, it runs a quarter
-    faster and compiles faster too. Called from Python, it stays a Python function: nothing is
-    compiled that would let Python in.
+    Called from Python, it stays a Python function: nothing is compiled that would let Python in,
+    which saves about a quarter of the first prediction's compile time.
     """
     jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(_nrt=False, **OPTIONS)(function)
+    registered: Callable[P, R] = jit(**OPTIONS)(function)
     return registered
 
 
-def allocating(function: Callable[P, R]) -> Callable[P, R]:
-    """Like `compiled`, for a function that makes arrays."""
+def frugal(function: Callable[P, R]) -> Callable[P, R]:
+    """
+    Like `compiled`, for a function that makes no arrays, nor calls one that does.
+
+    Without the counting of references that arrays need it runs a quarter faster, and compiles
+    faster too.
+    """
     jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(**OPTIONS)(function)
+    registered: Callable[P, R] = jit(_nrt=False, **OPTIONS)(function)
     return registered
 
 

@@ -3,14 +3,14 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import FRICTIONLESS, INACTIVE, SLIDING, State
 
 ROUNDING = 1e-14  # of velocities, in units of the largest
 
 
-@compiled
+@frugal
 def work_of(
     force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float
 ) -> float:
@@ -26,7 +26,7 @@ def work_of(
     return total
 
 
-@compiled
+@frugal
 def advance(s: State, scale: float, order: int, x: float) -> None:
     """Move the state to x, and book the impulses and the work of friction."""
     for j in range(len(s.contact)):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, inlined
+from billiard_shot.compiled import frugal, inlined
 from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.series import integrate, lean
 from billiard_shot.impact.state import INACTIVE, Model, Room, SLIDING, STAGES, State
@@ -59,7 +59,7 @@ class Nodes(NamedTuple):
     slope: NDArray[np.float64]  # (STAGES,) scratch
 
 
-@compiled
+@frugal
 def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
     """Forces at the nodes: springs from y, friction from the slip's direction."""
     for j in range(len(s.contact)):
@@ -84,7 +84,7 @@ def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
     lean(s, nodes.force.shape[1], nodes.force)
 
 
-@compiled
+@frugal
 def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
     """
     Contact velocities and compressions at the nodes, integrated from the nodal forces.
@@ -120,7 +120,7 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
     return change
 
 
-@compiled
+@frugal
 def turn(
     s: State,
     nodes: Nodes,
@@ -159,7 +159,7 @@ def turn(
     return largest
 
 
-@compiled
+@frugal
 def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
     """Whether the slip is positive along its angle at all nodes of the young contacts."""
     for j in members:
@@ -248,7 +248,7 @@ def collocate(m: Model, s: State, room: Room, scale: float, tolerance: float) ->
     return error
 
 
-@compiled
+@frugal
 def implicit_step(
     m: Model, s: State, room: Room, scale: float, tolerance: float
 ) -> tuple[float, float]:

@@ -1,6 +1,6 @@
 """What can happen within a step: the first event on its polynomials."""
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.polynomial import first_root, NO_ROOT, POSITIVE
 from billiard_shot.impact.state import (
@@ -28,7 +28,7 @@ SPENT = (
 SLIP_KEPT = 0.2  # a step may not use up more of the slip: its series would step over zero unseen
 
 
-@compiled
+@frugal
 def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) -> float:
     """First x at which a sticking contact's force leaves the friction cone."""
     n = 3 * j
@@ -55,7 +55,7 @@ def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) 
     return first_root(c, order - 1, 1.0, 0.0, noise if c[0] <= noise else POSITIVE, end, scratch)
 
 
-@compiled
+@frugal
 def slip_root(
     m: Model, s: State, j: int, order: int, noise: float, end: float
 ) -> tuple[float, int]:
@@ -83,7 +83,7 @@ def slip_root(
     return x, NOTHING
 
 
-@compiled
+@frugal
 def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: float) -> float:
     """First x at which a contact's normal impulse has reached its goal (law poisson)."""
     scratch = s.work[3 * len(s.contact) :]
@@ -94,7 +94,7 @@ def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: floa
     return first_root(c, order, 1.0, 0.0, POSITIVE, end, scratch)
 
 
-@compiled
+@frugal
 def first_event(
     m: Model, s: State, scale: float, order: int, noise: float, end: float
 ) -> tuple[float, int, int]:
@@ -141,7 +141,7 @@ def first_event(
     return end, event, contact
 
 
-@compiled
+@frugal
 def heavy(m: Model, s: State, j: int) -> float:
     """Compression below which a contact's force is negligible, so that it need not be expanded."""
     return float((1e-3 * m.tolerance / s.contact[j].stiffness) ** (1.0 / m.exponent))

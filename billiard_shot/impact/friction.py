@@ -8,7 +8,7 @@ between forces; only the passage through zero slip needs a decision, and it is m
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 from billiard_shot.impact.linear import pseudo_inverse
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
@@ -24,10 +24,10 @@ from billiard_shot.impact.state import (
 )
 
 SWEEPS = 300
-NO_SLIP = 1e-3  # slip below this part of the tolerance is none
+NO_SLIP = 0.02  # slip below this part of the tolerance is none
 
 
-@compiled
+@frugal
 def hold(m: Model, s: State, room: Room) -> None:
     """
     Eliminate the sticking contacts' friction: it is whatever keeps their slip at zero.
@@ -73,7 +73,7 @@ def hold(m: Model, s: State, room: Room) -> None:
             s.effective[stuck[a], i] = 0.0
 
 
-@compiled
+@frugal
 def disc(
     axx: float, axy: float, ayy: float, bx: float, by: float, radius: float
 ) -> tuple[float, float]:
@@ -124,7 +124,7 @@ def disc(
     return c * x - s * y, s * x + c * y
 
 
-@compiled
+@frugal
 def slip_acceleration(
     m: Model, row: int, force: NDArray[np.float64], without: int
 ) -> tuple[float, float]:
@@ -138,7 +138,7 @@ def slip_acceleration(
     return total, scale
 
 
-@compiled
+@frugal
 def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
     """
     Find the friction of the contacts without slip, given the normal and the sliding forces.
@@ -172,7 +172,7 @@ def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
             break
 
 
-@compiled
+@frugal
 def release(m: Model, s: State, force: NDArray[np.float64], noise: float, start: bool) -> bool:
     """
     Whether any contact without slip cannot hold under the forces that `balance` found.
@@ -204,7 +204,7 @@ def release(m: Model, s: State, force: NDArray[np.float64], noise: float, start:
     return any_starts
 
 
-@compiled
+@frugal
 def let_go(m: Model, s: State, room: Room, j: int) -> None:
     """
     Let a sticking contact begin to slide along its `direction`, if the other contacts allow it.
@@ -227,7 +227,7 @@ def let_go(m: Model, s: State, room: Room, j: int) -> None:
         hold(m, s, room)
 
 
-@compiled
+@frugal
 def holds(m: Model, s: State, room: Room, order: int, x: float) -> bool:
     """Whether any division of friction keeps the contacts without slip in place at x."""
     force = room.push[0]
@@ -238,7 +238,7 @@ def holds(m: Model, s: State, room: Room, order: int, x: float) -> bool:
     return not release(m, s, force, 1e-9, False)
 
 
-@compiled
+@frugal
 def settle(m: Model, s: State, room: Room) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.

@@ -11,7 +11,7 @@ is in units of the largest approach speed, response and stiffness: answers canno
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, entry, inlined
+from billiard_shot.compiled import entry, frugal, inlined
 from billiard_shot.impact.advance import advance, ROUNDING
 from billiard_shot.impact.collocation import implicit_step
 from billiard_shot.impact.events import CONE, EMPTY, END, first_event, heavy, JOIN, NOTHING
@@ -51,7 +51,7 @@ NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
-@compiled
+@frugal
 def excitation(m: Model, s: State) -> float:
     """Largest normal velocity that a contact has, or that its spring could still give."""
     largest = 0.0
@@ -66,7 +66,7 @@ def excitation(m: Model, s: State) -> float:
     return largest
 
 
-@compiled
+@frugal
 def explicit_step(
     m: Model, s: State, scale: float, order: int, tolerance: float
 ) -> tuple[float, float]:
@@ -80,7 +80,7 @@ def explicit_step(
     return scale, length
 
 
-@compiled
+@frugal
 def mature(m: Model, s: State, length: float) -> None:
     """Release from implicit steps the contacts that an explicit step of like length follows."""
     for j in range(len(s.contact)):
@@ -92,7 +92,7 @@ def mature(m: Model, s: State, length: float) -> None:
             c.young = slip_speed(s, j) < 0.5 * length * turning
 
 
-@compiled
+@frugal
 def record(
     m: Model, s: State, log: NDArray[np.float64], row: int, reason: int, contact: int
 ) -> None:
@@ -110,7 +110,7 @@ def record(
         log[row, 2 + count + i] = s.impulse[i]
 
 
-@compiled
+@frugal
 def is_over(s: State) -> bool:
     """Whether no contact is active and none approaches."""
     for j in range(len(s.contact)):
@@ -119,7 +119,7 @@ def is_over(s: State) -> bool:
     return True
 
 
-@compiled
+@frugal
 def begin(m: Model, s: State) -> tuple[bool, bool]:
     """Prepare a step: note directions and light contacts; whether any is young, any pinned."""
     young = False
@@ -136,7 +136,7 @@ def begin(m: Model, s: State) -> tuple[bool, bool]:
     return young, pinned
 
 
-@compiled
+@frugal
 def give_up(m: Model, s: State) -> None:
     """End all contacts."""
     for j in range(len(s.contact)):
@@ -144,7 +144,7 @@ def give_up(m: Model, s: State) -> None:
             part(m, s, j)
 
 
-@compiled
+@frugal
 def calm(s: State) -> None:
     """Take back the slips that were to begin: they do not."""
     for j in range(len(s.contact)):
@@ -154,7 +154,7 @@ def calm(s: State) -> None:
             c.onset = 0
 
 
-@compiled
+@frugal
 def has_stopped(m: Model, s: State) -> bool:
     """Whether the slip of a sliding contact has come to nothing."""
     for j in range(len(s.contact)):
@@ -163,7 +163,7 @@ def has_stopped(m: Model, s: State) -> bool:
     return False
 
 
-@compiled
+@frugal
 def slow_down(s: State) -> None:
     """Let all that slides continue in implicit steps."""
     for j in range(len(s.contact)):
@@ -210,7 +210,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             scale = 1.0
             continue
         if not m.straight and not young and not pinned:
-            fate = stand(m, s, room, scale, tolerance)
+            fate = stand(m, s, room, scale, end, tolerance)
             if fate != MOVES:
                 moved = True
                 unsettled = fate == STOPPED
@@ -251,7 +251,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
     return BUDGET_EXCEEDED, phases, MAX_STEPS
 
 
-@compiled
+@frugal
 def is_straight(
     response: NDArray[np.float64], friction: NDArray[np.float64], velocity: NDArray[np.float64]
 ) -> bool:

@@ -9,25 +9,25 @@ energetic    ends when the energy fell to (1 - e^2) of its maximum (paper, secti
 poisson      ends when the impulse reached (1 + e) times its value at the end of compression.
 """
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 
 BISTIFFNESS, ENERGETIC, POISSON = 0, 1, 2
 LAWS = {'bistiffness': BISTIFFNESS, 'energetic': ENERGETIC, 'poisson': POISSON}
 
 
-@compiled
+@frugal
 def elastic_energy(stiffness: float, compression: float, exponent: float) -> float:
     """Energy in a contact's spring."""
     return stiffness * compression ** (exponent + 1.0) / (exponent + 1.0)
 
 
-@compiled
+@frugal
 def opening_rate(law: int, restitution: float) -> float:
     """How much faster the spring opens than the bodies part, while restoring."""
     return 1.0 / (restitution * restitution) if law == BISTIFFNESS and restitution > 0.0 else 1.0
 
 
-@compiled
+@frugal
 def end_of_restitution(law: int, restitution: float, exponent: float, peak: float) -> float:
     """Compression at which a contact that restores from `peak` ends (bistiffness, energetic)."""
     if restitution == 0.0:

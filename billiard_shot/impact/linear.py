@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 
 RANK = 1e-12  # eigenvalues below this part of the largest count as zero
 
 
-@compiled
+@frugal
 def pseudo_inverse(
     a: NDArray[np.float64], inverse: NDArray[np.float64], v: NDArray[np.float64]
 ) -> None:
@@ -50,7 +50,7 @@ def pseudo_inverse(
                     inverse[i, j] += v[i, k] * v[j, k] / a[k, k]
 
 
-@compiled
+@frugal
 def rotate(a: NDArray[np.float64], v: NDArray[np.float64], p: int, q: int) -> None:
     """Zero a[p, q] by a rotation in the plane of p and q, accumulated in v."""
     n = a.shape[0]
@@ -72,7 +72,7 @@ def rotate(a: NDArray[np.float64], v: NDArray[np.float64], p: int, q: int) -> No
     a[q, p] = 0.0
 
 
-@compiled
+@frugal
 def solve_in_place(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     """Solve a x = b by Gaussian elimination with row pivoting; False where a is singular."""
     n = b.shape[0]

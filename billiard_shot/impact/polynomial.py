@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 
 NO_ROOT = -1.0
 NARROW = 1e-7  # part of the interval within which a pair of roots is no event
@@ -11,7 +11,7 @@ SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them
 POSITIVE = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
-@compiled
+@frugal
 def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
     """Value at x of the polynomial with coefficients c[0..degree], lowest first."""
     value = c[degree]
@@ -20,7 +20,7 @@ def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
     return value
 
 
-@compiled
+@frugal
 def sign_changes(
     c: NDArray[np.float64], degree: int, low: float, high: float, work: NDArray[np.float64]
 ) -> int:
@@ -56,7 +56,7 @@ def sign_changes(
     return changes
 
 
-@compiled
+@frugal
 def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> float:
     """Root between low (polynomial positive) and high (not positive): Newton inside a bracket."""
     x = 0.5 * (low + high)
@@ -81,7 +81,7 @@ def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> floa
     return x
 
 
-@compiled
+@frugal
 def first_root(
     c: NDArray[np.float64],
     degree: int,

@@ -13,7 +13,7 @@ comes to rest or, where friction cannot hold it, passes by zero and grows again.
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.state import (
     INACTIVE,
@@ -29,24 +29,26 @@ from billiard_shot.impact.state import (
 
 MOVES, STOPPED, PASSED = 0, 1, 2
 STEPS = 400  # of the plane problem; a slip that takes more hardly slows down
+APART = 0.05  # slip against that of other contacts; contacts of like slip stop together
 MARGIN = 2.0  # distance to all other events, in units of what the moment could change
 
 
-@compiled
-def slowest(m: Model, s: State) -> int:
-    """Contact that slides slowest, or -1."""
+@frugal
+def loner(s: State) -> int:
+    """Contact that slides much slower than all others, or -1."""
     found = -1
     least = np.inf
+    second = np.inf
     for j in range(len(s.contact)):
-        c = s.contact[j]
-        if c.grip == SLIDING and not c.onset:
+        if s.contact[j].grip == SLIDING and not s.contact[j].onset:
             speed = slip_speed(s, j)
+            second = min(second, max(speed, least))
             if speed < least:
                 found, least = j, speed
-    return found
+    return found if least < APART * second else -1
 
 
-@compiled
+@frugal
 def unrest(m: Model, s: State, scale: float, j: int) -> float:
     """Bound of how fast the acceleration of any contact velocity changes while contact j stops."""
     largest = 0.0
@@ -72,7 +74,7 @@ def unrest(m: Model, s: State, scale: float, j: int) -> float:
     return largest
 
 
-@compiled
+@frugal
 def is_quiet(m: Model, s: State, scale: float, j: int, time: float) -> bool:
     """Whether nothing else can happen while contact j's slip ends, within `time`."""
     rim = s.contact[j].friction * s.force[3 * j, 0]
@@ -112,7 +114,7 @@ def is_quiet(m: Model, s: State, scale: float, j: int, time: float) -> bool:
     return True
 
 
-@compiled
+@frugal
 def coast(
     axx: float,
     axy: float,
@@ -172,14 +174,16 @@ def coast(
     return -1.0, 0.0, 0.0, 0.0
 
 
-@compiled
-def stand(m: Model, s: State, room: Room, scale: float, tolerance: float) -> int:
+@frugal
+def stand(
+    m: Model, s: State, room: Room, scale: float, length: float, tolerance: float
+) -> int:
     """
-    Take the slowest slip to its stop, or past zero, if nothing else changes meanwhile.
+    Take the one slowest slip to its stop, or past zero, if nothing else changes meanwhile.
 
-    The step's coefficients 0 and 1 are known. Returns MOVES (nothing done), STOPPED or PASSED.
+    The step's coefficients 0 and 1 are known, and its `length` in units of its scale. Returns MOVES (nothing done), STOPPED or PASSED.
     """
-    j = slowest(m, s)
+    j = loner(s)
     if j < 0 or s.force[3 * j, 0] <= 0.0:
         return MOVES
     n, x, y = 3 * j, 3 * j + 1, 3 * j + 2
@@ -189,7 +193,7 @@ def stand(m: Model, s: State, room: Room, scale: float, tolerance: float) -> int
         return MOVES  # it grows
     change = unrest(m, s, scale, j)
     pace = np.sqrt(s.u[x, 1] ** 2 + s.u[y, 1] ** 2) / scale
-    if 2.0 * change * (slip / pace) ** 2 > tolerance:
+    if 5.0 * change * (slip / pace) ** 2 > tolerance:
         return MOVES
     rim = s.contact[j].friction * s.force[n, 0]
     axx, axy, ayy = (
@@ -201,18 +205,23 @@ def stand(m: Model, s: State, room: Room, scale: float, tolerance: float) -> int
     bx = s.u[x, 1] / scale + axx * dx + axy * dy
     by = s.u[y, 1] / scale + axy * dx + ayy * dy
     time, px, py, path = coast(axx, axy, ayy, bx, by, ux, uy, tolerance)
-    if time < 0.0 or 2.0 * change * time * time > tolerance:
+    if time < 0.0 or 5.0 * change * time * time > tolerance:
         return MOVES
     if not is_quiet(m, s, scale, j, time):
         return MOVES
+    # The integral of u/|u| says where the slip ends: at u + b time - A p.
+    end = np.hypot(ux + bx * time - axx * px - axy * py, uy + by * time - axy * px - ayy * py)
+    stops = end < 0.5 * slip
+    if not stops and time < length * scale:
+        return MOVES  # a step along the motion gets further
     leave(s, room.push[0], j, time, px, py, path)
-    if slip_speed(s, j) >= 0.5 * slip:
+    if not stops:
         return PASSED
     stop_slip(s, j)
     return STOPPED
 
 
-@compiled
+@frugal
 def leave(
     s: State, push: NDArray[np.float64], j: int, time: float, px: float, py: float, path: float
 ) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import allocating, compiled
+from billiard_shot.compiled import compiled, frugal
 
 COLUMNS = 26  # room for the coefficients of a step's polynomials
 STAGES = 8  # nodes of an implicit step
@@ -82,7 +82,7 @@ class Room(NamedTuple):
     nodes: NDArray[np.float64]  # (10 N + 1, STAGES)
 
 
-@allocating
+@compiled
 def initial_state(count: int, impulse: NDArray[np.float64]) -> State:
     """State of N contacts that have not met yet, on the caller's impulse."""
     return State(
@@ -97,7 +97,7 @@ def initial_state(count: int, impulse: NDArray[np.float64]) -> State:
     )
 
 
-@allocating
+@compiled
 def room_for(count: int) -> Room:
     """Scratch arrays for N contacts."""
     return Room(
@@ -109,14 +109,14 @@ def room_for(count: int) -> Room:
     )
 
 
-@compiled
+@frugal
 def slip_speed(s: State, contact: int) -> float:
     """Slip at a contact now."""
     x, y = s.u[3 * contact + 1, 0], s.u[3 * contact + 2, 0]
     return float(np.sqrt(x * x + y * y))
 
 
-@compiled
+@frugal
 def stop_slip(s: State, contact: int) -> None:
     """Set a contact's slip to exactly zero."""
     s.u[3 * contact + 1, 0] = 0.0

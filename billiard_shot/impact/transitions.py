@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import frugal
 from billiard_shot.impact.events import CONE, EMPTY, JOIN, SLIP_STOP, TURN
 from billiard_shot.impact.friction import let_go
 from billiard_shot.impact.laws import (
@@ -28,7 +28,7 @@ from billiard_shot.impact.state import (
 )
 
 
-@compiled
+@frugal
 def opening_loss(m: Model, s: State, j: int) -> float:
     """Energy lost while a spring opened from its peak: law bistiffness gives back e^2 of it."""
     c = s.contact[j]
@@ -39,7 +39,7 @@ def opening_loss(m: Model, s: State, j: int) -> float:
     return (1.0 - e * e) * (peak - elastic_energy(c.stiffness, s.y[j, 0], m.exponent))
 
 
-@compiled
+@frugal
 def turn(m: Model, s: State, j: int) -> None:
     """End a contact's compression, or begin it anew."""
     c = s.contact[j]
@@ -58,7 +58,7 @@ def turn(m: Model, s: State, j: int) -> None:
         c.kept += opening_loss(m, s, j)
 
 
-@compiled
+@frugal
 def join(s: State, j: int, known: bool) -> None:
     """Make a contact active; `known`: its normal velocity is just now passing zero."""
     c = s.contact[j]
@@ -72,7 +72,7 @@ def join(s: State, j: int, known: bool) -> None:
         c.still = True
 
 
-@compiled
+@frugal
 def part(m: Model, s: State, j: int) -> None:
     """End a contact: book the energy that its spring keeps, and note the slip it ends with."""
     c = s.contact[j]
@@ -84,7 +84,7 @@ def part(m: Model, s: State, j: int) -> None:
     s.y[j, 0] = 0.0
 
 
-@compiled
+@frugal
 def complete_impulse(s: State, room: Room, j: int) -> None:
     """
     Law poisson: give a contact with an empty spring the rest of its impulse, all others untouched.
@@ -129,7 +129,7 @@ def complete_impulse(s: State, room: Room, j: int) -> None:
             c.grip = FRICTIONLESS
 
 
-@compiled
+@frugal
 def slide_against(s: State, j: int, order: int, x: float) -> None:
     """Begin to slide at x: against the force that held until then."""
     c = s.contact[j]
@@ -142,7 +142,7 @@ def slide_against(s: State, j: int, order: int, x: float) -> None:
     c.toward_y = -fy / size
 
 
-@compiled
+@frugal
 def transition(m: Model, s: State, room: Room, event: int, j: int, known: bool) -> bool:
     """Carry out an event at contact j; True where forces jumped, so that friction must settle."""
     if event == TURN:
