@@ -193,14 +193,14 @@ def solve_nodes(
             nodes.y[j, i] = s.y[j, 0] - s.contact[j].rate * scale * NODES[i] * s.u[3 * j, 0]
             nodes.angle[j, i] = np.arctan2(s.contact[j].toward_y, s.contact[j].toward_x)
     previous = 0.0
-    for _ in range(ITERATIONS):
+    for iteration in range(ITERATIONS):
         nodal_forces(m, s, nodes)
         moved = nodal_motion(s, nodes, scale)
         change = max(moved, turn(s, nodes, scale, members, newton))
-        if not change < 1e3:
+        if not change < 1e3 or (iteration > 2 and change > 0.8 * previous):
             return False
         contraction = min(change / max(previous, change), 0.9)
-        if change * contraction <= 1e-2 * tolerance * (1.0 - contraction) or change <= 1e-15:
+        if change * contraction <= 0.1 * tolerance * (1.0 - contraction) or change <= 1e-15:
             nodal_forces(m, s, nodes)
             return slips_forward(nodes, members)
         previous = change

@@ -42,6 +42,7 @@ MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 PINNED_STEP = 0.01  # longest step while contacts hold beyond their own cones
 CAUTION = 0.02  # part of the tolerance that a step may use up
+FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
 
@@ -183,6 +184,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
     stirred = 1.0
     moved = False  # since the last change of state
     unsettled = True
+    young = False
     for step in range(MAX_STEPS):
         if phases >= MAX_PHASES:
             return BUDGET_EXCEEDED, phases, step
@@ -194,11 +196,14 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
                 record(m, s, log, phases, FLOOR, -1)
                 give_up(m, s)
                 return INFINITE_SEQUENCE, phases + 1, step
+        was_young = young
         young, pinned = begin(m, s)
         tolerance = CAUTION * m.tolerance * min(1.0, stirred)
         degree, noise, end = order, max(ROUNDING, tolerance), 1.0
         error = tolerance
         if young:
+            if not was_young:
+                scale *= FIRST
             degree = STAGES
             scale, error = implicit_step(m, s, room, scale, tolerance)
             noise = error
