@@ -11,16 +11,15 @@ ROUNDING = 1e-14  # of velocities, in units of the largest
 
 
 @frugal
-def work_of(
-    force: NDArray[np.float64], velocity: NDArray[np.float64], order: int, x: float
-) -> float:
-    """Integral of force times velocity from 0 to x, exact for the polynomials at hand."""
+def rubbing(s: State, j: int, order: int, x: float) -> float:
+    """Integral from 0 to x of a sliding contact's friction times its slip, as a series."""
+    fx, fy, ux, uy = s.force[3 * j + 1], s.force[3 * j + 2], s.u[3 * j + 1], s.u[3 * j + 2]
     total = 0.0
     power = x
-    for n in range(2 * order):
+    for n in range(order):
         product = 0.0
-        for i in range(max(0, n - order), min(n, order - 1) + 1):
-            product += force[i] * velocity[n - i]
+        for i in range(n + 1):
+            product += fx[i] * ux[n - i] + fy[i] * uy[n - i]
         total += product * power / (n + 1)
         power *= x
     return total
@@ -40,8 +39,7 @@ def advance(s: State, scale: float, order: int, x: float) -> None:
                 total = total * x + s.force[row, k] / (k + 1)
             s.impulse[row] += scale * x * total
         if c.grip == SLIDING:
-            c.rubbed -= scale * work_of(s.force[n + 1], s.u[n + 1], order, x)
-            c.rubbed -= scale * work_of(s.force[n + 2], s.u[n + 2], order, x)
+            c.rubbed -= scale * rubbing(s, j, order, x)
     for row in range(s.u.shape[0]):
         s.u[row, 0] = evaluate(s.u[row], order, x)
     for j in range(len(s.contact)):

@@ -200,7 +200,7 @@ def solve_nodes(
         if not change < 1e3 or (iteration > 2 and change > 0.8 * previous):
             return False
         contraction = min(change / max(previous, change), 0.9)
-        if change * contraction <= 0.1 * tolerance * (1.0 - contraction) or change <= 1e-15:
+        if change * contraction <= 0.3 * tolerance * (1.0 - contraction) or change <= 1e-15:
             nodal_forces(m, s, nodes)
             return slips_forward(nodes, members)
         previous = change

@@ -193,7 +193,7 @@ def stand(
         return MOVES  # it grows
     change = unrest(m, s, scale, j)
     pace = np.sqrt(s.u[x, 1] ** 2 + s.u[y, 1] ** 2) / scale
-    if 5.0 * change * (slip / pace) ** 2 > tolerance:
+    if 4.0 * change * (slip / pace) ** 2 > tolerance:
         return MOVES
     rim = s.contact[j].friction * s.force[n, 0]
     axx, axy, ayy = (
@@ -205,14 +205,19 @@ def stand(
     bx = s.u[x, 1] / scale + axx * dx + axy * dy
     by = s.u[y, 1] / scale + axy * dx + ayy * dy
     time, px, py, path = coast(axx, axy, ayy, bx, by, ux, uy, tolerance)
-    if time < 0.0 or 5.0 * change * time * time > tolerance:
+    if time < 0.0 or 4.0 * change * time * time > tolerance:
         return MOVES
     if not is_quiet(m, s, scale, j, time):
         return MOVES
-    # The integral of u/|u| says where the slip ends: at u + b time - A p.
-    end = np.hypot(ux + bx * time - axx * px - axy * py, uy + by * time - axy * px - ayy * py)
-    stops = end < 0.5 * slip
-    if not stops and time < length * scale:
+    # The integral p of u/|u| says where the slip ends: at u + b time - A p; at zero, exactly.
+    wx, wy = ux + bx * time, uy + by * time
+    stops = np.hypot(wx - axx * px - axy * py, wy - axy * px - ayy * py) < 0.5 * slip
+    if stops:
+        determinant = axx * ayy - axy * axy
+        if not determinant > 1e-9 * axx * ayy:
+            return MOVES
+        px, py = (ayy * wx - axy * wy) / determinant, (axx * wy - axy * wx) / determinant
+    elif time < length * scale:
         return MOVES  # a step along the motion gets further
     leave(s, room.push[0], j, time, px, py, path)
     if not stops:
