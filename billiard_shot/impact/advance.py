@@ -1,8 +1,5 @@
 """The end of a step: the state moves to it, impulses and the work of friction are booked."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from billiard_shot.compiled import frugal
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import FRICTIONLESS, INACTIVE, SLIDING, State

@@ -127,7 +127,7 @@ def first_event(
                 if x != NO_ROOT:
                     end, event, contact = x, END, j
         elif c.light:
-            x = first_root(s.y[j], order, -1.0, -heavy(m, s, j), POSITIVE, end, scratch)
+            x = first_root(s.y[j], order, -1.0, -c.faint, POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j
         if c.grip == SLIDING and not c.young:
@@ -139,9 +139,3 @@ def first_event(
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
     return end, event, contact
-
-
-@frugal
-def heavy(m: Model, s: State, j: int) -> float:
-    """Compression below which a contact's force is negligible, so that it need not be expanded."""
-    return float((1e-3 * m.tolerance / s.contact[j].stiffness) ** (1.0 / m.exponent))

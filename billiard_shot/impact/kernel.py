@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import entry, frugal, inlined
 from billiard_shot.impact.advance import advance, ROUNDING
 from billiard_shot.impact.collocation import implicit_step
-from billiard_shot.impact.events import CONE, EMPTY, END, first_event, heavy, JOIN, NOTHING
+from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING
 from billiard_shot.impact.friction import holds, NO_SLIP, settle
 from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.series import expand, step_size
@@ -38,10 +38,11 @@ from billiard_shot.status import Status
 
 LOOSEST = 1e-6  # tolerance: a looser one would save a sixth of the steps, and lose its meaning
 MAX_STEPS = 20_000
+IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
 MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
-PINNED_STEP = 0.01  # longest step while contacts hold beyond their own cones
-CAUTION = 0.08  # part of the tolerance that a step may use up
+PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
+CAUTION = 0.2  # part of the tolerance that a step may use up
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
@@ -68,6 +69,14 @@ def excitation(m: Model, s: State) -> float:
 
 
 @frugal
+def fade(m: Model, s: State, stirred: float) -> None:
+    """Set the compressions below which forces are negligible and need not be expanded."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        c.faint = (1e-3 * m.tolerance * stirred / c.stiffness) ** (1.0 / m.exponent)
+
+
+@frugal
 def explicit_step(
     m: Model, s: State, scale: float, order: int, tolerance: float
 ) -> tuple[float, float]:
@@ -90,7 +99,7 @@ def mature(m: Model, s: State, length: float) -> None:
             n = 3 * j
             turning = max(s.effective[n + 1, n + 1], s.effective[n + 2, n + 2])
             turning *= c.friction * c.stiffness * s.y[j, 0] ** m.exponent
-            c.young = slip_speed(s, j) < 0.5 * length * turning
+            c.young = slip_speed(s, j) < 0.1 * length * turning
 
 
 @frugal
@@ -121,15 +130,15 @@ def is_over(s: State) -> bool:
 
 
 @frugal
-def begin(m: Model, s: State) -> tuple[bool, bool]:
-    """Prepare a step: note directions and light contacts; whether any is young, any pinned."""
-    young = False
+def begin(m: Model, s: State) -> tuple[int, bool]:
+    """Prepare a step: note directions and light contacts; how many are young, whether any pinned."""
+    young = 0
     pinned = False
     for j in range(len(s.contact)):
         c = s.contact[j]
-        young = young or c.young != 0
+        young += c.young != 0
         pinned = pinned or c.pinned != 0
-        c.light = m.exponent != 1.0 and s.y[j, 0] < heavy(m, s, j)
+        c.light = m.exponent != 1.0 and s.y[j, 0] < c.faint
         if c.grip == SLIDING and not c.onset and not m.straight:
             size = slip_speed(s, j)
             c.toward_x = s.u[3 * j + 1, 0] / size
@@ -184,28 +193,29 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
     stirred = 1.0
     moved = False  # since the last change of state
     unsettled = True
-    young = False
-    for step in range(MAX_STEPS):
-        if phases >= MAX_PHASES:
-            return BUDGET_EXCEEDED, phases, step
+    young = 0
+    spent = 0
+    while spent < MAX_STEPS and phases < MAX_PHASES:
+        spent += 1 + IMPLICIT * young * young
         if unsettled:
             settle(m, s, room)
             unsettled = False
-            stirred = excitation(m, s)
+            stirred = min(excitation(m, s), 1.0)
+            fade(m, s, stirred)
             if stirred < floor:
                 record(m, s, log, phases, FLOOR, -1)
                 give_up(m, s)
-                return INFINITE_SEQUENCE, phases + 1, step
+                return INFINITE_SEQUENCE, phases + 1, spent
         was_young = young
         young, pinned = begin(m, s)
-        tolerance = CAUTION * m.tolerance * min(1.0, stirred)
+        tolerance = CAUTION * m.tolerance * stirred
         degree, noise, end = order, max(ROUNDING, tolerance), 1.0
         error = tolerance
         if young:
             if not was_young:
                 scale *= FIRST
             degree = STAGES
-            scale, error = implicit_step(m, s, room, scale, tolerance)
+            scale, error = implicit_step(m, s, room, scale, 0.05 * tolerance)
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
@@ -244,7 +254,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
         if event != NOTHING:
             unsettled = transition(m, s, room, event, j, known) or unsettled
         if is_over(s):
-            return status, phases, step + 1
+            return status, phases, spent
         if young:
             scale *= min(max(0.8 * (tolerance / max(error, 1e-300)) ** (1.0 / STAGES), 0.2), 4.0)
         else:
@@ -253,7 +263,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             if creeping >= CREEP_STEPS and not m.straight:
                 creeping = 0
                 slow_down(s)
-    return BUDGET_EXCEEDED, phases, MAX_STEPS
+    return BUDGET_EXCEEDED, phases, spent
 
 
 @frugal

@@ -175,9 +175,7 @@ def coast(
 
 
 @frugal
-def stand(
-    m: Model, s: State, room: Room, scale: float, length: float, tolerance: float
-) -> int:
+def stand(m: Model, s: State, room: Room, scale: float, length: float, tolerance: float) -> int:
     """
     Take the one slowest slip to its stop, or past zero, if nothing else changes meanwhile.
 
