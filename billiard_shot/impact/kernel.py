@@ -131,7 +131,7 @@ def is_over(s: State) -> bool:
 
 @frugal
 def begin(m: Model, s: State) -> tuple[int, bool]:
-    """Prepare a step: note directions and light contacts; how many are young, whether any pinned."""
+    """Prepare a step: note slip directions, light contacts; count young ones, look for pinned."""
     young = 0
     pinned = False
     for j in range(len(s.contact)):

@@ -179,7 +179,8 @@ def stand(m: Model, s: State, room: Room, scale: float, length: float, tolerance
     """
     Take the one slowest slip to its stop, or past zero, if nothing else changes meanwhile.
 
-    The step's coefficients 0 and 1 are known, and its `length` in units of its scale. Returns MOVES (nothing done), STOPPED or PASSED.
+    The step's coefficients 0 and 1 are known, and its `length` in units of its scale. Returns
+    MOVES (nothing done), STOPPED or PASSED.
     """
     j = loner(s)
     if j < 0 or s.force[3 * j, 0] <= 0.0:
