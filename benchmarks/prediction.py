@@ -76,7 +76,7 @@ def strike_time(scene, normals, velocities, tolerance):
         approach[0], approach[1] = speed * (n @ c), speed * (lever[0, 1] @ c)
         accuracy = inner_tolerance(model, speed, tolerance)
         work.append((response_of(model, c, lever), approach, accuracy))
-    impulse, account, log = np.zeros(6), np.zeros((2, 3)), np.zeros((0, 12))
+    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
 
     def run():
         for response, approach, accuracy in work:

@@ -95,7 +95,7 @@ class Kernel:
     """The compiled kernel with its arrays made beforehand."""
 
     def __init__(self) -> None:
-        self.impulse, self.account = np.zeros(6), np.zeros((2, 3))
+        self.impulse, self.account = np.zeros(6), np.zeros((2, 4))
         self.log = np.zeros((0, 12))
 
     def __call__(self, strike: Strike, tolerance: float) -> Status:

@@ -155,7 +155,7 @@ def collide(
     approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
     impulse, account, log = (
         np.empty(3 * count),
-        np.empty((count, 3)),
+        np.empty((count, 4)),
         np.empty((64, 2 + 5 * count)),
     )
     while True:

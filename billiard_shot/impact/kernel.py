@@ -31,6 +31,7 @@ from billiard_shot.impact.state import (
     slip_speed,
     STAGES,
     State,
+    STICKING,
     stop_slip,
 )
 from billiard_shot.impact.transitions import part, slide_against, transition
@@ -43,6 +44,7 @@ MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
 CAUTION = 0.2  # part of the tolerance that a step may use up
+JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the largest
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
@@ -174,6 +176,19 @@ def has_stopped(m: Model, s: State) -> bool:
 
 
 @frugal
+def is_jammed(s: State) -> bool:
+    """Whether the active contacts are pressed together for good: nothing moves, nor will."""
+    for j in range(len(s.contact)):
+        normal = s.u[3 * j]
+        if s.contact[j].phase != INACTIVE:
+            if abs(normal[0]) > JAMMED or s.contact[j].grip != STICKING or normal[1] != 0.0:
+                return False
+        elif normal[0] < 0.0:
+            return False
+    return True
+
+
+@frugal
 def slow_down(s: State) -> None:
     """Let all that slides continue in implicit steps."""
     for j in range(len(s.contact)):
@@ -231,6 +246,10 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
                 unsettled = fate == STOPPED
                 scale = 1.0
                 continue
+        if not young and is_jammed(s):
+            record(m, s, log, phases, FLOOR, -1)
+            give_up(m, s)
+            return status, phases + 1, spent
         if pinned:
             end = min(end, PINNED_STEP / scale)
         x, event, j = first_event(m, s, scale, degree, noise, end)
@@ -317,8 +336,10 @@ def solve(
         Error of the result relative to the largest approach speed.
     impulse : (3 N,) float array, written
         Impulses on bodies a [N s].
-    account : (N, 3) float array, written
-        Energy lost to restitution and to friction [J]; slip [m/s] when the contact last ended.
+    account : (N, 4) float array, written
+        Energy lost to restitution and to friction [J]; slip [m/s] when the contact last ended; law
+        energetic: how near it came to ending instead of being compressed anew, or the other way
+        round, where the law jumps (in parts of its largest compression; infinite: it never did).
     log : (rows, 2 + 5 N) float array, written
         A row a phase: why it ended (JOIN, END, EMPTY, FLOOR), at which contact, active flags (N),
         impulses (3 N) [N s] and elastic energies (N) [J] at its end. Phases beyond its rows are
@@ -335,6 +356,7 @@ def solve(
     for row in range(3 * count):
         impulse[row] = 0.0
         account[row // 3, row % 3] = 0.0
+        account[row // 3, 3] = np.inf
     if speed <= 0.0 or mobility <= 0.0:
         return OK, 0, 0
     s = initial_state(count, impulse)
@@ -347,7 +369,7 @@ def solve(
     for j in range(count):
         c = s.contact[j]
         c.friction, c.restitution = friction[j], restitution[j]
-        c.stiffness, c.rate = stiffness[j] / firmness, 1.0
+        c.stiffness, c.rate, c.tie = stiffness[j] / firmness, 1.0, np.inf
         c.still = s.u[3 * j, 0] == 0.0
         c.phase = COMPRESSING if s.u[3 * j, 0] < 0.0 else INACTIVE
     straight = is_straight(response, friction, velocity)

@@ -117,7 +117,7 @@ def shoot(
 
     """
     still = np.zeros(3)
-    account = np.zeros((2, 3))
+    account = np.zeros((2, 4))
     for i in range(len(rows)):
         row = rows[i]
         row[:] = 0.0
