@@ -24,7 +24,6 @@ from billiard_shot.impact.state import (
 )
 
 SWEEPS = 300
-ROUNDING = 1e-13  # of responses
 NO_SLIP = 0.02  # slip below this part of the tolerance is none
 
 
@@ -72,12 +71,6 @@ def hold(m: Model, s: State, room: Room) -> None:
         for i in range(size):
             s.effective[i, stuck[a]] = 0.0
             s.effective[stuck[a], i] = 0.0
-    # What the sticking contacts do not let move at all, rounding must not move either.
-    for i in range(size):
-        if abs(s.effective[i, i]) <= ROUNDING * m.response[i, i]:
-            for j in range(size):
-                s.effective[i, j] = 0.0
-                s.effective[j, i] = 0.0
 
 
 @frugal

@@ -31,7 +31,6 @@ from billiard_shot.impact.state import (
     slip_speed,
     STAGES,
     State,
-    STICKING,
     stop_slip,
 )
 from billiard_shot.impact.transitions import part, slide_against, transition
@@ -178,12 +177,22 @@ def has_stopped(m: Model, s: State) -> bool:
 @frugal
 def is_jammed(s: State) -> bool:
     """Whether the active contacts are pressed together for good: nothing moves, nor will."""
+    size = s.u.shape[0]
     for j in range(len(s.contact)):
-        normal = s.u[3 * j]
-        if s.contact[j].phase != INACTIVE:
-            if abs(normal[0]) > JAMMED or s.contact[j].grip != STICKING or normal[1] != 0.0:
+        c = s.contact[j]
+        if c.phase == INACTIVE:
+            if s.u[3 * j, 0] < 0.0:
                 return False
-        elif normal[0] < 0.0:
+            continue
+        if abs(s.u[3 * j, 0]) > JAMMED or c.grip == SLIDING:
+            return False
+        push = 0.0
+        size_of_push = 0.0
+        for k in range(size):
+            if s.contact[k // 3].phase != INACTIVE:
+                push += s.effective[3 * j, k] * s.force[k, 0]
+                size_of_push += abs(s.effective[3 * j, k] * s.force[k, 0])
+        if abs(push) > ROUNDING * size_of_push:
             return False
     return True
 
