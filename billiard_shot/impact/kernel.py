@@ -346,9 +346,9 @@ def solve(
     impulse : (3 N,) float array, written
         Impulses on bodies a [N s].
     account : (N, 4) float array, written
-        Energy lost to restitution and to friction [J]; slip [m/s] when the contact last ended; law
-        energetic: how near it came to ending instead of being compressed anew, or the other way
-        round, where the law jumps (in parts of its largest compression; infinite: it never did).
+        Energy lost to restitution and to friction [J]; slip [m/s] when the contact last ended; how
+        near it came to ending instead of being compressed anew, or the other way round, where the
+        answer may jump (in parts of its largest compression; infinite: it never did).
     log : (rows, 2 + 5 N) float array, written
         A row a phase: why it ended (JOIN, END, EMPTY, FLOOR), at which contact, active flags (N),
         impulses (3 N) [N s] and elastic energies (N) [J] at its end. Phases beyond its rows are

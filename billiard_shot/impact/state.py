@@ -36,7 +36,7 @@ _FIELDS = np.dtype(
         ('kept', np.float64),  # energy lost to restitution
         ('rubbed', np.float64),  # energy lost to friction
         ('last_slip', np.float64),  # slip when the contact last ended
-        ('tie', np.float64),  # least distance to a jump of law energetic, in parts of the peak
+        ('tie', np.float64),  # least distance to a jump of the law, in parts of the peak
     ],
     align=True,
 )

@@ -9,7 +9,6 @@ from billiard_shot.impact.laws import (
     BISTIFFNESS,
     elastic_energy,
     end_of_restitution,
-    ENERGETIC,
     opening_rate,
     POISSON,
 )
@@ -64,7 +63,7 @@ def margin_of_end(m: Model, s: State, j: int) -> float:
     left, it would not have ended.
     """
     c = s.contact[j]
-    if m.law != ENERGETIC or c.phase != RESTORING or c.restitution == 0.0:
+    if m.law == POISSON or c.phase != RESTORING or c.restitution == 0.0:
         return np.inf
     acceleration = normal_acceleration(m, s, j)
     if acceleration >= 0.0:
@@ -86,7 +85,7 @@ def turn(m: Model, s: State, j: int) -> None:
         if m.law == POISSON:
             c.goal = s.impulse[3 * j] + c.restitution * (s.impulse[3 * j] - c.begun)
     else:
-        if m.law == ENERGETIC:
+        if m.law != POISSON:
             c.tie = min(c.tie, (s.y[j, 0] - c.goal) / c.peak)
         c.phase = COMPRESSING
         c.rate = 1.0
