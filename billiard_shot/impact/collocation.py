@@ -221,6 +221,9 @@ def collocate(m: Model, s: State, room: Room, scale: float, tolerance: float) ->
             room.chosen[young] = j
             young += 1
     rows = room.nodes
+    for row in range(rows.shape[0]):
+        for i in range(STAGES):
+            rows[row, i] = 0.0
     nodes = Nodes(
         rows[: 3 * count],
         rows[3 * count : 4 * count],

@@ -249,7 +249,7 @@ def leave(
         n = 3 * k
         c.still = False
         c.onset = False
-        for row in range(n, n + 3):
+        for row in range(n, n + 3 if s.contact[k].friction > 0.0 else n + 1):
             change = 0.0
             held = 0.0
             for column in range(size):
