@@ -257,7 +257,8 @@ def test_block_on_four_corners_whatever_their_order(velocity, friction, law, req
         other = run(block(velocity, (0.1, -0.2, 0.3), friction, order=order), law=law)
         np.testing.assert_allclose(other.velocities, one.velocities, atol=1e-7)
         np.testing.assert_allclose(other.spins, one.spins, atol=1e-7)
-        np.testing.assert_allclose(other.impulses, one.impulses[list(order)], atol=1e-7)
+        # How the corners share the friction depends on when it is found to give way.
+        np.testing.assert_allclose(other.impulses, one.impulses[list(order)], atol=1e-6)
 
 
 def test_block_falling_flat_shares_the_load_equally():
