@@ -8,54 +8,56 @@ depends on the velocities of the bodies, and, read as a column, how a contact im
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled
+from billiard_shot.compiled import compiled, frugal
 from billiard_shot.shot.model import Model
 
 ROUNDING = 8 * 2.0**-52
 
 
-@compiled
+@frugal
 def dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     """Scalar product in space."""
     product: float = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return product
 
 
-@compiled
-def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vector product."""
-    return np.array([
-        a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-    ])
+@frugal
+def cross(a: NDArray[np.float64], b: NDArray[np.float64], product: NDArray[np.float64]) -> None:
+    """Write the vector product."""
+    product[0] = a[1] * b[2] - a[2] * b[1]
+    product[1] = a[2] * b[0] - a[0] * b[2]
+    product[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
-def across(v: NDArray[np.float64], n: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Unit vector of the part of a unit vector v that is normal to n; zero if that is rounding."""
-    part = v - dot(v, n) * n
-    length = np.sqrt(dot(part, part))
-    return part / length if length > 1e-12 else np.zeros(3)
+@frugal
+def across(v: NDArray[np.float64], n: NDArray[np.float64], unit: NDArray[np.float64]) -> bool:
+    """Write the unit vector of the part of a vector v that is normal to n; not if it is none."""
+    along = dot(v, n)
+    for i in range(3):
+        unit[i] = v[i] - along * n[i]
+    length = np.sqrt(dot(unit, unit))
+    if length <= 1e-12:
+        return False
+    for i in range(3):
+        unit[i] /= length
+    return True
 
 
-@compiled
+@frugal
 def frame(n: NDArray[np.float64], first: NDArray[np.float64], second: NDArray[np.float64],
-          ) -> NDArray[np.float64]:
+          axes: NDArray[np.float64]) -> None:
     """
-    Axes of a contact as rows: n and two tangential ones.
+    Write the axes of a contact as rows: n and two tangential ones.
 
     The first of those is in the plane of n and `first`, or `second` where that is parallel to n,
     or else anywhere.
     """
-    tangent = across(first, n)
-    if dot(tangent, tangent) == 0.0:
-        tangent = across(second, n)
-    if dot(tangent, tangent) == 0.0:
-        tangent = across(np.array([1.0, 0.0, 0.0]), n)
-    axes = np.empty((3, 3))
-    axes[0] = n
-    axes[1] = tangent
-    axes[2] = cross(n, tangent)
-    return axes
+    for i in range(3):
+        axes[0, i] = n[i]
+    if not across(first, n, axes[1]) and not across(second, n, axes[1]):
+        axes[2, 0], axes[2, 1], axes[2, 2] = 1.0, 0.0, 0.0
+        across(axes[2], n, axes[1])
+    cross(n, axes[1], axes[2])
 
 
 @compiled
@@ -66,28 +68,33 @@ def levers(radius: float, n: NDArray[np.float64], c: NDArray[np.float64]) -> NDA
     The tip's first tangent points along its slip. Where n, c and the vertical are in one plane, so
     are both first tangents, and nothing couples to the second ones.
     """
-    z = np.array([0.0, 0.0, 1.0])
-    tip, table = frame(n, c, z), frame(z, n, c)
     result = np.zeros((3, 6, 3))
+    z = np.zeros(3)
+    z[2] = 1.0
+    frame(n, c, z, result[0, :3])
+    frame(z, n, c, result[1, 3:])
     for i in range(3):
-        result[0, i] = tip[i]
-        result[1, i] = -tip[i]
-        result[1, 3 + i] = table[i]
-        result[2, i] = -radius * cross(n, tip[i])
-        result[2, 3 + i] = -radius * cross(z, table[i])
+        cross(n, result[0, i], result[2, i])
+        cross(z, result[1, 3 + i], result[2, 3 + i])
+        for k in range(3):
+            result[1, i, k] = -result[0, i, k]
+    for i in range(6):
+        for k in range(3):
+            result[2, i, k] *= -radius
     return result
 
 
-@compiled
+@frugal
 def yielding(model: Model, c: NDArray[np.float64], impulse: NDArray[np.float64],
-             ) -> NDArray[np.float64]:
+             other: NDArray[np.float64]) -> float:
     """
-    Change of the tip's velocity by an impulse on it.
+    Change of the tip's velocity by an impulse on it, as far as it points along `other`.
 
     Along its axis c the whole cue has to move, across it only the light, flexible end.
     """
     along = dot(c, impulse)
-    return along / model.cue_mass * c + model.softness * (impulse - along * c)
+    stiff = along / model.cue_mass * dot(c, other)
+    return stiff + model.softness * (dot(impulse, other) - along * dot(c, other))
 
 
 @compiled
@@ -97,9 +104,9 @@ def response_of(model: Model, c: NDArray[np.float64], lever: NDArray[np.float64]
     ball = model.surface
     w = np.empty((6, 6))
     for i in range(6):
-        cue = yielding(model, c, lever[0, i])
         for j in range(6):
-            w[i, j] = (dot(lever[0, j], cue) + dot(lever[1, j], lever[1, i]) / ball.mass
+            w[i, j] = (yielding(model, c, lever[0, i], lever[0, j])
+                       + dot(lever[1, j], lever[1, i]) / ball.mass
                        + dot(lever[2, j], lever[2, i]) / ball.inertia)
     for i in range(6):
         for j in range(i):
@@ -123,10 +130,11 @@ def approach_of(
     return u
 
 
-@compiled
-def weighted(weights: NDArray[np.float64], rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum of rows (6, 3) times weights (6,)."""
-    total = np.zeros(3)
-    for i in range(6):
-        total += weights[i] * rows[i]
-    return total
+@frugal
+def weighted(weights: NDArray[np.float64], rows: NDArray[np.float64], total: NDArray[np.float64],
+             ) -> None:
+    """Write the sum of rows (6, 3) times weights (6,)."""
+    for k in range(3):
+        total[k] = 0.0
+        for i in range(6):
+            total[k] += weights[i] * rows[i, k]

@@ -58,10 +58,14 @@ def book(
 ) -> bool:
     """Fill in what follows from the impulses of a strike; return whether it was a miscue."""
     ball = model.surface
-    impulse = row[at.IMPULSE]
-    row[at.VELOCITY] = weighted(impulse, lever[1]) / ball.mass
-    row[at.SPIN] = weighted(impulse, lever[2]) / ball.inertia
-    row[at.CUE_SPEED] = speed + dot(c, yielding(model, c, weighted(impulse, lever[0])))
+    impulse, cue = row[at.IMPULSE], np.zeros(3)
+    weighted(impulse, lever[0], cue)
+    weighted(impulse, lever[1], row[at.VELOCITY])
+    weighted(impulse, lever[2], row[at.SPIN])
+    for i in range(3):
+        row[at.VELOCITY.start + i] /= ball.mass
+        row[at.SPIN.start + i] /= ball.inertia
+    row[at.CUE_SPEED] = speed + yielding(model, c, cue, c)
     for i in range(4):
         row[at.LOSS.start + i] = account[i // 2, i % 2]
     for i in range(9):
@@ -116,15 +120,17 @@ def shoot(
         The last trajectory; as many segments as there is room for.
 
     """
-    still = np.zeros(3)
+    still, n, c = np.zeros(3), np.zeros(3), np.zeros(3)
     account = np.zeros((2, 4))
     for i in range(len(rows)):
         row = rows[i]
-        row[:] = 0.0
+        for k in range(at.COLUMNS):
+            row[k] = 0.0
         ball = motion.start(position, still, still)
         speed = length_of(velocities[i])
-        n = normals[i] / length_of(normals[i])
-        c = velocities[i] / speed
+        size = length_of(normals[i])
+        for k in range(3):
+            n[k], c[k] = normals[i, k] / size, velocities[i, k] / speed
         row[at.STATUS] = refusal(model, n, c)
         if row[at.STATUS] == OK:
             accuracy = inner_tolerance(model, speed, tolerance)
@@ -142,6 +148,7 @@ def shoot(
             row[at.STATUS] = verdict(status, miscue, end, row[at.ERROR] <= tolerance)
         else:
             motion.record(ball, segments)
-        row[at.REST] = ball[motion.POSITION:motion.VELOCITY]
+        for k in range(3):
+            row[at.REST.start + k] = ball[motion.POSITION + k]
         row[at.DURATION] = ball[motion.TIME]
         row[at.SEGMENTS] = ball[motion.COUNT]

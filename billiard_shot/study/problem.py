@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.kernel import solve
 from billiard_shot.scene import Scene
-from billiard_shot.shot.contacts import approach_of, levers, response_of, weighted, yielding
+from billiard_shot.shot.contacts import approach_of, levers, response_of, yielding
 from billiard_shot.shot.model import Model, numbers_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -64,8 +64,8 @@ class Problem:
         ball, n = self.model.surface, np.array(self.stroke.normal)
         c = np.array(self.stroke.velocity) / self.stroke.speed
         lever = levers(ball.radius, n, c)
-        cue = float(c @ yielding(self.model, c, weighted(impulse, lever[0])))
-        velocity, turning = weighted(impulse, lever[1]), weighted(impulse, lever[2])
+        cue = yielding(self.model, c, impulse @ lever[0], c)
+        velocity, turning = impulse @ lever[1], impulse @ lever[2]
         return velocity / ball.mass, turning / ball.inertia, self.stroke.speed + cue
 
     def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
