@@ -90,7 +90,7 @@ def solved(parameters, n, c):
     )
     lever = levers(PAPER.surface.radius, n, c)
     response, approach = response_of(model, c, lever), approach_of(lever, speed, n, c)
-    impulse, account, log = np.zeros(6), np.zeros((2, 3)), np.zeros((0, 12))
+    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
     begin = perf_counter()
     status, states, steps = solve(
         response, approach, model.friction, model.restitution, model.stiffness, law, 1.0, TIGHT,

@@ -25,7 +25,7 @@ def pairwise(problem: Problem) -> Vector:
     Each is solved exactly, as if the other contact were not there, until none approaches.
     """
     u, total = problem.velocity.copy(), np.zeros(6)
-    account, log = np.zeros((1, 3)), np.zeros((0, 7))
+    account, log = np.zeros((1, 4)), np.zeros((0, 7))
     for turn in range(ROUNDS):
         if u[::3].min() >= -APPROACH * problem.speed:
             return total

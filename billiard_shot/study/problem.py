@@ -70,7 +70,7 @@ class Problem:
 
     def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""
-        impulse, account, log = np.zeros(6), np.zeros((2, 3)), np.zeros((0, 12))
+        impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
         status, _, steps = solve(
             self.response, self.velocity, self.friction, self.restitution, self.stiffness,
             self.model.law, self.model.exponent, tolerance, impulse, account, log,
