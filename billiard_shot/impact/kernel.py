@@ -209,7 +209,7 @@ def slow_down(s: State) -> None:
 def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, int, int]:
     """Walk through the states of a collision; return its status, numbers of phases and steps."""
     order = min(max(int(4.5 - np.log10(m.tolerance)), 6), COLUMNS - 4)
-    floor = max(1e-2 * m.tolerance, 1e-14)
+    floor = max(1e-2 * m.tolerance, 10.0 * ROUNDING)
     status = OK
     phases = 0
     creeping = 0
