@@ -13,7 +13,7 @@ import numpy as np
 from billiard_shot.cue.inputs import Input
 from billiard_shot.cue.job import Command, Job, Result, Settings
 from billiard_shot.cue.measurement import Strike, StrokeWatch
-from billiard_shot.cue.mechanism import JOINTS, Mechanism, STROKE, UNITS
+from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.orders import Balls, moved, Order, OrderBook
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.path import Array, Path
@@ -50,18 +50,32 @@ class Controller:
         self.estop = Input('estop', False, settings.estop_timeout)
         self.interlock = Input('interlock', True, settings.interlock_timeout)
         self.command: Command | None = None
-        self._mechanism, self._scene, self._settings = mechanism, scene, settings
+        self.mechanism = mechanism
+        self._scene, self._settings = scene, settings
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
         self._book = OrderBook(settings.order_longest)
         self._balls: Balls | None = None
-        self._position = self._velocity = np.full(len(JOINTS), math.nan)
+        self.position = self._velocity = np.full(len(JOINTS), math.nan)
         self._heard = -math.inf
         self._job: Job | None = None
         self._begin = 0.0  # of the path being followed
         self._key = 0
         ranges = [axis.most - axis.least for axis in mechanism.axes]
         self._near = settings.aim_tolerance * np.array(ranges)
+
+    @property
+    def shot_id(self) -> str:
+        """The shot that is being executed; '' if there is none."""
+        return self._job.shot.plan.shot_id if self._job else ''
+
+    def measured_elevation(self, now: float) -> tuple[float, float] | None:
+        """Elevation of the cue [rad] and its rate [rad/s]; None if nothing is known of it."""
+        if self.unfit(now):
+            return None
+        elevation = self.mechanism.triangle.elevation(float(self.position[INCLINE]))
+        lever = self.mechanism.triangle.lever(elevation)
+        return elevation, float(self._velocity[INCLINE]) / lever
 
     # --- what it hears --------------------------------------------------------------------------
 
@@ -78,7 +92,7 @@ class Controller:
 
     def hear_joints(self, position: Array, velocity: Array, now: float) -> None:
         """Hear where the joints (6,) are [m, rad] and how fast [per s]."""
-        self._position, self._velocity, self._heard = position, velocity, now
+        self.position, self._velocity, self._heard = position, velocity, now
         if self.state is State.FIRING and self._job and np.isfinite(position).all():
             watch = self._job.watch
             if watch.see(position, velocity) and watch.strike:
@@ -114,11 +128,11 @@ class Controller:
         complaint = moved(order.plan.balls, self._balls, self._settings.table_tolerance)
         if complaint:
             raise RefusedError(Outcome.TABLE_DIFFERS, complaint)
-        shot = prepare(self._mechanism, self._scene, order.plan)
+        shot = prepare(self.mechanism, self._scene, order.plan)
         self._job = Job(shot, now + order.remaining, StrokeWatch(
-            self._mechanism, shot.profile, order.plan.shot_id))
+            self.mechanism, shot.profile, order.plan.shot_id))
         self._event(Event.AIM, now, f'shot {order.plan.shot_id!r}')
-        self._follow(aim_path(self._mechanism, self._position, shot.aimed), now)
+        self._follow(aim_path(self.mechanism, self.position, shot.aimed), now)
 
     def arm(self, now: float) -> Decision:
         """Allow the shot that is aimed; it is fired once everything has settled."""
@@ -149,7 +163,7 @@ class Controller:
                 self._event(Event.ESTOP, now, self.estop.complaint(now), Outcome.ESTOP)
             self._watch_interlock(now)
         if self.state in MOVING:
-            complaint = self._unfit(now)
+            complaint = self.unfit(now)
             if complaint:
                 self.fail(now, complaint)
         if self._job:
@@ -158,7 +172,7 @@ class Controller:
                  now, self._job)
 
     def _aim(self, now: float, job: Job) -> None:
-        off = np.abs(self._position - job.shot.aimed) / self._near
+        off = np.abs(self.position - job.shot.aimed) / self._near
         if self._give_up(now, job):
             return
         late = self._late(now)
@@ -178,7 +192,7 @@ class Controller:
                 f'armed for more than {self._settings.arm_timeout:g} s without firing'),
                 Outcome.ARM_TIMEOUT)
             return
-        settled = (np.abs(self._position - job.shot.aimed) <= self._near).all()
+        settled = (np.abs(self.position - job.shot.aimed) <= self._near).all()
         if now >= job.fire_at and settled and self._event(Event.FIRE, now, 'strikes').accepted:
             self._follow(job.shot.stroke.path, now)
 
@@ -193,7 +207,7 @@ class Controller:
 
     def _retract(self, now: float, job: Job) -> None:
         home = job.shot.stroke.path.positions[-1]
-        off = np.abs(self._position - home) / self._near
+        off = np.abs(self.position - home) / self._near
         late = self._late(now)
         if late >= 0.0 and off.max() <= 1.0:
             self._event(Event.HOME, now, 'done')
@@ -209,7 +223,7 @@ class Controller:
     def _watch_brake(self, now: float) -> None:
         assert self._job
         profile = self._job.shot.profile
-        beyond = float(self._position[STROKE]) - max(profile.stop_at, profile.leave_at)
+        beyond = float(self.position[STROKE]) - max(profile.stop_at, profile.leave_at)
         if beyond > self._settings.brake_tolerance:
             self.fail(now, f'stroke: the cue is {1e3 * beyond:.3g} mm beyond where it should have '
                            'stopped: the brake is late, or there was no ball')
@@ -251,7 +265,7 @@ class Controller:
                 '' if self.estop.allows(now) else self.estop.complaint(now),
             Condition.INTERLOCK_FRESH:
                 '' if self.interlock.allows(now) else self.interlock.complaint(now),
-            Condition.MECHANISM_FIT: self._unfit(now),
+            Condition.MECHANISM_FIT: self.unfit(now),
             Condition.ARMED_LATELY:
                 '' if job and now <= job.armed_until else 'not armed',
             Condition.ORDER_VALID: '' if order_valid else 'no order' if job is None else
@@ -267,7 +281,7 @@ class Controller:
     def _moved(self, job: Job) -> str:
         return moved(job.shot.plan.balls, self._balls or {}, self._settings.table_tolerance)
 
-    def _unfit(self, now: float) -> str:
+    def unfit(self, now: float) -> str:
         """Why the mechanism is not to be trusted; '' if it is."""
         silent = now - self._heard
         if silent == math.inf:
@@ -275,9 +289,14 @@ class Controller:
         if silent > self._settings.joints_timeout:
             return (f'joint_states: silent for {silent:.3g} s, more than '
                     f'{self._settings.joints_timeout:g} s')
-        for name, position, velocity in zip(JOINTS, self._position, self._velocity, strict=True):
+        for name, position, velocity in zip(JOINTS, self.position, self._velocity, strict=True):
             if not (math.isfinite(position) and math.isfinite(velocity)):
                 return f'joint_states: {name} is at {position}, at a speed of {velocity}'
+        least, most = self.mechanism.triangle.sides
+        length = float(self.position[INCLINE])
+        if not least < length < most:
+            return (f'joint_states: incline is at {length:.4g} m, which is not between {least:g} '
+                    f'and {most:g} m')
         return ''
 
     def _late(self, now: float) -> float:
@@ -287,7 +306,7 @@ class Controller:
         return now - self._begin - self.command.path.duration
 
     def _stuck(self, joint: int, target: Array) -> str:
-        off = float(self._position[joint] - target[joint])
+        off = float(self.position[joint] - target[joint])
         return (f'{JOINTS[joint]}: {off:.3g} {UNITS[joint]} from where it should have been '
                 f'{self._settings.late:g} s ago')
 

@@ -84,11 +84,21 @@ class Incline:
             If the sides do not make a triangle.
 
         """
-        least, most = abs(self.base - self.arm), self.base + self.arm
+        least, most = self.sides
         refuse(outside('incline', length, least, most, 'm', 'sides of the triangle'))
         short = math.sqrt((length - least) * (length + least))
         long = math.sqrt((most - length) * (most + length))
         return 2 * math.atan2(short, long) - self.level_angle
+
+    def lever(self, elevation: float) -> float:
+        """How much longer the actuator gets per elevation [m/rad], at an elevation [rad]."""
+        sine = math.sin(elevation + self.level_angle)
+        return self.base * self.arm * sine / self.length(elevation)
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths of the actuator at which the triangle is flat [m]; it must be in between."""
+        return abs(self.base - self.arm), self.base + self.arm
 
     @property
     def elevations(self) -> tuple[float, float]:

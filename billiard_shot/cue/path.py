@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+SHORTEST = 1e-6  # s: a move that takes less is none; messages tell times to the nanosecond
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Path:
@@ -118,7 +120,9 @@ class PathBuilder:
             np.sqrt(8.0 * distance / accelerations),
             np.cbrt(32.0 * distance / jerks),
         )))
-        if duration == 0.0:
+        if duration < SHORTEST:
+            t, _, v, a = self._knots[-1]
+            self._knots[-1] = (t, target.copy(), v, a)
             return
         jerk = 32.0 * way / duration**3
         for sign in (1.0, -1.0, -1.0, 1.0):

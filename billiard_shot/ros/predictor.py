@@ -1,25 +1,19 @@
 """The node `predictor`: answers what a stroke does to the ball, and shows the last answer."""
 from collections.abc import Sequence
-import sys
 
 from billiard_shot_msgs.msg import BallTrajectory, TableState
 from billiard_shot_msgs.srv import PredictShot
 from nav_msgs.msg import Path
-import rclpy
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from visualization_msgs.msg import MarkerArray
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import predict, Scene
 from billiard_shot.ros import conversions, display, parameters
+from billiard_shot.ros.running import LATCHED, run, warm_up
 
 SHOW_DELAY = 0.05
 """Seconds from an answer to its path and markers; answers in between share one showing."""
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Predictor(Node):
@@ -45,7 +39,7 @@ class Predictor(Node):
         self._show_timer = self.create_timer(
             SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        self._warm_up()
+        warm_up(self._scene)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
@@ -85,29 +79,10 @@ class Predictor(Node):
         self._markers.publish(
             display.markers_of(self._shown, self._scene.ball.radius, stamp))
 
-    def _warm_up(self) -> None:
-        """Predict once, so that compiling or loading the library does not fall to a request."""
-        stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
-        conversions.response_of(predict(self._scene, stroke), self._sample_count)
-
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Run the node until SIGINT or SIGTERM; a bad parameter is one clear line and exit code 1."""
-    try:
-        with rclpy.init(args=args):
-            try:
-                executor = SingleThreadedExecutor()
-                rclpy.spin(Predictor(), executor)
-            except ExternalShutdownException:
-                pass
-            except Exception:
-                # A signal during start-up takes the context away from what is being created.
-                if rclpy.ok():
-                    raise
-    except KeyboardInterrupt:
-        pass
-    except ParameterException as error:
-        sys.exit(f'predictor: {error}')
+    """Run the node."""
+    run(Predictor, 'predictor', args)
 
 
 if __name__ == '__main__':

@@ -66,6 +66,16 @@ def test_the_tip_travels_above_the_balls(first, second):
             assert tip_of(MECHANISM, position).position[2] >= MECHANISM.travel_height - 1e-12
 
 
+def test_a_move_over_nothing_takes_no_time():
+    """Nor knots so near each other that a message could not tell their times apart."""
+    start = place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.0)
+    near = start.copy()
+    near[STROKE] = -7e-62
+    path = aim_path(MECHANISM, near, start)
+    assert np.diff(path.times).min(initial=1.0) > 1e-7
+    np.testing.assert_array_equal(path.positions[-1], start)
+
+
 def test_paths_are_joined_without_jumps():
     path = aim_path(MECHANISM, place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
                     place(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0))

@@ -1,6 +1,7 @@
 """Real processes and the real middleware, in a ROS domain of their own."""
 from collections.abc import Callable, Iterator
 import contextlib
+from functools import partial
 import os
 import signal
 import subprocess
@@ -31,16 +32,22 @@ def domain() -> Iterator[None]:
 
 
 @pytest.fixture(scope='session')
-def start(domain: None) -> Iterator[Start]:
-    """Start predictors: `start('-p', 'scene:=paper')`; they are stopped in the end."""
+def launch(domain: None) -> Iterator[Start]:
+    """Start nodes: `launch('cue_sim', '-p', 'rate:=100.0')`; they are stopped in the end."""
     with contextlib.ExitStack() as stack:
-        def start_predictor(*arguments: str) -> subprocess.Popen[str]:
+        def start_node(name: str, *arguments: str) -> subprocess.Popen[str]:
             process = subprocess.Popen(
-                [sys.executable, '-m', 'billiard_shot.ros.predictor', '--ros-args', *arguments],
+                [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             stack.callback(stop, process)
             return process
-        yield start_predictor
+        yield start_node
+
+
+@pytest.fixture(scope='session')
+def start(launch: Start) -> Start:
+    """Start predictors: `start('-p', 'scene:=paper')`."""
+    return partial(launch, 'predictor')
 
 
 def stop(process: subprocess.Popen[str]) -> None:

@@ -1,0 +1,266 @@
+"""Between messages and the mechanical cue's library: pure functions, each way."""
+from collections.abc import Mapping, Sequence
+import math
+
+from billiard_shot_msgs.action import ExecuteShot
+from billiard_shot_msgs.msg import BallState, CueState, Plan, Strike, TableState
+from builtin_interfaces.msg import Duration, Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import Point, Pose, Quaternion
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.time import Time as Moment
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from billiard_shot import Stroke
+from billiard_shot.cue.controller import Controller
+from billiard_shot.cue.job import Result
+from billiard_shot.cue.measurement import Strike as MeasuredStrike
+from billiard_shot.cue.orders import Order
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.path import Path
+from billiard_shot.cue.placing import TipPose
+from billiard_shot.cue.plan import ShotPlan
+from billiard_shot.cue.safety import State
+from billiard_shot.ros.conversions import FRAME
+
+Joints = NDArray[np.float64]
+Places = Mapping[str, tuple[float, float]]
+
+RUN_UP = 0.05
+"""Metres from the ball to where a plan has the tip, for it must start in front of the ball."""
+
+
+# --- orders and results -------------------------------------------------------------------------
+
+def plan_of(stroke: Stroke, balls: Places, radius: float, shot_id: str) -> ShotPlan:
+    """Plan for a stroke at the ball `cue`, which has this radius [m], with balls at (x, y) [m]."""
+    _, _, elevation, azimuth, speed = stroke.offsets
+    contact = np.array([*balls['cue'], radius]) + radius * np.array(stroke.normal)
+    tip = TipPose(contact, azimuth, elevation)
+    x, y, z = (tip.position - RUN_UP * tip.along).tolist()
+    return ShotPlan(shot_id, (x, y, z), tip.quaternion, speed, elevation, dict(balls))
+
+
+def goal_of(plan: ShotPlan, nonce: str, stamp: Time, expiry: Time) -> ExecuteShot.Goal:
+    """Goal to play a plan, made at `stamp`, until `expiry`."""
+    message = Plan(
+        header=Header(frame_id=FRAME, stamp=stamp), shot_id=plan.shot_id,
+        cue_pose=_pose(plan.position, plan.quaternion), speed=plan.speed,
+        elevation=plan.elevation, seal=plan.seal,
+        balls=[BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in
+               plan.balls.items()],
+    )
+    return ExecuteShot.Goal(plan=message, nonce=nonce, expiry=expiry)
+
+
+def order_of(goal: ExecuteShot.Goal, now: Time) -> Order:
+    """
+    Order that a goal stands for, at ROS time `now`.
+
+    Raises
+    ------
+    RefusedError
+        INVALID_PLAN, if the frame is another or a ball is there twice.
+
+    """
+    message = goal.plan
+    if message.header.frame_id not in ('', FRAME):
+        raise RefusedError(Outcome.INVALID_PLAN, (
+            f'plan.header.frame_id is {message.header.frame_id!r}: must be {FRAME!r} or empty'))
+    position, turn = message.cue_pose.position, message.cue_pose.orientation
+    plan = ShotPlan(
+        message.shot_id, (position.x, position.y, position.z), (turn.x, turn.y, turn.z, turn.w),
+        message.speed, message.elevation, balls_of(message.balls))
+    return Order(plan, message.seal, goal.nonce, _seconds(goal.expiry) - _seconds(now))
+
+
+def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
+    """
+    Where the balls on the table lie, (x, y) [m].
+
+    Raises
+    ------
+    RefusedError
+        INVALID_PLAN, if a ball is there twice.
+
+    """
+    places: dict[str, tuple[float, float]] = {}
+    for ball in balls:
+        if ball.id in places:
+            raise RefusedError(Outcome.INVALID_PLAN, f'balls: {ball.id!r} is there twice')
+        if not ball.pocketed:
+            places[ball.id] = ball.position.x, ball.position.y
+    return places
+
+
+def result_of(result: Result, stamp: Time) -> ExecuteShot.Result:
+    """Result message of how an order ended."""
+    message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
+    if result.strike:
+        message.struck = True
+        message.strike = strike_message(result.strike, stamp)
+        message.elevation = result.strike.tip.elevation
+    return message
+
+
+def strike_message(strike: MeasuredStrike, stamp: Time) -> Strike:
+    """Message of a measured strike."""
+    return Strike(
+        header=Header(frame_id=FRAME, stamp=stamp), shot_id=strike.shot_id, speed=strike.speed,
+        cue_pose=_pose(strike.tip.position, strike.tip.quaternion))
+
+
+def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
+    """
+    Stroke of a measured strike at a ball whose centre is `ball` [m].
+
+    The tip is taken back along its axis, for what is measured may lie inside of the ball.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+
+    """
+    turn, point = strike.cue_pose.orientation, strike.cue_pose.position
+    position, quaternion = (point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w)
+    along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
+    x, y, z = (np.array(position) - RUN_UP * along).tolist()
+    return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
+
+
+def state_message(controller: Controller, stamp: Time) -> CueState:
+    """Message of what the cue is doing."""
+    return CueState(header=Header(stamp=stamp), state=int(controller.state),
+                    reason=controller.reason, shot_id=controller.shot_id)
+
+
+def diagnostics_message(
+    controller: Controller, active: bool, now: float, stamp: Time
+) -> DiagnosticArray:
+    """Diagnostics of the cue at a time `now` of its clock [s]."""
+    level = {State.ESTOP: DiagnosticStatus.WARN, State.FAULT: DiagnosticStatus.ERROR}.get(
+        controller.state, DiagnosticStatus.OK)
+    values = {
+        'active': str(active).lower(), 'shot_id': controller.shot_id,
+        **{each.name: 'ok' if each.allows(now) else each.complaint(now)
+           for each in (controller.estop, controller.interlock)},
+        'mechanism': controller.unfit(now) or 'ok'}
+    status = DiagnosticStatus(
+        level=level, name='cue_driver', hardware_id='mechanical cue',
+        message=f'{controller.state.name}: {controller.reason}',
+        values=[KeyValue(key=key, value=value) for key, value in values.items()])
+    return DiagnosticArray(header=Header(stamp=stamp), status=[status])
+
+
+# --- the table ----------------------------------------------------------------------------------
+
+def table_message(
+    balls: Mapping[str, tuple[float, float, float]], snapshot: int, stamp: Time
+) -> TableState:
+    """Message of where the balls' centres are [m], all of them on the table."""
+    return TableState(
+        header=Header(frame_id=FRAME, stamp=stamp), snapshot_id=snapshot,
+        balls=[BallState(id=name, position=Point(x=x, y=y, z=z))
+               for name, (x, y, z) in balls.items()])
+
+
+# --- joints -------------------------------------------------------------------------------------
+
+def trajectory_message(path: Path, names: Sequence[str], stamp: Time) -> JointTrajectory:
+    """Message of a path that begins at `stamp`."""
+    message = JointTrajectory(header=Header(stamp=stamp), joint_names=list(names))
+    rows = zip(path.times, path.positions, path.velocities, path.accelerations, strict=True)
+    for time, position, velocity, acceleration in rows:
+        message.points.append(JointTrajectoryPoint(
+            positions=position.tolist(), velocities=velocity.tolist(),
+            accelerations=acceleration.tolist(), time_from_start=_duration(float(time))))
+    return message
+
+
+def stop_message(position: Joints, names: Sequence[str]) -> JointTrajectory:
+    """
+    Zero command: be still where you are, at once.
+
+    One point, at no time, with no speed; stamp 0 means now. The positions are left out if nobody
+    knows them.
+    """
+    known = np.isfinite(position).all()
+    return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint(
+        positions=position.tolist() if known else [], velocities=[0.0] * len(names))])
+
+
+def is_stop(message: JointTrajectory) -> bool:
+    """Whether a message is a zero command."""
+    return len(message.points) == 1 and not any(message.points[0].velocities) and (
+        _seconds(message.header.stamp) == 0.0)
+
+
+def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
+    """
+    Path of a trajectory message, its joints in the order of `names`.
+
+    Raises
+    ------
+    ValueError
+        If joints, positions, velocities or accelerations are missing or not finite, or if times do
+        not ascend.
+
+    """
+    if sorted(message.joint_names) != sorted(names):
+        raise ValueError(f'joint_names: {message.joint_names} must be {list(names)}')
+    order = [message.joint_names.index(name) for name in names]
+    times = np.array([_seconds(point.time_from_start) for point in message.points])
+    rows = []
+    for field in ('positions', 'velocities', 'accelerations'):
+        values = [getattr(point, field) for point in message.points]
+        if not values or any(len(each) != len(order) for each in values):
+            raise ValueError(f'points: each must have {len(order)} {field}')
+        rows.append(np.array(values)[:, order])
+    if not (np.diff(times) > 0.0).all() or not all(np.isfinite(row).all() for row in rows):
+        raise ValueError('points: numbers must be finite, and times ascend')
+    return Path(times, *rows)
+
+
+def joints_message(
+    names: Sequence[str], position: Joints, velocity: Joints, stamp: Time
+) -> JointState:
+    """Message of where joints are and how fast they move."""
+    return JointState(header=Header(stamp=stamp), name=list(names), position=position.tolist(),
+                      velocity=velocity.tolist())
+
+
+def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints] | None:
+    """Positions and velocities of the joints `names`; None if the message is about others."""
+    where = {name: i for i, name in enumerate(message.name)}
+    if not all(name in where for name in names) or not (
+            len(message.position) == len(message.velocity) == len(message.name)):
+        return None
+    order = [where[name] for name in names]
+    return np.array(message.position)[order], np.array(message.velocity)[order]
+
+
+# --- pieces -------------------------------------------------------------------------------------
+
+def key_of(stamp: Time) -> int:
+    """Nanoseconds of a stamp: they tell one command from a later one."""
+    return Moment.from_msg(stamp).nanoseconds
+
+
+def _seconds(time: Time | Duration) -> float:
+    return time.sec + 1e-9 * time.nanosec
+
+
+def _duration(seconds: float) -> Duration:
+    whole = math.floor(seconds)
+    return Duration(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
+
+
+def _pose(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
+    x, y, z = map(float, position)
+    return Pose(
+        position=Point(x=x, y=y, z=z),
+        orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))))

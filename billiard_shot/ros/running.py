@@ -1,0 +1,57 @@
+"""How every node of the package runs: until it is told to end, with an exit code that says how."""
+from collections.abc import Callable, Sequence
+import signal
+import sys
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from billiard_shot import predict, Scene, Stroke
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Who comes later gets the last message too."""
+
+AWAKE = 1.0
+"""Seconds after which a node looks up from waiting, for a signal may come just before it waits."""
+
+
+def warm_up(scene: Scene) -> None:
+    """Predict once, so that compiling or loading the library does not fall to a request."""
+    stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
+    predict(scene, stroke).trajectory.at(0.0)
+
+
+def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:
+    """
+    Make a node and run it until SIGINT or SIGTERM; exit code 0 then.
+
+    A bad parameter is one clear line and exit code 1.
+    """
+    told: list[int] = []
+
+    def end(number: int, _: object) -> None:
+        told.append(number)
+        # Not KeyboardInterrupt: where that passes through code that was made by exec, as much of
+        # NumPy's and numba's is, Python ends as if nobody had caught it.
+        sys.exit(0)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, end)
+    try:
+        with rclpy.init(args=args):
+            try:
+                executor = SingleThreadedExecutor()
+                executor.add_node(make())
+                while rclpy.ok():
+                    executor.spin_once(timeout_sec=AWAKE)
+            except ExternalShutdownException:
+                pass
+            except Exception:
+                # A signal during start-up may end in whatever is being created, as another error.
+                if rclpy.ok() and not told:
+                    raise
+    except ParameterException as error:
+        sys.exit(f'{name}: {error}')

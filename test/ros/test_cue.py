@@ -1,0 +1,370 @@
+"""The mechanical cue as real processes: driver, simulated mechanism and simulated table."""
+import math
+import signal
+from time import monotonic
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+import numpy as np
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.mechanism import JOINTS
+from billiard_shot.cue.outcome import Outcome
+from billiard_shot.cue.safety import State
+from billiard_shot.ros import conversions
+from billiard_shot.ros.client import call
+from billiard_shot.ros.cue_conversions import is_stop
+from billiard_shot.ros.player import Player
+
+RADIUS = Scene.load('paper').ball.radius
+SPACE = '/cell'
+STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
+WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+STOPS_WITHIN = 0.1 + 0.5 + 0.3
+"""Seconds: the mechanism's deadline, its slowest brake from full speed, and the messages' way."""
+
+
+class Cell:
+    """Driver, mechanism, table and player in a namespace of their own, and what they say."""
+
+    def __init__(self, node, launch):
+        self.launch, self.node = launch, node
+        self.processes = {}
+        self.start('cue_sim')
+        self.start('table_sim', '-p', 'haste:=100.0')
+        self.start('cue_driver', '-p', 'autostart:=true')
+        self.start('predictor')
+        self.player = Player(SPACE)
+        self.joints, self.commands, self.angles, self.diagnostics = [], [], [], []
+        for kind, topic, heard in (
+                (JointState, f'{SPACE}/joint_states', self.joints),
+                (JointTrajectory, f'{SPACE}/cue_driver/actuation', self.commands),
+                (Float64, f'{SPACE}/cue_driver/incline_angle', self.angles),
+                (DiagnosticArray, '/diagnostics', self.diagnostics)):
+            self.player.create_subscription(kind, topic, heard.append, 100)
+        self.estop = self.player.create_publisher(Bool, 'estop', 10)
+        self.services = {
+            name: self.player.create_client(Trigger, f'{SPACE}/{name}')
+            for name in ('cue_driver/arm', 'cue_driver/disarm', 'cue_driver/clear_fault',
+                         'table_sim/reset')}
+        self.player.wait_for_all()
+        for service in self.services.values():
+            assert service.wait_for_service(10.0)
+
+    def start(self, name, *arguments):
+        self.processes[name] = self.launch(name, '-r', f'__ns:={SPACE}', *arguments)
+
+    def call(self, name):
+        return call(self.player, self.services[name], Trigger.Request())
+
+    @property
+    def state(self):
+        return State(self.player.states[-1].state)
+
+    def goal(self, shot_id='shot', stroke=STROKE):
+        return self.player.goal(stroke, RADIUS, shot_id)
+
+    def begin(self, goal):
+        """Send a goal; a future of how it ends."""
+        sent = self.player._execute.send_goal_async(goal)
+        assert self.player.until(sent.done, 10.0)
+        self.handle = sent.result()
+        return self.handle.get_result_async()
+
+    def reach(self, state, seconds=20.0):
+        assert self.player.until(lambda: self.state is state, seconds), self.player.states[-1]
+
+    def moving(self):
+        """Whether any joint moved in the last joint_states of the mechanism."""
+        self.joints.clear()
+        known = self.player.until(
+            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), 2.0)
+        assert known, 'the mechanism is silent'
+        last = next(each for each in self.joints[::-1] if len(each.name) == len(JOINTS))
+        return any(abs(velocity) > 1e-6 for velocity in last.velocity)
+
+
+@pytest.fixture(scope='module')
+def whole_cell(node, launch):
+    return Cell(node, launch)
+
+
+@pytest.fixture
+def cell(whole_cell):
+    """Return the cell in order: disarmed, ball in its place."""
+    whole_cell.player.all_is_well = True
+    assert whole_cell.player.until(
+        lambda: whole_cell.state is State.DISARMED or whole_cell.call(
+            'cue_driver/clear_fault').success, 10.0)
+    snapshot = int(whole_cell.call('table_sim/reset').message.split()[1])
+    assert whole_cell.player.until(
+        lambda: whole_cell.player.table.snapshot_id >= snapshot, 10.0)
+    whole_cell.reach(State.DISARMED)
+    for heard in (whole_cell.player.states[:-1], whole_cell.commands, whole_cell.angles):
+        heard.clear()
+    del whole_cell.player.states[:-1]
+    return whole_cell
+
+
+def test_the_loop_is_closed(cell):
+    """The ball comes to rest where it was predicted to."""
+    goal = cell.goal('loop')
+    answer = cell.player.predict(goal)
+    expected = conversions.vectors(answer.trajectory.positions)[-1][:2]
+    response = cell.player.execute(goal)
+    result = response.result
+    assert response.status == GoalStatus.STATUS_SUCCEEDED
+    assert result.outcome == Outcome.OK
+    assert result.struck
+    assert result.strike.shot_id == 'loop'
+    assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
+    assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
+    np.testing.assert_allclose(cell.player.rest(), expected, atol=0.01)
+    cell.reach(State.DISARMED)
+    assert [State(state.state) for state in cell.player.states][-6:] == WAY
+    assert all(state.reason for state in cell.player.states)
+
+
+def test_what_it_publishes(cell):
+    cell.joints.clear()
+    ended = cell.begin(cell.goal('topics'))
+    cell.reach(State.AIMED)
+    cell.commands.clear()
+    assert cell.player.until(lambda: len(cell.commands) > 3, 2.0), 'repeated while it holds'
+    command = cell.commands[-1]
+    assert command.joint_names == list(JOINTS)
+    assert all(len(point.velocities) == len(JOINTS) for point in command.points)
+    assert cell.angles[-1].data == pytest.approx(0.2, abs=1e-9)
+    cell.diagnostics.clear()
+    assert cell.player.until(lambda: cell.diagnostics, 3.0)
+    status, = cell.diagnostics[-1].status
+    assert status.message == 'AIMED: waits to be armed'
+    assert {each.key: each.value for each in status.values} == {
+        'active': 'true', 'shot_id': 'topics', 'estop': 'ok', 'interlock': 'ok',
+        'mechanism': 'ok'}
+    measured = [each for each in cell.joints if each.name == ['incline_angle']]
+    assert measured[-1].position[0] == pytest.approx(0.2, abs=math.radians(0.02))
+    cell.call('cue_driver/disarm')
+    assert cell.player.until(ended.done, 5.0)
+    assert ended.result().result.outcome == Outcome.DISARMED
+
+
+def test_refused_by_name(cell):
+    def outcome(goal):
+        ended = cell.begin(goal)
+        assert cell.player.until(ended.done, 5.0)
+        result = ended.result()
+        assert result.status == GoalStatus.STATUS_ABORTED
+        assert result.result.message
+        return Outcome(result.result.outcome), result.result.message
+
+    def changed(change):
+        goal = cell.goal('refused')
+        change(goal)
+        return outcome(goal)
+
+    changes = [
+        (lambda goal: setattr(goal.plan, 'speed', 1.0), Outcome.PLAN_CHANGED, 'seal'),
+        (lambda goal: setattr(goal, 'nonce', ''), Outcome.INVALID_PLAN, 'nonce'),
+        (lambda goal: setattr(goal.expiry, 'sec', 5), Outcome.ALREADY_EXPIRED, 'expiry'),
+        (lambda goal: setattr(goal.plan.header, 'frame_id', 'map'), Outcome.INVALID_PLAN, 'map'),
+    ]
+    for change, wanted, words in changes:
+        found, message = changed(change)
+        assert found is wanted
+        assert words in message
+    fast = Stroke.from_offsets(a=0.0, b=0.0, elevation=0.1, azimuth=0.0, speed=6.5)
+    steep = Stroke.from_offsets(a=0.0, b=0.0, elevation=1.3, azimuth=0.0, speed=1.0)
+    assert outcome(cell.goal('fast', fast)) == (
+        Outcome.SPEED_OUT_OF_LIMITS,
+        'stroke.speed: 6.5 m/s is 0.5 m/s above the limit of 6 m/s')
+    assert outcome(cell.goal('steep', steep))[0] is Outcome.ELEVATION_OUT_OF_LIMITS
+    moved = cell.goal('moved')
+    cell.player.execute(cell.goal('before it'))
+    cell.player.rest()
+    assert outcome(moved)[0] is Outcome.TABLE_DIFFERS
+    assert outcome(moved)[0] is Outcome.NONCE_REPEATED
+
+
+def test_busy_and_cancel(cell):
+    ended = cell.begin(cell.goal('first'))
+    first = cell.handle
+    second = cell.begin(cell.goal('second'))
+    assert cell.player.until(second.done, 5.0)
+    assert second.result().result.outcome == Outcome.BUSY
+    cell.reach(State.AIMED)
+    canceled = first.cancel_goal_async()
+    assert cell.player.until(lambda: canceled.done() and ended.done(), 5.0)
+    assert ended.result().status == GoalStatus.STATUS_CANCELED
+    assert ended.result().result.outcome == Outcome.CANCELED
+    cell.reach(State.DISARMED)
+    assert not cell.call('cue_driver/arm').success
+
+
+def test_arm_is_refused_with_the_reason(cell):
+    answer = cell.call('cue_driver/arm')
+    assert not answer.success
+    assert answer.message == 'arm: not possible in state DISARMED, only in AIMED'
+
+
+def test_estop_stops_latches_and_clears(cell):
+    ended = cell.begin(cell.goal('estop'))
+    cell.reach(State.AIMING)
+    assert cell.player.until(cell.moving, 5.0)
+    cell.player.all_is_well = False
+    cell.estop.publish(Bool(data=True))
+    assert cell.player.until(lambda: cell.commands and is_stop(cell.commands[-1]), 2.0)
+    cell.reach(State.ESTOP)
+    assert cell.player.until(ended.done, 5.0)
+    assert ended.result().result.outcome == Outcome.ESTOP
+    assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
+    assert 'estop: is true' in cell.call('cue_driver/clear_fault').message
+    cell.player.all_is_well = True
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 5.0)
+
+
+def test_silence_stops(cell):
+    cell.begin(cell.goal('silence'))
+    cell.reach(State.AIMING)
+    cell.player.all_is_well = False
+    cell.reach(State.ESTOP, 3.0)
+    assert 'estop: silent for' in cell.player.states[-1].reason
+    assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
+
+
+def test_deactivate_disarms(cell):
+    change = cell.player.create_client(ChangeState, f'{SPACE}/cue_driver/change_state')
+    assert change.wait_for_service(10.0)
+
+    def transition(number):
+        return call(cell.player, change, ChangeState.Request(transition=Transition(id=number)))
+
+    ended = cell.begin(cell.goal('deactivate'))
+    cell.reach(State.AIMING)
+    assert transition(Transition.TRANSITION_DEACTIVATE).success
+    assert cell.player.until(ended.done, 5.0)
+    assert ended.result().result.outcome == Outcome.DISARMED
+    assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
+    refused = cell.begin(cell.goal('inactive'))
+    assert cell.player.until(refused.done, 5.0)
+    assert refused.result().result.outcome == Outcome.NOT_READY
+    assert 'not active' in cell.call('cue_driver/arm').message
+    assert transition(Transition.TRANSITION_CLEANUP).success
+    assert transition(Transition.TRANSITION_CONFIGURE).success
+    assert transition(Transition.TRANSITION_ACTIVATE).success
+    cell.reach(State.DISARMED)
+
+
+def test_a_late_brake_is_a_fault(cell):
+    put = cell.player.create_client(SetParameters, f'{SPACE}/cue_sim/set_parameters')
+    assert put.wait_for_service(10.0)
+
+    def late_brake(seconds):
+        value = ParameterValue(type=3, double_value=seconds)
+        answer = call(cell.player, put, SetParameters.Request(
+            parameters=[Parameter(name='late_brake', value=value)]))
+        return answer.results[0].successful
+
+    assert not late_brake(-1.0)
+    assert late_brake(0.1)
+    response = cell.player.execute(cell.goal('late'))
+    assert response.result.outcome == Outcome.FAULT
+    assert 'the brake is late' in response.result.message
+    assert response.result.struck
+    assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
+    assert late_brake(0.0)
+    cell.player.rest()
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
+def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
+    ended = cell.begin(cell.goal(f'killed {state.name}'))
+    cell.reach(State.AIMED if state is not State.AIMING else state)
+    if state is not State.AIMING:
+        assert cell.call('cue_driver/arm').success
+        cell.reach(state)
+    cell.processes['cue_driver'].kill()
+    begin = monotonic()
+    assert cell.player.until(lambda: not cell.moving(), 5.0)
+    assert monotonic() - begin < 2.0
+    del ended
+    cell.player.rest()
+    cell.player.states.clear()
+    cell.start('cue_driver', '-p', 'autostart:=true')
+    assert cell.player.until(lambda: cell.player.states, 60.0)
+    for service in cell.services.values():
+        assert service.wait_for_service(10.0)
+
+
+def test_a_killed_mechanism_is_a_fault(cell):
+    cell.player.wait_for_all()
+    ended = cell.begin(cell.goal('killed mechanism'))
+    cell.reach(State.AIMING)
+    cell.processes['cue_sim'].kill()
+    cell.reach(State.FAULT, 5.0)
+    assert 'joint_states: silent for' in cell.player.states[-1].reason
+    assert cell.player.until(ended.done, 5.0)
+    assert ended.result().result.outcome == Outcome.FAULT
+    assert not cell.call('cue_driver/clear_fault').success
+    cell.start('cue_sim')
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 20.0)
+    assert cell.player.execute(cell.goal('as before')).result.outcome == Outcome.OK
+
+
+def test_another_process_killed_does_no_harm(cell):
+    cell.player.wait_for_all()
+    ended = cell.begin(cell.goal('killed predictor'))
+    cell.reach(State.AIMED)
+    cell.processes['predictor'].kill()
+    cell.processes['table_sim'].kill()
+    assert cell.call('cue_driver/arm').success
+    assert cell.player.until(ended.done, 20.0)
+    assert ended.result().result.outcome == Outcome.OK
+
+
+@pytest.mark.parametrize('name', ['cue_driver', 'cue_sim', 'table_sim'])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
+    process = launch(name, '-r', f'__ns:=/end_{name}_{number}')
+    assert process.stdout is not None
+    wait_for_node(node, name, f'/end_{name}_{number}')
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=10)
+    assert process.returncode == 0, said
+    assert 'Traceback' not in said
+
+
+def wait_for_node(node, name, namespace):
+    import rclpy
+    deadline = monotonic() + 60.0
+    while (name, namespace) not in node.get_node_names_and_namespaces():
+        assert monotonic() < deadline
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+
+@pytest.mark.parametrize(('name', 'setting', 'words'), [
+    ('cue_driver', 'scene:=pool', 'its cue must be guided'),
+    ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
+    ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
+    ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),
+    ('cue_sim', 'dropped:=2.0', 'dropped'),
+    ('table_sim', 'haste:=0.0', 'haste'),
+])
+def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
+    process = launch(name, '-p', setting)
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert words in said
+    assert 'Traceback' not in said

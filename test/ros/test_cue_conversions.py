@@ -1,0 +1,137 @@
+"""The mechanical cue's messages to the library and back, without any middleware."""
+import math
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.action import ExecuteShot
+from billiard_shot_msgs.msg import BallState, CueState
+from builtin_interfaces.msg import Time
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+from sensor_msgs.msg import JointState
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.job import Result
+from billiard_shot.cue.measurement import Strike
+from billiard_shot.cue.mechanism import JOINTS, Mechanism
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.placing import TipPose
+from billiard_shot.cue.plan import prepare
+from billiard_shot.cue.safety import State
+from billiard_shot.ros import cue_conversions as conversions
+
+SCENE = Scene.load('paper')
+RADIUS = SCENE.ball.radius
+BALLS = {'cue': (0.1, -0.2), '8': (0.5, 0.25)}
+
+
+def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
+    stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
+    return conversions.plan_of(stroke, BALLS, RADIUS, 'shot')
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(0.0, 1.2), st.floats(-3.1, 3.1),
+       st.floats(0.1, 6.0))
+def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
+    sent = plan(a, b, elevation, azimuth, speed)
+    goal = conversions.goal_of(sent, 'once', Time(sec=5), Time(sec=70, nanosec=500_000_000))
+    order = conversions.order_of(goal, Time(sec=60))
+    assert order.plan == sent
+    assert order.seal == sent.seal == order.plan.seal
+    assert (order.nonce, order.remaining) == ('once', 10.5)
+
+
+def test_goals_that_make_no_sense():
+    goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
+    goal.plan.header.frame_id = 'map'
+    with pytest.raises(RefusedError, match=r"plan\.header\.frame_id is 'map'"):
+        conversions.order_of(goal, Time())
+    goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
+    goal.plan.balls.append(BallState(id='cue'))
+    with pytest.raises(RefusedError, match="'cue' is there twice"):
+        conversions.order_of(goal, Time())
+    goal.plan.balls[-1].id = 'pocketed'
+    goal.plan.balls[-1].pocketed = True
+    assert conversions.order_of(goal, Time()).plan == plan()
+
+
+def test_a_path_survives_the_round_trip():
+    path = prepare(Mechanism(), SCENE, plan()).stroke.path
+    message = conversions.trajectory_message(path, JOINTS, Time(sec=3))
+    assert all(point.velocities for point in message.points)
+    order = [3, 1, 0, 2, 5, 4]
+    message.joint_names = [message.joint_names[i] for i in order]
+    for point in message.points:
+        for values in (point.positions, point.velocities, point.accelerations):
+            values[:] = type(values)('d', [values[i] for i in order])
+    back = conversions.path_of(message, JOINTS)
+    np.testing.assert_allclose(back.times, path.times, atol=1e-9)
+    for field in ('positions', 'velocities', 'accelerations'):
+        np.testing.assert_array_equal(getattr(back, field), getattr(path, field))
+
+
+def test_paths_that_make_no_sense():
+    path = prepare(Mechanism(), SCENE, plan()).stroke.path
+
+    def refused(change):
+        message = conversions.trajectory_message(path, JOINTS, Time(sec=3))
+        change(message)
+        with pytest.raises(ValueError, match=r'joint_names|points') as caught:
+            conversions.path_of(message, JOINTS)
+        return str(caught.value)
+
+    assert 'joint_names' in refused(lambda m: m.joint_names.pop())
+    assert 'velocities' in refused(lambda m: setattr(m.points[3], 'velocities', []))
+    assert 'ascend' in refused(lambda m: setattr(
+        m.points[1], 'time_from_start', m.points[4].time_from_start))
+    assert 'finite' in refused(lambda m: setattr(m.points[1], 'positions', [math.nan] * 6))
+    assert 'points' in refused(lambda m: m.points.clear())
+
+
+def test_zero_command():
+    stop = conversions.stop_message(np.arange(6.0), JOINTS)
+    assert conversions.is_stop(stop)
+    assert list(stop.points[0].velocities) == [0.0] * 6
+    assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS))
+    path = prepare(Mechanism(), SCENE, plan()).stroke.path
+    assert not conversions.is_stop(conversions.trajectory_message(path, JOINTS, Time(sec=3)))
+
+
+def test_joints_are_picked_by_name():
+    position, velocity = np.arange(6.0), np.arange(6.0) + 10
+    message = conversions.joints_message(JOINTS, position, velocity, Time())
+    message.name.insert(0, 'another')
+    message.position.insert(0, 99.0)
+    message.velocity.insert(0, 99.0)
+    found = conversions.joints_of(message, JOINTS)
+    np.testing.assert_array_equal(found, (position, velocity))
+    assert conversions.joints_of(JointState(name=['another'], position=[1.0]), JOINTS) is None
+    message.velocity.pop()
+    assert conversions.joints_of(message, JOINTS) is None
+
+
+def test_a_measured_strike_is_the_stroke_that_was_played():
+    stroke = Stroke.from_offsets(0.1, 0.2, 0.3, 1.0, 2.0)
+    ball = np.array([0.1, -0.2, RADIUS])
+    tip = TipPose(ball + RADIUS * np.array(stroke.normal), 1.0, 0.3)
+    for off in (-1e-5, 0.0, 1e-5):
+        strike = Strike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
+        message = conversions.strike_message(strike, Time())
+        back = conversions.stroke_of(message, tuple(ball))
+        np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
+        np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
+    result = conversions.result_of(Result(Outcome.OK, 'done', strike), Time())
+    assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
+
+
+def constants(interface):
+    return {name: getattr(interface, name) for name in dir(interface)
+            if name.isupper() and isinstance(getattr(interface, name), int)}
+
+
+def test_constants_are_the_enumerations():
+    assert constants(CueState) == {state.name: state.value for state in State}
+    assert constants(ExecuteShot.Result) == {outcome.name: outcome.value for outcome in Outcome}
