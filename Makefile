@@ -63,7 +63,7 @@ lint: setup
 test: lint
 	$(BIN)/pytest -n 2
 
-BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/service.py),\
+BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
 
 bench: setup

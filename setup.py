@@ -44,6 +44,9 @@ setup(
         'console_scripts': [
             'billiard-shot = billiard_shot.cli:main',
             'predictor = billiard_shot.ros.predictor:main',
+            'cue_driver = billiard_shot.ros.cue_driver:main',
+            'cue_sim = billiard_shot.ros.cue_sim:main',
+            'table_sim = billiard_shot.ros.table_sim:main',
         ],
     },
 )

@@ -61,7 +61,8 @@ def test_wheel_has_scenes_and_what_ros_looks_for(wheel):
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
     for name in ('ament_index/resource_index/packages/billiard_shot', 'billiard_shot/package.xml',
                  'billiard_shot/config/predictor.yaml',
-                 'billiard_shot/launch/predictor.launch.py'):
+                 'billiard_shot/config/cue_driver.yaml', 'billiard_shot/config/mechanism.yaml',
+                 'billiard_shot/launch/shot.launch.py'):
         assert f'share/{name}' in shared
     assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
 

@@ -65,6 +65,11 @@ class Controller:
         self._near = settings.aim_tolerance * np.array(ranges)
 
     @property
+    def knows_table(self) -> bool:
+        """Whether anybody has said where the balls lie."""
+        return self._balls is not None
+
+    @property
     def shot_id(self) -> str:
         """The shot that is being executed; '' if there is none."""
         return self._job.shot.plan.shot_id if self._job else ''

@@ -23,11 +23,11 @@ class Settings:
 
     estop_timeout: float = 0.5
     interlock_timeout: float = 0.5
-    joints_timeout: float = 0.1
+    joints_timeout: float = 0.2
     arm_timeout: float = 5.0
     settle_time: float = 0.1
     order_longest: float = 600.0
-    late: float = 0.5
+    late: float = 2.0
     aim_tolerance: float = 2e-4
     brake_tolerance: float = 0.005
     table_tolerance: float = 0.001

@@ -102,6 +102,7 @@ class SimulatedMechanism:
         now: float, seed: int = 0,
     ) -> None:
         self.faults = Faults()
+        self.abandoned = 0  # how often it stopped because nobody commanded
         self.position = np.array(start, dtype=float)  # of the actuators
         self.velocity = np.zeros(len(JOINTS))
         self.output = self.position.copy()  # of what they move; differs by the backlash
@@ -147,8 +148,9 @@ class SimulatedMechanism:
         """Move on to the time `now` [s]."""
         steps = math.ceil((now - self._now) / SUBSTEP - 1e-6)
         for _ in range(max(steps, 0)):
-            if self._now - self._heard > self._deadline:
+            if self._path is not None and self._now - self._heard > self._deadline:
                 self._path = None
+                self.abandoned += 1
             self._step()
             self._now += SUBSTEP
 

@@ -139,18 +139,19 @@ def state_message(controller: Controller, stamp: Time) -> CueState:
 
 
 def diagnostics_message(
-    controller: Controller, active: bool, now: float, stamp: Time
+    name: str, controller: Controller, active: bool, now: float, stamp: Time
 ) -> DiagnosticArray:
-    """Diagnostics of the cue at a time `now` of its clock [s]."""
+    """Diagnostics of the cue of the node `name` at a time `now` of its clock [s]."""
     level = {State.ESTOP: DiagnosticStatus.WARN, State.FAULT: DiagnosticStatus.ERROR}.get(
         controller.state, DiagnosticStatus.OK)
     values = {
-        'active': str(active).lower(), 'shot_id': controller.shot_id,
+        'shot_id': controller.shot_id, 'node': 'ok' if active else 'not active',
         **{each.name: 'ok' if each.allows(now) else each.complaint(now)
            for each in (controller.estop, controller.interlock)},
-        'mechanism': controller.unfit(now) or 'ok'}
+        'mechanism': controller.unfit(now) or 'ok',
+        'table': 'ok' if controller.knows_table else 'table_state: never heard'}
     status = DiagnosticStatus(
-        level=level, name='cue_driver', hardware_id='mechanical cue',
+        level=level, name=name, hardware_id='mechanical cue',
         message=f'{controller.state.name}: {controller.reason}',
         values=[KeyValue(key=key, value=value) for key, value in values.items()])
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])

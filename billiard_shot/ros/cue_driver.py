@@ -24,7 +24,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import Decision, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.ros.running import EVERY_STATE, LATCHED, run, warm_up
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -60,7 +60,7 @@ class CueDriver(LifecycleNode):
                  for name in ('incline', 'actuation')}
         self._incline = self.create_lifecycle_publisher(Float64, topic['incline'], 10)
         self._actuation = self.create_lifecycle_publisher(JointTrajectory, topic['actuation'], 10)
-        self._state = self.create_publisher(CueState, '~/state', LATCHED)
+        self._state = self.create_publisher(CueState, '~/state', EVERY_STATE)
         self._strike = self.create_publisher(Strike, '~/strike', 10)
         self._joints = self.create_publisher(JointState, 'joint_states', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -217,7 +217,8 @@ class CueDriver(LifecycleNode):
 
     def _diagnose(self) -> None:
         self._diagnostics.publish(conversions.diagnostics_message(
-            self._controller, self._active, monotonic(), self.get_clock().now().to_msg()))
+            self.get_fully_qualified_name(), self._controller, self._active, monotonic(),
+            self.get_clock().now().to_msg()))
 
 
 def _answering(act: Callable[[], Decision]) -> Callable[..., Trigger.Response]:

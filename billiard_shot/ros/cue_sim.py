@@ -41,6 +41,7 @@ class CueSim(Node):
         self._break()
         self.add_post_set_parameters_callback(lambda _: self._break())
         self._key, self._path = 0, None
+        self._abandoned = 0
         self._joints = self.create_publisher(JointState, 'joint_states', 10)
         self.create_subscription(
             JointTrajectory, self.get_parameter('actuation_topic').value, self._command, COMMANDS)
@@ -68,6 +69,9 @@ class CueSim(Node):
 
     def _publish(self) -> None:
         self._mechanism.advance(monotonic())
+        if self._mechanism.abandoned > self._abandoned:
+            self._abandoned = self._mechanism.abandoned
+            self.get_logger().warning('stops by itself: nobody commands')
         position, velocity = self._mechanism.measured()
         self._joints.publish(conversions.joints_message(
             self._names, position, velocity, self.get_clock().now().to_msg()))

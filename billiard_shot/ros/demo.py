@@ -1,8 +1,11 @@
 """
-The predictor in one process, its client in another, and nobody else on the wire: `make demo`.
+Every node in a process of its own, clients in others, and nobody else on the wire: `make demo`.
 
-The ROS domain is a private one, so that neither a robot nor a second demo can get in between.
+First the predictor answers for the shots of the paper, then the mechanical cue, simulated like the
+table, plays shots, and what comes of them is compared with what was predicted. The ROS domain is a
+private one, so that neither a robot nor a second demo can get in between.
 """
+import contextlib
 import os
 from pathlib import Path
 import signal
@@ -10,6 +13,14 @@ import subprocess
 import sys
 
 from domain_coordinator import domain_id
+
+NODES = {
+    'predictor': ('-p', 'scene:=paper'),
+    'cue_driver': ('-p', 'autostart:=true', '--log-level', 'warn'),
+    'cue_sim': ('--log-level', 'warn'),
+    'table_sim': ('-p', 'haste:=4.0', '--log-level', 'warn'),
+}
+"""Nodes, and what they are started with."""
 
 
 def quiet_environment(domain: int) -> dict[str, str]:
@@ -23,24 +34,44 @@ def quiet_environment(domain: int) -> dict[str, str]:
     return environment
 
 
+def run_client(name: str, environment: dict[str, str]) -> int:
+    """Run a client to its end; its exit code."""
+    command = [sys.executable, '-m', f'billiard_shot.ros.{name}']
+    return subprocess.run(command, env=environment, check=False).returncode
+
+
+@contextlib.contextmanager
+def running(names: list[str], environment: dict[str, str]):
+    """Nodes that run meanwhile; they must end well in the end."""
+    nodes = [
+        subprocess.Popen([sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args',
+                          *NODES[name]], env=environment)
+        for name in names]
+    try:
+        yield
+    finally:
+        for node in nodes:
+            node.send_signal(signal.SIGINT)
+        codes = [node.wait(timeout=10) for node in nodes]
+    if any(codes):
+        sys.exit(f'exit codes of {", ".join(names)}: {codes}')
+
+
 def main() -> None:
-    """Start the node, run the client, stop the node; the exit code is that of the worse."""
+    """Start the nodes, run the clients, stop the nodes; the exit code is the first that is bad."""
     with domain_id() as domain:
         environment = quiet_environment(domain)
-        print(f'A predictor and its client, two processes in the ROS domain {domain}.\n'
+        print(f'Nodes and their clients, each a process, in the ROS domain {domain}.\n'
               'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
               flush=True)
-        module = [sys.executable, '-m']
-        node = subprocess.Popen(
-            [*module, 'billiard_shot.ros.predictor', '--ros-args', '-p', 'scene:=paper'],
-            env=environment)
-        try:
-            client = subprocess.run(
-                [*module, 'billiard_shot.ros.client'], env=environment, check=False)
-        finally:
-            node.send_signal(signal.SIGINT)
-            stopped = node.wait(timeout=10)
-    sys.exit(client.returncode or stopped)
+        with running(['predictor'], environment):
+            failed = run_client('client', environment)
+        if not failed:
+            print('The mechanical cue and the table, simulated: predicted, executed, compared.\n',
+                  flush=True)
+            with running(list(NODES), environment):
+                failed = run_client('player', environment)
+    sys.exit(failed)
 
 
 if __name__ == '__main__':

@@ -17,6 +17,7 @@ from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, TableState
 from billiard_shot_msgs.srv import PredictShot
+from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 import rclpy
 from rclpy.action import ActionClient
@@ -30,7 +31,7 @@ from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import call, START_UP
-from billiard_shot.ros.running import LATCHED
+from billiard_shot.ros.running import EVERY_STATE, LATCHED
 
 SHOTS = {
     'follow': Stroke.from_offsets(a=0.0, b=0.3, elevation=0.05, azimuth=0.0, speed=0.5),
@@ -54,6 +55,7 @@ class Player(Node):
         self.states: list[CueState] = []
         self.table: TableState | None = None
         self.all_is_well = True
+        self.troubles: list[str] = []
         self._predict = self.create_client(PredictShot, 'predict_shot')
         self._arm = self.create_client(Trigger, 'cue_driver/arm')
         self._execute = ActionClient(self, ExecuteShot, 'execute_shot')
@@ -61,7 +63,9 @@ class Player(Node):
         self._interlock = self.create_publisher(Bool, 'interlock', 10)
         self.create_timer(ALIVE, self._say)
         self.create_subscription(TableState, 'table_state', self._see, LATCHED)
-        self.create_subscription(CueState, 'cue_driver/state', self.states.append, LATCHED)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
+        self.create_subscription(CueState, 'cue_driver/state', self.states.append,
+                                 EVERY_STATE)
 
     def _say(self) -> None:
         if self.all_is_well:
@@ -70,6 +74,12 @@ class Player(Node):
 
     def _see(self, message: TableState) -> None:
         self.table = message
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == self.resolve_topic_name('cue_driver'):
+                self.troubles = [f'{each.key}: {each.value}' for each in status.values
+                                 if each.key != 'shot_id' and each.value != 'ok']
 
     def until(self, condition: Callable[[], object], seconds: float) -> bool:
         """Spin until something is true; False if it is not in time."""
@@ -87,10 +97,12 @@ class Player(Node):
                 ('service cue_driver/arm', self._arm.service_is_ready),
                 ('action execute_shot', self._execute.server_is_ready),
                 ('topic table_state', lambda: self.table),
-                ('topic cue_driver/state', lambda: self.states),
-                ('topic joint_states', lambda: self.count_publishers('joint_states') > 1)):
+                ('topic cue_driver/state', lambda: self.states)):
             if not self.until(found, START_UP):
                 raise TimeoutError(f'no {name} within {START_UP:g} s')
+        self.troubles = ['no diagnostics']
+        if not self.until(lambda: not self.troubles, START_UP):
+            raise TimeoutError(f'cue_driver is not ready: {"; ".join(self.troubles)}')
 
     def goal(self, stroke: Stroke, radius: float, shot_id: str) -> ExecuteShot.Goal:
         """Goal for a stroke at the cue ball, where it lies now."""

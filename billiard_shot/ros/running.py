@@ -1,5 +1,6 @@
 """How every node of the package runs: until it is told to end, with an exit code that says how."""
 from collections.abc import Callable, Sequence
+import gc
 import signal
 import sys
 
@@ -13,6 +14,9 @@ from billiard_shot import predict, Scene, Stroke
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Who comes later gets the last message too."""
+
+EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""The same for states of which a slow listener must not miss any."""
 
 AWAKE = 1.0
 """Seconds after which a node looks up from waiting, for a signal may come just before it waits."""
@@ -45,6 +49,10 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(make())
+                # What is there by now stays: to look through all of numba for garbage would stop
+                # the node for a third of a second every now and then.
+                gc.collect()
+                gc.freeze()
                 while rclpy.ok():
                     executor.spin_once(timeout_sec=AWAKE)
             except ExternalShutdownException:

@@ -179,7 +179,7 @@ def test_some_lost_commands_do_no_harm(bench):
 
 def test_silent_encoders_are_a_fault(bench):
     in_state(bench, State.AIMING)
-    for _ in range(12):  # nothing is heard of the joints from here on
+    for _ in range(22):  # nothing is heard of the joints from here on
         bench.now += 0.01
         bench.tick()
     assert bench.controller.state is State.FAULT

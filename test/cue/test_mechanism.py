@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from hypothesis import assume, given
 from hypothesis import strategies as st
 import numpy as np
@@ -9,6 +11,8 @@ from billiard_shot.cue.mechanism import Axis, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.placing import place, tip_of, TipPose, travel_base
 from billiard_shot.cue.plan import aim_path
 from billiard_shot.shot.stroke import Stroke
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @given(SHOTS, st.floats(-1.2, 1.2), st.floats(-0.6, 0.6), st.floats(0.0, 0.4))
@@ -106,4 +110,5 @@ def test_settings_are_checked(tmp_path):
     path.write_text('force: 80\n')
     assert Mechanism.load(str(path)) == Mechanism(force=80)
     assert Mechanism.load('') == Mechanism()
+    assert Mechanism.load(ROOT / 'config' / 'mechanism.yaml') == Mechanism()
     assert len(Mechanism().axes) == len(JOINTS)

@@ -1,5 +1,8 @@
 """The constants of the interfaces say what the library says."""
+from pathlib import Path
+
 import pytest
+import yaml
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
@@ -7,6 +10,7 @@ from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Status
+from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.table.motion import Motion
 
 
@@ -17,6 +21,18 @@ def constants(interface):
 
 def test_status_constants_are_the_status_enum():
     assert constants(PredictShot.Response) == {status.name: status.value for status in Status}
+
+
+@pytest.mark.parametrize(('node', 'declared'), [
+    ('predictor', parameters.PREDICTOR), ('cue_driver', cue_parameters.CUE_DRIVER),
+    ('cue_sim', cue_parameters.CUE_SIM), ('table_sim', cue_parameters.TABLE_SIM)])
+def test_parameter_files_hold_the_defaults(node, declared):
+    """config/: every parameter, with the value that the node has without the file."""
+    file = Path(__file__).resolve().parents[2] / 'config' / f'{node}.yaml'
+    assert yaml.safe_load(file.read_text())['/**']['ros__parameters'] == {
+        parameter.name: parameter.default for parameter in declared}
+    for parameter in declared:
+        assert parameter.description.endswith('.')
 
 
 def test_motion_constants_are_the_motion_codes():

@@ -84,8 +84,10 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
 def test_demo_prints_the_four_shots(domain):
     done = subprocess.run(
         [sys.executable, '-m', 'billiard_shot.ros.demo'], capture_output=True, text=True,
-        timeout=120, check=False)
+        timeout=240, check=False)
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
         assert f'{name}: cue velocity' in done.stdout
     assert done.stdout.count('ball velocity') == 4
+    assert done.stdout.count('executed    OK') == 3
+    assert done.stdout.count('came of it') == 3

@@ -1,0 +1,49 @@
+"""
+Start the nodes: `ros2 launch billiard_shot shot.launch.py scene:=paper simulate:=true`.
+
+Arguments
+    `params_dir`: folder with a YAML file of parameters per node, default config/ of this package.
+    `scene`: name or path of a scene; where given, it wins over the files.
+    `simulate`: true starts a simulated mechanism and a simulated table too.
+    `autostart`: true configures and activates the cue_driver; false leaves that to somebody else.
+"""
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.conditions import IfCondition
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+
+def nodes(context):
+    scene = LaunchConfiguration('scene').perform(context)
+    scenes = [{'scene': scene}] if scene else []
+    autostart = LaunchConfiguration('autostart').perform(context).lower() in ('true', '1', 'yes')
+
+    def node(name, *parameters, **options):
+        file = PathJoinSubstitution([LaunchConfiguration('params_dir'), f'{name}.yaml'])
+        return Node(package='billiard_shot', executable=name, output='screen',
+                    parameters=[file, *parameters], **options)
+
+    simulated = {'condition': IfCondition(LaunchConfiguration('simulate'))}
+    return [
+        node('predictor', *scenes),
+        node('cue_driver', *scenes, {'autostart': autostart}),
+        node('cue_sim', **simulated),
+        node('table_sim', *scenes, **simulated),
+    ]
+
+
+def generate_launch_description():
+    return LaunchDescription([
+        DeclareLaunchArgument(
+            'params_dir', description='Folder with YAML files of parameters',
+            default_value=PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config'])),
+        DeclareLaunchArgument(
+            'scene', default_value='', description='Scene, name or path; empty: as in the files'),
+        DeclareLaunchArgument(
+            'simulate', default_value='false', description='Simulated mechanism and table'),
+        DeclareLaunchArgument(
+            'autostart', default_value='true', description='Activate the cue_driver'),
+        OpaqueFunction(function=nodes),
+    ])
