@@ -57,7 +57,7 @@ incline: {least: 0.40, most: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 """A mechanism that aims quickly, so that many shots take minutes."""
 
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
-RADIUS = Scene.load('paper').ball.radius
+SCENE = Scene.load('paper')
 
 
 def resident(process):
@@ -110,7 +110,7 @@ def stop_latencies(player, services, count):
     random = np.random.default_rng(1)
     latencies = []
     for i in range(count):
-        goal = player.goal(stroke(random), RADIUS, f'stop {i}')
+        goal = player.goal(stroke(random), SCENE, f'stop {i}')
         player.states.clear()
         player._execute.send_goal_async(goal)
         assert player.until(
@@ -139,7 +139,7 @@ def play(player, services, count):
         player.until(lambda: False, 0.02)  # so that the driver has heard it too
         planned = stroke(random)
         player.states.clear()
-        result = player.execute(player.goal(planned, RADIUS, f'shot {i}')).result
+        result = player.execute(player.goal(planned, SCENE, f'shot {i}')).result
         complete = player.until(lambda: player.states[-1].state == State.DISARMED, 5.0)
         seen = [State(each.state) for each in player.states]
         if result.outcome != Outcome.OK or not complete or seen != WAY:

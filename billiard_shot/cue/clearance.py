@@ -1,17 +1,18 @@
 """
-Whether the cue touches the ball again after the strike.
+Whether the cue touches a ball after the strike.
 
-The cue is a straight line that ends in the tip, as the impact has it, and behind the tip a round
-shaft: two bodies, each all points within some distance of a half-line along the cue. The gap to
-the ball is a distance to a half-line, less a constant.
+The cue is a straight line that ends in the tip (a point, or a sphere), as the impact has it, and
+behind the tip a round shaft: two bodies, each all points within some distance of a half-line along
+the cue. The gap to a ball is a distance to a half-line, less a constant.
 """
 from collections.abc import Callable
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.table.motion import ACCELERATION, ANGULAR
+from billiard_shot.table.motion import ACCELERATION, ANGULAR, Motion
 from billiard_shot.table.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -24,6 +25,14 @@ Where the round shaft begins behind the tip, in half-widths.
 
 There its rounded front is clear of a ball that the tip touches off centre by up to 0.9 radii.
 """
+
+
+class Shape(NamedTuple):
+    """Radius of a ball; of the sphere that is the tip; and half the cue's width [m]."""
+
+    radius: float
+    dome: float
+    thickness: float
 
 
 def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[float, float]:
@@ -48,10 +57,12 @@ def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[floa
 
 def first_touch(
     ball: Trajectory, cue: Callable[[float], tuple[float, float]], contact: Array, along: Array,
-    radius: float, thickness: float, cue_acceleration: float, until: float,
+    shape: Shape, cue_acceleration: float, until: float,
 ) -> float:
     """
-    Time [s] after the strike at which the ball and the cue touch again; inf if not by `until`.
+    Time [s] after the strike at which a ball and the cue touch; inf if not by `until`.
+
+    The cue ball, which the tip touches at first, counts when it touches again.
 
     Steps as far as the gap cannot have closed, so that no touch is stepped over (conservative
     advancement: Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996). A
@@ -66,9 +77,8 @@ def first_touch(
         How far the cue has moved along its axis since then [m], and its speed [m/s], at a time
         [s].
     contact : (3,) float array
-        Where the tip touched the ball [m]; `along` (3,) is the unit vector along the cue.
-    radius, thickness : float
-        Of the ball and of the cue, half its width [m].
+        Where the end of the tip was then [m]; `along` (3,) is the unit vector along the cue.
+    shape : Shape
     cue_acceleration : float
         Largest acceleration of the cue [m/s^2].
     until : float
@@ -77,9 +87,13 @@ def first_touch(
     """
     rows = ball.rows[:, ACCELERATION:ANGULAR]
     bend = cue_acceleration + float(np.sqrt((rows * rows).sum(axis=1).max()))
-    bodies = ((0.0, radius), (SETBACK * thickness, radius + thickness))
+    bodies = (
+        (shape.dome, shape.radius + shape.dome),
+        (SETBACK * shape.thickness, shape.radius + shape.thickness))
     time = 0.0
     for segment in ball.segments:
+        if segment.motion in (Motion.POCKETED, Motion.OFF_TABLE):
+            return math.inf
         end = min(segment.end, until)
         while time < end:
             dt = time - segment.start

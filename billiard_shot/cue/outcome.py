@@ -32,7 +32,7 @@ class Outcome(IntEnum):
     ELEVATION_OUT_OF_LIMITS = 110
     OUT_OF_REACH = 111  # a joint would be out of its range
     STROKE_OUT_OF_LIMITS = 112  # force, travel, or the brake before the cloth
-    TOUCHES_AGAIN = 113  # the cue would touch the ball a second time
+    TOUCHES_AGAIN = 113  # the cue would touch the ball a second time, or another ball
 
     @property
     def refused(self) -> bool:

@@ -1,13 +1,13 @@
 """A planned shot, sealed, and what the mechanism has to do for it, checked in full."""
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import hashlib
 import math
 import struct
 
 import numpy as np
 
-from billiard_shot.cue.clearance import first_touch
+from billiard_shot.cue.clearance import first_touch, Shape
 from billiard_shot.cue.limits import LimitError
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
@@ -100,16 +100,17 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
 
     """
     stroke = _stroke_of(plan, scene.ball.radius)
-    shot = predict(scene, stroke, position=plan.balls['cue'])
+    try:
+        shot = predict(replace(scene, balls=dict(plan.balls)), stroke)
+    except ValueError as error:
+        raise RefusedError(Outcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:
         raise RefusedError(Outcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
-    _, _, elevation, azimuth, speed = stroke.offsets
-    ball = np.array([*plan.balls['cue'], scene.ball.radius])
-    contact = TipPose(ball + scene.ball.radius * np.array(stroke.normal), azimuth, elevation)
+    contact = tip_at(stroke, plan.balls['cue'], scene)
     try:
         profile = stroke_profile(
-            mechanism, scene.cue.mass, scene.cloth.gravity, elevation, speed, shot.cue_speed,
-            _room(contact, scene.cue.tip_radius))
+            mechanism, scene.cue.mass, scene.cloth.gravity, contact.elevation, stroke.speed,
+            shot.cue_speed, _room(contact, scene.cue.tip_radius))
         aimed = place(mechanism, contact, profile.contact_at)
     except LimitError as error:
         outcome = _OUTCOMES.get(error.excesses[0].limit, Outcome.OUT_OF_REACH)
@@ -118,6 +119,16 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     path = stroke_path(mechanism, profile, aimed, travel_base(mechanism, aimed[BASE_Z]))
     _check_touch(mechanism, scene, shot, contact, path)
     return PreparedShot(plan, shot, contact, profile, aimed, path)
+
+
+def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
+    """Where the end of the tip is as a stroke meets the cue ball, which lies at (x, y) [m]."""
+    _, _, elevation, azimuth, speed = stroke.offsets
+    radius, dome = scene.ball.radius, scene.cue.dome
+    normal = np.array(stroke.touching(dome / radius).normal)
+    along = np.array(stroke.velocity) / speed
+    centre = np.array([*ball, radius])
+    return TipPose(centre + (radius + dome) * normal + dome * along, azimuth, elevation)
 
 
 def aim_path(mechanism: Mechanism, start: Array, aimed: Array) -> Path:
@@ -163,7 +174,7 @@ def _room(contact: TipPose, thickness: float) -> float:
 def _check_touch(
     mechanism: Mechanism, scene: Scene, shot: Shot, contact: TipPose, stroke: StrokePath
 ) -> None:
-    """Refuse a stroke whose cue, braked or drawn back, touches the ball again."""
+    """Refuse a stroke whose cue, braked or drawn back, touches the ball again, or another."""
     path = stroke.path
     left_at = path.at(stroke.leave)[0][STROKE]
 
@@ -171,12 +182,20 @@ def _check_touch(
         position, velocity, _ = path.at(min(stroke.leave + time, stroke.home))
         return float(position[STROKE] - left_at), float(velocity[STROKE])
 
-    touch = first_touch(
-        shot.trajectory, cue, contact.position, contact.along, scene.ball.radius,
-        scene.cue.tip_radius, mechanism.stroke.acceleration, path.duration - stroke.leave)
-    if touch < math.inf:
+    shape = Shape(scene.ball.radius, scene.cue.dome, scene.cue.tip_radius)
+    balls = shot.table.balls if shot.table else {'cue': shot.trajectory}
+    for name, ball in balls.items():
+        touch = first_touch(
+            ball, cue, contact.position, contact.along, shape, mechanism.stroke.acceleration,
+            path.duration - stroke.leave)
+        if touch == math.inf:
+            continue
+        if touch == 0.0 and name != 'cue':
+            raise RefusedError(
+                Outcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue')
+        again = ' again' if name == 'cue' else ''
         phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
         raise RefusedError(Outcome.TOUCHES_AGAIN, (
-            f'touch: the cue would touch the ball again {1e3 * touch:.3g} ms after the strike, as '
-            f'it {phase}; it stops after {1e3 * (stroke.stop - stroke.leave):.3g} ms and is out '
-            f'of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'))
+            f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
+            f'strike, as it {phase}; it stops after {1e3 * (stroke.stop - stroke.leave):.3g} ms '
+            f'and is out of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'))

@@ -1,5 +1,5 @@
 """Between messages and the mechanical cue's library: pure functions, each way."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 import math
 
 from billiard_shot_msgs.action import ExecuteShot
@@ -14,15 +14,14 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from billiard_shot import Stroke
+from billiard_shot import Scene, Stroke
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.job import Result
 from billiard_shot.cue.measurement import Strike as MeasuredStrike
 from billiard_shot.cue.orders import Order
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.path import Path
-from billiard_shot.cue.placing import TipPose
-from billiard_shot.cue.plan import ShotPlan
+from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.conversions import FRAME
 
@@ -35,13 +34,12 @@ RUN_UP = 0.05
 
 # --- orders and results -------------------------------------------------------------------------
 
-def plan_of(stroke: Stroke, balls: Places, radius: float, shot_id: str) -> ShotPlan:
-    """Plan for a stroke at the ball `cue`, which has this radius [m], with balls at (x, y) [m]."""
-    _, _, elevation, azimuth, speed = stroke.offsets
-    contact = np.array([*balls['cue'], radius]) + radius * np.array(stroke.normal)
-    tip = TipPose(contact, azimuth, elevation)
+def plan_of(stroke: Stroke, balls: Places, scene: Scene, shot_id: str) -> ShotPlan:
+    """Plan for a stroke at the ball `cue` of balls that lie at (x, y) [m]."""
+    tip = tip_at(stroke, balls['cue'], scene)
     x, y, z = (tip.position - RUN_UP * tip.along).tolist()
-    return ShotPlan(shot_id, (x, y, z), tip.quaternion, speed, elevation, dict(balls))
+    return ShotPlan(
+        shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
 
 
 def goal_of(plan: ShotPlan, nonce: str, stamp: Time, expiry: Time) -> ExecuteShot.Goal:
@@ -160,12 +158,13 @@ def diagnostics_message(
 # --- the table ----------------------------------------------------------------------------------
 
 def table_message(
-    balls: Mapping[str, tuple[float, float, float]], snapshot: int, stamp: Time
+    balls: Mapping[str, tuple[float, float, float]], pocketed: Container[str], snapshot: int,
+    stamp: Time,
 ) -> TableState:
-    """Message of where the balls' centres are [m], all of them on the table."""
+    """Message of where the balls' centres are [m], and which are not on the table any more."""
     return TableState(
         header=Header(frame_id=FRAME, stamp=stamp), snapshot_id=snapshot,
-        balls=[BallState(id=name, position=Point(x=x, y=y, z=z))
+        balls=[BallState(id=name, position=Point(x=x, y=y, z=z), pocketed=name in pocketed)
                for name, (x, y, z) in balls.items()])
 
 

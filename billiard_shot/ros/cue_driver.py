@@ -95,7 +95,7 @@ class CueDriver(LifecycleNode):
 
         self._names, self._incline_joint = value('joint_names'), value('incline_joint')
         scene = cue_parameters.guided_scene(value('scene'))
-        warm_up(scene)
+        warm_up(scene, other_balls=True)
         self._controller = Controller(
             Mechanism.load(value('mechanism')), scene, cue_parameters.settings_of(self),
             on_state=self._tell_state, on_command=self._give, on_strike=self._tell_strike,

@@ -104,11 +104,11 @@ class Player(Node):
         if not self.until(lambda: not self.troubles, START_UP):
             raise TimeoutError(f'cue_driver is not ready: {"; ".join(self.troubles)}')
 
-    def goal(self, stroke: Stroke, radius: float, shot_id: str) -> ExecuteShot.Goal:
+    def goal(self, stroke: Stroke, scene: Scene, shot_id: str) -> ExecuteShot.Goal:
         """Goal for a stroke at the cue ball, where it lies now."""
         now = self.get_clock().now()
         plan = cue_conversions.plan_of(
-            stroke, cue_conversions.balls_of(self.table.balls), radius, shot_id)
+            stroke, cue_conversions.balls_of(self.table.balls), scene, shot_id)
         return cue_conversions.goal_of(
             plan, uuid.uuid4().hex, now.to_msg(), (now + Duration(seconds=VALID)).to_msg())
 
@@ -144,9 +144,9 @@ class Player(Node):
         return None
 
 
-def play(player: Player, name: str, stroke: Stroke, radius: float) -> bool:
+def play(player: Player, name: str, stroke: Stroke, scene: Scene) -> bool:
     """Play one shot and print what was predicted and what came of it; whether all went well."""
-    goal = player.goal(stroke, radius, f'{name} {uuid.uuid4().hex[:8]}')
+    goal = player.goal(stroke, scene, f'{name} {uuid.uuid4().hex[:8]}')
     answer = player.predict(goal)
     status = Status(answer.status)
     print(f'{name}: {goal.plan.speed:g} m/s, elevation {goal.plan.elevation:g} rad')
@@ -174,14 +174,14 @@ def play(player: Player, name: str, stroke: Stroke, radius: float) -> bool:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play all shots; exit code 1 where one fails."""
-    radius = Scene.load('paper').ball.radius
+    scene = Scene.load('paper')
     with rclpy.init(args=args):
         player = Player()
         try:
             player.wait_for_all()
         except TimeoutError as error:
             sys.exit(f'player: {error}')
-        went_well = [play(player, name, stroke, radius) for name, stroke in SHOTS.items()]
+        went_well = [play(player, name, stroke, scene) for name, stroke in SHOTS.items()]
     sys.exit(not all(went_well))
 
 

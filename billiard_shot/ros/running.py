@@ -1,5 +1,6 @@
 """How every node of the package runs: until it is told to end, with an exit code that says how."""
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 import gc
 import signal
 import sys
@@ -22,10 +23,16 @@ AWAKE = 1.0
 """Seconds after which a node looks up from waiting, for a signal may come just before it waits."""
 
 
-def warm_up(scene: Scene) -> None:
-    """Predict once, so that compiling or loading the library does not fall to a request."""
+def warm_up(scene: Scene, other_balls: bool = False) -> None:
+    """
+    Predict once, so that compiling or loading the library does not fall to a request.
+
+    `other_balls`: requests may have some, where the scene has none.
+    """
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
+    if other_balls and not scene.balls:
+        predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
 
 
 def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:

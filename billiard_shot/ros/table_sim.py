@@ -1,5 +1,6 @@
 """The node `table_sim`: a simulated table, whose balls move as the library predicts."""
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from time import monotonic
 
 from billiard_shot_msgs.msg import Strike, TableState
@@ -12,6 +13,7 @@ from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
 
 
@@ -19,10 +21,11 @@ class TableSim(Node):
     """
     Node that publishes `table_state` (billiard_shot_msgs/msg/TableState), latched.
 
-    The balls lie as the scene has them. The cue ball moves as a strike on the topic of the
-    parameter `strike_topic` (billiard_shot_msgs/msg/Strike) makes it, and stays where it comes to
-    rest; a strike while it still moves is ignored. The service `~/reset` (std_srvs/srv/Trigger)
-    puts all balls back. Its parameters are `cue_parameters.TABLE_SIM`.
+    The balls lie as the scene has them. They move as a strike on the topic of the parameter
+    `strike_topic` (billiard_shot_msgs/msg/Strike) makes them, and stay where they come to rest; a
+    strike while they still move is ignored. Balls that left the table count as pocketed. The
+    service `~/reset` (std_srvs/srv/Trigger) puts all balls back. Its parameters are
+    `cue_parameters.TABLE_SIM`.
     """
 
     def __init__(self) -> None:
@@ -32,7 +35,7 @@ class TableSim(Node):
         warm_up(self._scene)
         self._haste = self.get_parameter('haste').value
         self._snapshot = 0
-        self._motion: Trajectory | None = None
+        self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
         self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._timer = self.create_timer(
@@ -46,10 +49,11 @@ class TableSim(Node):
 
     def _reset(self) -> None:
         self._timer.cancel()
-        self._motion = None
+        self._motions = {}
         radius = self._scene.ball.radius
         self._balls = {name: (x, y, radius) for name, (x, y) in self._scene.balls.items()}
         self._balls[CUE_BALL] = self._scene.cue_ball
+        self._gone: set[str] = set()
         self._publish()
 
     def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -59,36 +63,41 @@ class TableSim(Node):
         return response
 
     def _strike(self, message: Strike) -> None:
-        if self._motion:
-            self.get_logger().error('ignored a strike: the cue ball still moves')
+        if self._motions:
+            self.get_logger().error('ignored a strike: the balls still move')
             return
-        ball = self._balls[CUE_BALL]
+        places = {name: (x, y) for name, (x, y, _) in self._balls.items()
+                  if name not in self._gone}
         try:
-            stroke = conversions.stroke_of(message, ball)
+            scene = replace(self._scene, balls=places)
+            stroke = conversions.stroke_of(message, scene.cue_ball)
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return
-        shot = predict(self._scene, stroke, position=ball)
+        shot = predict(scene, stroke)
         self.get_logger().info(f'shot {message.shot_id!r}: {shot.status.name}: {shot.message}')
         if not shot.status.refused:
-            self._motion, self._begin = shot.trajectory, monotonic()
+            self._motions = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
+            self._begin = monotonic()
             self._timer.reset()
 
     def _move(self) -> None:
-        if not self._motion:
-            return
         time = self._haste * (monotonic() - self._begin)
-        x, y, z = self._motion.at(time).position.tolist()
-        self._balls[CUE_BALL] = x, y, z
-        if time >= self._motion.duration:
+        for name, motion in self._motions.items():
+            state = motion.at(time)
+            x, y, z = state.position.tolist()
+            self._balls[name] = x, y, z
+            if state.motion in (Motion.POCKETED, Motion.OFF_TABLE):
+                self._gone.add(name)
+        if all(time >= motion.duration for motion in self._motions.values()):
             self._timer.cancel()
-            self._motion = None
+            self._motions = {}
         self._publish()
 
     def _publish(self) -> None:
         self._snapshot += 1
         self._table.publish(conversions.table_message(
-            self._balls, self._snapshot, self.get_clock().now().to_msg()))
+            self._balls, self._gone, self._snapshot, self.get_clock().now().to_msg()))
 
 
 def main(args: Sequence[str] | None = None) -> None:

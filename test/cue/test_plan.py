@@ -9,14 +9,16 @@ from plans import contact_of, MECHANISM, plan_of, RADIUS, random_shot, SCENE, SH
 import pytest
 
 from billiard_shot import Stroke
-from billiard_shot.cue.clearance import first_touch, gap, SETBACK
+from billiard_shot.cue.clearance import first_touch, gap, SETBACK, Shape
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.placing import tip_of
-from billiard_shot.cue.plan import prepare
+from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
 from billiard_shot.shot.predict import predict
 from billiard_shot.table.motion import ACCELERATION, COLUMNS, MOTION, Motion, POSITION
 from billiard_shot.table.trajectory import Trajectory
+
+POINT = Shape(RADIUS, 0.0, 0.0)
 
 
 def distances(prepared, times):
@@ -89,7 +91,7 @@ def test_touch_is_found_when_it_happens():
     tip = contact_of(shot)
 
     def touch(cue):
-        return first_touch(ball, cue, tip.position, tip.along, RADIUS, 0.0, 1.0, 60.0)
+        return first_touch(ball, cue, tip.position, tip.along, POINT, 1.0, 60.0)
 
     found = touch(lambda t: (speed * t, speed))
     assert ball.at(found).position[0] == pytest.approx(speed * found, abs=2e-5)
@@ -108,7 +110,7 @@ def test_a_ball_that_comes_back_meets_a_cue_that_stays():
     tip, along = np.array([-RADIUS, 0.0, RADIUS]), np.array([1.0, 0.0, 0.0])
 
     def touch_of(cue, until=5.0):
-        return first_touch(ball, cue, tip, along, RADIUS, 0.0065, 10.0, until)
+        return first_touch(ball, cue, tip, along, Shape(RADIUS, 0.0, 0.0065), 10.0, until)
 
     assert touch_of(lambda t: (0.0, 0.0)) == pytest.approx(1.0, abs=1e-4)
     assert touch_of(lambda t: (0.0, 0.0), until=0.99) == math.inf
@@ -129,6 +131,33 @@ def test_the_round_shaft_is_clear_of_a_ball_hit_off_centre(offset):
     normal = np.array([-math.sqrt(1.0 - offset * offset), offset, 0.0])
     distance, _ = gap(-RADIUS * normal, np.zeros(3), np.array([1.0, 0, 0]), SETBACK * 0.0065)
     assert distance > RADIUS + 0.0065
+
+
+def test_other_balls_count():
+    """One behind the tip is in the way; one in front of the ball sends it back to the cue."""
+    shot = (0.0, 0.0, 0.05, 0.0, 1.0)
+    prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.5, 0.0)}))
+    with pytest.raises(RefusedError, match="ball '8' is in the way of the cue") as caught:
+        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (-0.3, 0.01)}))
+    assert caught.value.outcome is Outcome.TOUCHES_AGAIN
+    with pytest.raises(RefusedError, match='overlaps') as caught:
+        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.01, 0.0)}))
+    assert caught.value.outcome is Outcome.INVALID_PLAN
+    with pytest.raises(RefusedError, match="touch ball 'cue' again"):
+        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (2 * RADIUS + 1e-3, 0.0)}))
+
+
+def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
+    dome = 0.01
+    scene = replace(SCENE, cue=replace(SCENE.cue, dome=dome))
+    stroke = Stroke.from_offsets(0.4, 0.2, 0.1, 0.0, 1.0)
+    tip = tip_at(stroke, (0.0, 0.0), scene)
+    centre = tip.position - dome * tip.along
+    assert np.linalg.norm(centre - (0.0, 0.0, RADIUS)) == pytest.approx(RADIUS + dome)
+    position = tuple((tip.position - 0.05 * tip.along).tolist())
+    prepared = prepare(MECHANISM, scene, ShotPlan(
+        'shot', position, tip.quaternion, 1.0, tip.elevation, {'cue': (0.0, 0.0)}))
+    np.testing.assert_allclose(prepared.contact.position, tip.position, atol=1e-12)
 
 
 @pytest.mark.parametrize(('changes', 'outcome', 'words'), [

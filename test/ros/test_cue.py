@@ -28,7 +28,7 @@ from billiard_shot.ros.client import call
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.player import Player
 
-RADIUS = Scene.load('paper').ball.radius
+SCENE = Scene.load('paper')
 SPACE = '/cell'
 STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
@@ -78,7 +78,7 @@ class Cell:
         return State(self.player.states[-1].state)
 
     def goal(self, shot_id='shot', stroke=STROKE):
-        return self.player.goal(stroke, RADIUS, shot_id)
+        return self.player.goal(stroke, SCENE, shot_id)
 
     def begin(self, goal):
         """Send a goal; a future of how it ends."""

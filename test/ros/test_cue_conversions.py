@@ -30,7 +30,7 @@ BALLS = {'cue': (0.1, -0.2), '8': (0.5, 0.25)}
 
 def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
-    return conversions.plan_of(stroke, BALLS, RADIUS, 'shot')
+    return conversions.plan_of(stroke, BALLS, SCENE, 'shot')
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(0.0, 1.2), st.floats(-3.1, 3.1),
