@@ -41,8 +41,8 @@ class BallBall:
         balls' 0.25 ms, the tip's 1.3 ms (high-speed films, Alciatore), with the tip's 1.5.
     gap : float
         Balls (and cushions) so near each other are in touch when one of them is hit [m], at
-        least 0 and at most 1 mm; what is farther apart collides one after the other. 1 um: what
-        was placed in touch, and no gaps of a rack, which are tens of um.
+        least 0 and at most 1 mm; what is farther apart collides one after the other. 0.1 um:
+        what was placed in touch, and no gaps of a rack, which are tens of um.
 
     """
 
@@ -51,7 +51,7 @@ class BallBall:
     friction_slow: float = number('', least=0, default=0.108)
     friction_decay: float = number('s/m', least=0, default=1.088)
     stiffness: float = number('any unit', above=0, default=25.0)
-    gap: float = number('m', least=0, most=1e-3, default=1e-6)
+    gap: float = number('m', least=0, most=1e-3, default=1e-7)
 
     def __post_init__(self) -> None:
         check(self)

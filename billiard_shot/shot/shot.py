@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
+from billiard_shot.shot.double_hit import first_double_hit
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
 from billiard_shot.shot.jump import jump_of
 from billiard_shot.shot.messages import message_of
@@ -65,8 +66,11 @@ class Shot:
                 'law: energetic jumps here: within the accuracy of the strike the place of rest '
                 f'is one of two, {self._gap:.2g} m apart'
             )
-        return message_of(
+        outcome = message_of(
             self.status, self.scene, self.stroke, self.trajectory, self.table)
+        if self.double_hit is None:
+            return outcome
+        return f'{outcome}; a double hit: the cue has the ball again at {self.double_hit:.3g} s'
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -91,6 +95,22 @@ class Shot:
             return Impact(self._together.dissipated, self._together.phases)
         phases = read_log(self._log, row[at.AXES].reshape(2, 3, 3))
         return Impact(row[at.LOSS].reshape(2, 2), phases)
+
+    @cached_property
+    def double_hit(self) -> float | None:
+        """
+        When the cue would catch the ball again, following through at its speed [s]; or None.
+
+        From the end of the strike, to 0.2 ms. Found, not simulated.
+        """
+        if self.status.refused:
+            return None
+        direction = np.array(self.stroke.velocity) / self.stroke.speed
+        normal = np.array(self._row[at.AXES][:3])
+        tip = self.trajectory.at(0.0).position + self.scene.ball.radius * normal
+        return first_double_hit(
+            self.trajectory, self.scene.ball.radius, tip, direction, self.cue_speed
+        )
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:

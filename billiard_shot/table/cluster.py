@@ -24,7 +24,7 @@ from billiard_shot.table.rails import ARCS, FACINGS
 from billiard_shot.table.surface import Surface
 from billiard_shot.table.world import energy_of, log_event, place_at, World
 
-TOLERANCE = 1e-9  # of the impact, relative to the approach
+TOLERANCE = 1e-7  # of the impact, relative to the approach
 LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
@@ -103,7 +103,11 @@ def contacts_among(
 ) -> list[Contact]:
     """Contacts of balls with each other, and with what is fixed: the body after the balls."""
     contacts = ball_contacts(surface, furniture, balls)
-    if furniture.length < np.inf:
+    outside = max(
+        max(abs(ball[POSITION]) - 0.5 * furniture.length,
+            abs(ball[POSITION + 1]) - 0.5 * furniture.width) for ball in balls
+    )
+    if outside + surface.radius >= 0.0:  # the table is laid out only where it is needed
         contacts += cushion_contacts(
             surface, furniture, lay_out(furniture, surface.radius), balls
         )
