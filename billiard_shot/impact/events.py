@@ -113,6 +113,9 @@ def first_event(
         sign = -1.0 if c.phase == COMPRESSING else 1.0
         known = noise if c.still else POSITIVE
         x = first_root(opening, order, sign, 0.0, known, end, scratch)
+        empty = c.phase == COMPRESSING and s.y[j, 0] == 0.0
+        if x == 0.0 and empty:
+            x = NO_ROOT  # it has only just joined: what turns it back is noise
         if x != NO_ROOT:
             end, event, contact = x, JOIN if c.phase == INACTIVE else TURN, j
         if c.phase == INACTIVE:

@@ -24,7 +24,6 @@ GAPS = {
     ('grazing strokes', 'level, top, n.c = -1e-9'),
     ('grazing strokes', 'level, top, n.c = -1e-12'),
     ('jam and centre hits', 'vertical, off by 1e-10'),
-    ('simultaneous events', 'two contacts alike, jammed by friction'),
     ('simultaneous events', 'four corners'), ('simultaneous events', 'four corners, sliding'),
     ('simultaneous events', 'four corners, mu = 10'),
     ("Newton's cradle", '20 balls, e = 0'), ("Newton's cradle", '50 balls, e = 0'),
