@@ -9,7 +9,7 @@ from billiard_shot.shot.frozen import strike_together, touches
 from billiard_shot.shot.model import Model
 from billiard_shot.status import Status
 from billiard_shot.table.effects import numbers_on_table
-from billiard_shot.table.play import INPUT
+from billiard_shot.table.given import INPUT
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import run_many, run_one, TableBatch
 
