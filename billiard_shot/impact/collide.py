@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact import events, kernel
+from billiard_shot.impact import events, kernel, walk
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
 from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
 from billiard_shot.impact.laws import LAWS
@@ -20,7 +20,7 @@ class Ending(IntEnum):
     RESTITUTION = events.END  # the contact has finished restitution
     JOIN = events.JOIN  # another contact became active
     EMPTY = events.EMPTY  # law poisson: the contact ended with a spring that was already empty
-    FLOOR = kernel.FLOOR  # the motion died down: an infinite sequence ends
+    FLOOR = walk.FLOOR  # the motion died down: an infinite sequence ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,7 @@
 What must hold in every hard case, and whether it does.
 
 No exception, no NaN, a status that the case allows (the budgets of states and steps are
-kernel.MAX_PHASES and MAX_STEPS), the value that the case states, no energy gained, one answer for
+walk.MAX_PHASES and MAX_STEPS), the value that the case states, no energy gained, one answer for
 all orders of contacts, tolerances kept, and an answer that moves no more than the numbers do.
 """
 from __future__ import annotations

@@ -1,0 +1,287 @@
+"""
+The walk through the states of a collision, step by step, until nothing is pressed or approaches.
+
+Each step is a polynomial (series.py, or collocation.py where slip has just begun or only creeps);
+what ends it is its first event (events.py), which changes the state (transitions.py).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import frugal, inlined
+from billiard_shot.impact.advance import advance, ROUNDING
+from billiard_shot.impact.collocation import implicit_step
+from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING
+from billiard_shot.impact.friction import holds, NO_SLIP, settle
+from billiard_shot.impact.laws import elastic_energy
+from billiard_shot.impact.series import expand, step_size
+from billiard_shot.impact.standstill import MOVES, stand, STOPPED
+from billiard_shot.impact.state import (
+    COLUMNS,
+    INACTIVE,
+    Model,
+    Room,
+    SLIDING,
+    slip_speed,
+    STAGES,
+    State,
+    stop_slip,
+)
+from billiard_shot.impact.transitions import part, slide_against, transition
+from billiard_shot.status import Status
+
+MAX_STEPS = 20_000
+IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
+MAX_PHASES = 5_000
+FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
+PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
+CAUTION = 0.2  # part of the tolerance that a step may use up
+JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the largest
+FIRST = 0.3  # length of a first implicit step against an explicit one
+CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
+CREEP_STEPS = 8
+
+OK = int(Status.OK)
+INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
+NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
+BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+
+
+@frugal
+def excitation(m: Model, s: State) -> float:
+    """Largest normal velocity that a contact has, or that its spring could still give."""
+    largest = 0.0
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.phase == INACTIVE:
+            largest = max(largest, -s.u[3 * j, 0])
+        else:
+            energy = elastic_energy(c.stiffness, s.y[j, 0], m.exponent)
+            spring = np.sqrt(2.0 * energy * m.response[3 * j, 3 * j])
+            largest = max(largest, abs(s.u[3 * j, 0]), spring)
+    return largest
+
+
+@frugal
+def fade(m: Model, s: State, stirred: float) -> None:
+    """Set the compressions below which forces are negligible and need not be expanded."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        c.faint = (1e-3 * m.tolerance * stirred / c.stiffness) ** (1.0 / m.exponent)
+
+
+@frugal
+def explicit_step(
+    m: Model, s: State, scale: float, order: int, tolerance: float
+) -> tuple[float, float]:
+    """Expand the state; return the scale that did not overflow, and the length in its units."""
+    length = 0.0
+    while length == 0.0 and scale > 1e-100:
+        expand(m, s, scale, order)
+        length = step_size(m, s, order, tolerance)
+        if length == 0.0:
+            scale *= 1e-3
+    return scale, length
+
+
+@frugal
+def mature(m: Model, s: State, length: float) -> None:
+    """Release from implicit steps the contacts that an explicit step of like length follows."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.young:
+            n = 3 * j
+            turning = max(s.effective[n + 1, n + 1], s.effective[n + 2, n + 2])
+            turning *= c.friction * c.stiffness * s.y[j, 0] ** m.exponent
+            c.young = slip_speed(s, j) < 0.1 * length * turning
+
+
+@frugal
+def record(
+    m: Model, s: State, log: NDArray[np.float64], row: int, reason: int, contact: int
+) -> None:
+    """Write a phase that ends now, while the log has room."""
+    if row >= log.shape[0]:
+        return
+    count = len(s.contact)
+    log[row, 0] = reason
+    log[row, 1] = contact
+    for j in range(count):
+        c = s.contact[j]
+        log[row, 2 + j] = 1.0 if c.phase != INACTIVE else 0.0
+        log[row, 2 + 4 * count + j] = elastic_energy(c.stiffness, s.y[j, 0], m.exponent)
+    for i in range(3 * count):
+        log[row, 2 + count + i] = s.impulse[i]
+
+
+@frugal
+def is_over(s: State) -> bool:
+    """Whether no contact is active and none approaches."""
+    for j in range(len(s.contact)):
+        if s.contact[j].phase != INACTIVE or s.u[3 * j, 0] < -ROUNDING:
+            return False
+    return True
+
+
+@frugal
+def begin(m: Model, s: State) -> tuple[int, bool]:
+    """Prepare a step: note slip directions, light contacts; count young ones, look for pinned."""
+    young = 0
+    pinned = False
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        young += c.young != 0
+        pinned = pinned or c.pinned != 0
+        c.light = m.exponent != 1.0 and s.y[j, 0] < c.faint
+        if c.grip == SLIDING and not c.onset and not m.straight:
+            size = slip_speed(s, j)
+            c.toward_x = s.u[3 * j + 1, 0] / size
+            c.toward_y = s.u[3 * j + 2, 0] / size
+    return young, pinned
+
+
+@frugal
+def give_up(m: Model, s: State) -> None:
+    """End all contacts."""
+    for j in range(len(s.contact)):
+        if s.contact[j].phase != INACTIVE:
+            part(m, s, j)
+
+
+@frugal
+def calm(s: State) -> None:
+    """Take back the slips that were to begin: they do not."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.young:
+            stop_slip(s, j)
+            c.onset = 0
+
+
+@frugal
+def has_stopped(m: Model, s: State) -> bool:
+    """Whether the slip of a sliding contact has come to nothing."""
+    for j in range(len(s.contact)):
+        if s.contact[j].grip == SLIDING and slip_speed(s, j) <= NO_SLIP * m.tolerance:
+            return True
+    return False
+
+
+@frugal
+def is_jammed(s: State) -> bool:
+    """Whether the active contacts are pressed together for good: nothing moves, nor will."""
+    size = s.u.shape[0]
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.phase == INACTIVE:
+            if s.u[3 * j, 0] < 0.0:
+                return False
+            continue
+        if abs(s.u[3 * j, 0]) > JAMMED or c.grip == SLIDING:
+            return False
+        push = 0.0
+        size_of_push = 0.0
+        for k in range(size):
+            if s.contact[k // 3].phase != INACTIVE:
+                push += s.effective[3 * j, k] * s.force[k, 0]
+                size_of_push += abs(s.effective[3 * j, k] * s.force[k, 0])
+        if abs(push) > ROUNDING * size_of_push:
+            return False
+    return True
+
+
+@frugal
+def slow_down(s: State) -> None:
+    """Let all that slides continue in implicit steps."""
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        c.young = c.grip == SLIDING
+
+
+@inlined
+def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, int, int]:
+    """Walk through the states of a collision; return its status, numbers of phases and steps."""
+    order = min(max(int(4.5 - np.log10(m.tolerance)), 6), COLUMNS - 4)
+    floor = max(1e-2 * m.tolerance, 10.0 * ROUNDING)
+    status = OK
+    phases = 0
+    creeping = 0
+    scale = 1.0
+    stirred = 1.0
+    moved = False  # since the last change of state
+    unsettled = True
+    young = 0
+    spent = 0
+    while spent < MAX_STEPS and phases < MAX_PHASES:
+        spent += 1 + IMPLICIT * young * young
+        if unsettled:
+            settle(m, s, room)
+            unsettled = False
+            stirred = min(excitation(m, s), 1.0)
+            fade(m, s, stirred)
+            if stirred < floor:
+                record(m, s, log, phases, FLOOR, -1)
+                give_up(m, s)
+                return INFINITE_SEQUENCE, phases + 1, spent
+        was_young = young
+        young, pinned = begin(m, s)
+        tolerance = CAUTION * m.tolerance * stirred
+        degree, noise, end = order, max(ROUNDING, tolerance), 1.0
+        error = tolerance
+        if young:
+            if not was_young:
+                scale *= FIRST
+            degree = STAGES
+            scale, error = implicit_step(m, s, room, scale, 0.05 * tolerance)
+            noise = error
+        else:
+            scale, end = explicit_step(m, s, scale, order, tolerance)
+        if scale == 0.0:
+            calm(s)
+            unsettled = True
+            scale = 1.0
+            continue
+        if not m.straight and not young and not pinned:
+            fate = stand(m, s, room, scale, end, tolerance)
+            if fate != MOVES:
+                moved = True
+                unsettled = fate == STOPPED
+                scale = 1.0
+                continue
+        if not young and is_jammed(s):
+            record(m, s, log, phases, FLOOR, -1)
+            give_up(m, s)
+            return status, phases + 1, spent
+        if pinned:
+            end = min(end, PINNED_STEP / scale)
+        x, event, j = first_event(m, s, scale, degree, noise, end)
+        known = x > 0.0 or (j >= 0 and s.contact[j].still != 0)
+        if event == CONE:
+            slide_against(s, j, degree, x)
+        if x > 0.0:
+            moved = True
+            unsettled = pinned and not holds(m, s, room, degree, x)
+            advance(s, scale, degree, x)
+            unsettled = unsettled or (not m.straight and has_stopped(m, s))
+            if young:
+                mature(m, s, scale)
+        if event in (JOIN, END, EMPTY):
+            if moved:
+                record(m, s, log, phases, event, j)
+                phases += 1
+            moved = False
+        if event == EMPTY:
+            status = NEGATIVE_ENERGY
+        if event != NOTHING:
+            unsettled = transition(m, s, room, event, j, known) or unsettled
+        if is_over(s):
+            return status, phases, spent
+        if young:
+            scale *= min(max(0.8 * (tolerance / max(error, 1e-300)) ** (1.0 / STAGES), 0.2), 4.0)
+        else:
+            scale *= min(max(end, 1e-3), 1e3)
+            creeping = creeping + 1 if event == NOTHING and x == end and scale < CREEP else 0
+            if creeping >= CREEP_STEPS and not m.straight:
+                creeping = 0
+                slow_down(s)
+    return BUDGET_EXCEEDED, phases, spent
