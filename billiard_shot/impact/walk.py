@@ -37,6 +37,7 @@ FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the ener
 PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
 CAUTION = 0.2  # part of the tolerance that a step may use up
 JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the largest
+STRICTER = 0.1  # tolerance of implicit steps, whose errors count for more, against the others
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
@@ -232,7 +233,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             if not was_young:
                 scale *= FIRST
             degree = STAGES
-            scale, error = implicit_step(m, s, room, scale, 0.05 * tolerance)
+            scale, error = implicit_step(m, s, room, scale, STRICTER * tolerance)
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
