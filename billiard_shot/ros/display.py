@@ -16,6 +16,8 @@ COLOURS = {
     BallTrajectory.ROLL: ColorRGBA(r=0.1, g=0.7, b=0.2, a=1.0),
     BallTrajectory.SPIN: ColorRGBA(r=0.6, g=0.3, b=0.8, a=1.0),
     BallTrajectory.FLIGHT: ColorRGBA(r=0.1, g=0.5, b=0.9, a=1.0),
+    BallTrajectory.POCKETED: ColorRGBA(r=0.1, g=0.1, b=0.1, a=1.0),
+    BallTrajectory.OFF_TABLE: ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0),
 }
 
 LAST_SECOND = 2**31 - 1
