@@ -90,7 +90,8 @@ library() {
     local venv=$1
     echo 'set-up: compiling the library, once (numba keeps the result)'
     logged "$venv" "$venv/bin/python" -c 'from billiard_shot import predict, Scene, Stroke
-predict(Scene.load("paper"), Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16)))'
+for scene in "paper", "pool_table":
+    predict(Scene.load(scene), Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16)))'
 }
 
 # logged VENV COMMAND...: run it silently; where it fails, show the end of what it said.

@@ -33,7 +33,7 @@ PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
 RETREAT = 0.05
 """Metres from the ball to where the tip starts."""
 
-START_UP = 60.0
+START_UP = 120.0
 """Seconds to wait for the service: a predictor that has to compile the library takes a while."""
 
 Answer = TypeVar('Answer')

@@ -24,7 +24,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import Decision, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.running import EVERY_STATE, LATCHED, run, warm_up
+from billiard_shot.ros.running import be_urgent, EVERY_STATE, LATCHED, run, warm_up
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -51,6 +51,7 @@ class CueDriver(LifecycleNode):
     def __init__(self) -> None:
         super().__init__('cue_driver')
         parameters.declare(self, cue_parameters.CUE_DRIVER)
+        be_urgent(self, self.get_parameter('niceness').value)
         self._active = False
         self._goal: ServerGoalHandle | None = None
         self._ended: Future | None = None

@@ -50,6 +50,9 @@ MECHANISM = Parameter(
 JOINT_NAMES = Parameter(
     'joint_names', list(JOINTS),
     f'Names of the joints in the messages, in the order {", ".join(JOINTS)}.', check=_six_names)
+NICENESS = Parameter(
+    'niceness', -10, 'Scheduling priority that the node asks for, lower is more urgent; where it '
+    'may not have it, it goes on without.', limits=(-20, 19))
 SECONDS = {'unit': 's', 'limits': (0.001, 3600.0)}
 
 CUE_DRIVER = (
@@ -61,6 +64,7 @@ CUE_DRIVER = (
               'Topic of the commanded angle of the incline.', check=_topic),
     Parameter('actuation_topic', '~/actuation',
               'Topic of the commanded trajectories.', check=_topic),
+    NICENESS,
     Parameter('period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1)),
     Parameter('estop_timeout', 0.5,
               'Silence on `estop` for longer than this is an emergency stop.', **SECONDS),
@@ -91,6 +95,7 @@ CUE_SIM = (
     MECHANISM, JOINT_NAMES,
     Parameter('actuation_topic', 'cue_driver/actuation',
               'Topic of the commanded trajectories.', check=_topic),
+    NICENESS,
     Parameter('deadline', 0.2,
               'Without a command for longer than this the mechanism stops by itself.', **SECONDS),
     Parameter('rate', 200.0, 'How often joint_states is published.', unit='Hz',

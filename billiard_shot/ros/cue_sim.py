@@ -13,7 +13,7 @@ from billiard_shot.cue.placing import travel_base
 from billiard_shot.cue.simulated import SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.running import run
+from billiard_shot.ros.running import be_urgent, run
 
 COMMANDS = 10
 """Commands that may wait to be read."""
@@ -33,6 +33,8 @@ class CueSim(Node):
     def __init__(self) -> None:
         super().__init__('cue_sim')
         parameters.declare(self, cue_parameters.CUE_SIM)
+        # It stands for a machine with a processor of its own.
+        be_urgent(self, self.get_parameter('niceness').value)
         mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._mechanism = SimulatedMechanism(

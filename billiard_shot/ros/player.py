@@ -8,6 +8,7 @@ Needs a predictor, a cue_driver that is active, a mechanism, and somebody who wa
 emergency stop and the interlock are said by this program to be in order: only for a simulation.
 """
 from collections.abc import Callable, Sequence
+import gc
 import sys
 from time import monotonic
 from typing import Any
@@ -177,6 +178,7 @@ def main(args: Sequence[str] | None = None) -> None:
     scene = Scene.load('paper')
     with rclpy.init(args=args):
         player = Player()
+        gc.freeze()  # a long look for garbage would be a silence, and so a stop
         try:
             player.wait_for_all()
         except TimeoutError as error:

@@ -2,6 +2,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 import gc
+import os
 import signal
 import sys
 
@@ -33,6 +34,16 @@ def warm_up(scene: Scene, other_balls: bool = False) -> None:
     predict(scene, stroke).trajectory.at(0.0)
     if other_balls and not scene.balls:
         predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
+
+
+def be_urgent(node: Node, niceness: int) -> None:
+    """Run all threads of this process at a niceness; where that is not allowed, say so."""
+    try:
+        for thread in os.listdir('/proc/self/task'):
+            os.setpriority(os.PRIO_PROCESS, int(thread), niceness)
+    except OSError:
+        node.get_logger().info(
+            f'may not run at niceness {niceness}: other processes may delay a stop')
 
 
 def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:

@@ -1,4 +1,5 @@
 """The mechanical cue as real processes: driver, simulated mechanism and simulated table."""
+import gc
 import math
 import signal
 from time import monotonic
@@ -32,7 +33,15 @@ SCENE = Scene.load('paper')
 SPACE = '/cell'
 STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
-STOPS_WITHIN = 0.2 + 0.5 + 0.3
+# Patient with a machine that is busy with other tests.
+PATIENT = {
+    'cue_driver': ('-p', 'autostart:=true', '-p', 'joints_timeout:=1.0', '-p', 'late:=10.0',
+                   '-p', 'estop_timeout:=2.0', '-p', 'interlock_timeout:=2.0'),
+    'cue_sim': ('-p', 'deadline:=0.5'),
+    'table_sim': ('-p', 'haste:=100.0'),
+    'predictor': (),
+}
+STOPS_WITHIN = 0.5 + 0.5 + 1.0
 """Seconds: the mechanism's deadline, its slowest brake from full speed, and the messages' way."""
 
 
@@ -42,10 +51,8 @@ class Cell:
     def __init__(self, node, launch):
         self.launch, self.node = launch, node
         self.processes = {}
-        self.start('cue_sim')
-        self.start('table_sim', '-p', 'haste:=100.0')
-        self.start('cue_driver', '-p', 'autostart:=true')
-        self.start('predictor')
+        for name in PATIENT:
+            self.start(name)
         self.player = Player(SPACE)
         self.joints, self.commands, self.angles, self.diagnostics = [], [], [], []
         for kind, topic, heard in (
@@ -67,8 +74,8 @@ class Cell:
         for service in (*self.services.values(), *more):
             assert self.player.until(service.service_is_ready, 20.0), service.service_name
 
-    def start(self, name, *arguments):
-        self.processes[name] = self.launch(name, '-r', f'__ns:={SPACE}', *arguments)
+    def start(self, name):
+        self.processes[name] = self.launch(name, '-r', f'__ns:={SPACE}', *PATIENT[name])
 
     def call(self, name):
         return call(self.player, self.services[name], Trigger.Request())
@@ -102,6 +109,7 @@ class Cell:
 
 @pytest.fixture(scope='module')
 def whole_cell(node, launch):
+    gc.freeze()  # a long look for garbage would be a silence
     return Cell(node, launch)
 
 
@@ -244,7 +252,7 @@ def test_silence_stops(cell):
     cell.begin(cell.goal('silence'))
     cell.reach(State.AIMING)
     cell.player.all_is_well = False
-    cell.reach(State.ESTOP, 3.0)
+    cell.reach(State.ESTOP, 5.0)
     assert 'estop: silent for' in cell.player.states[-1].reason
     assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
 
@@ -295,19 +303,16 @@ def test_a_late_brake_is_a_fault(cell):
 
 @pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
 def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
-    ended = cell.begin(cell.goal(f'killed {state.name}'))
+    cell.begin(cell.goal(f'killed {state.name}'))
     cell.reach(State.AIMED if state is not State.AIMING else state)
     if state is not State.AIMING:
         assert cell.call('cue_driver/arm').success
         cell.reach(state)
     cell.processes['cue_driver'].kill()
-    begin = monotonic()
-    assert cell.player.until(lambda: not cell.moving(), 5.0)
-    assert monotonic() - begin < 2.0
-    del ended
+    assert cell.player.until(lambda: not cell.moving(), STOPS_WITHIN)
     cell.player.rest()
     cell.player.states.clear()
-    cell.start('cue_driver', '-p', 'autostart:=true')
+    cell.start('cue_driver')
     assert cell.player.until(lambda: cell.player.states, 60.0)
     cell.player.wait_for_all()
     cell.wait_for_services()
@@ -318,7 +323,7 @@ def test_a_killed_mechanism_is_a_fault(cell):
     ended = cell.begin(cell.goal('killed mechanism'))
     cell.reach(State.AIMING)
     cell.processes['cue_sim'].kill()
-    cell.reach(State.FAULT, 5.0)
+    cell.reach(State.FAULT, 10.0)
     assert 'joint_states: silent for' in cell.player.states[-1].reason
     assert cell.player.until(ended.done, 5.0)
     assert ended.result().result.outcome == Outcome.FAULT
