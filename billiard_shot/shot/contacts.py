@@ -32,14 +32,17 @@ def cross(a: NDArray[np.float64], b: NDArray[np.float64], product: NDArray[np.fl
 @frugal
 def across(v: NDArray[np.float64], n: NDArray[np.float64], unit: NDArray[np.float64]) -> bool:
     """Write the unit vector of the part of a vector v that is normal to n; not if it is none."""
-    along = dot(v, n)
     for i in range(3):
-        unit[i] = v[i] - along * n[i]
-    length = np.sqrt(dot(unit, unit))
-    if length <= 1e-12:
-        return False
-    for i in range(3):
-        unit[i] /= length
+        unit[i] = v[i]
+    for _ in range(2):  # of a vector nearly along n, rounding leaves a part that the second takes
+        along = dot(unit, n)
+        for i in range(3):
+            unit[i] -= along * n[i]
+        length = np.sqrt(dot(unit, unit))
+        if length <= 1e-12:
+            return False
+        for i in range(3):
+            unit[i] /= length
     return True
 
 

@@ -86,6 +86,14 @@ def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
     assert turn @ one.trajectory.rest == pytest.approx(turned.trajectory.rest, abs=1e-7)
 
 
+@pytest.mark.parametrize('b', [1e-12, 1e-11, 1e-9])
+def test_rounding_of_the_azimuth_does_not_turn_a_slip_that_hardly_is_one(b):
+    """The tip's tangent once leaned into the normal where the two were nearly parallel."""
+    heights = [predict(PAPER, Stroke.from_offsets(0, b, 0, azimuth, 2), 1e-8).velocity[2]
+               for azimuth in (0, 1, 3)]
+    assert heights == pytest.approx([1.13419 * b] * 3, rel=1e-4)
+
+
 def test_a_batch_is_row_by_row_what_predict_gives():
     random = np.random.default_rng(5)
     normals = random.normal(size=(60, 3))
