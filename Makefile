@@ -60,8 +60,10 @@ lint: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The nodes keep time: their tests come after the others, alone.
 test: lint
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m 'not ros'
+	$(BIN)/pytest -m ros test/ros
 
 BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
