@@ -62,8 +62,12 @@ lint: setup
 
 # The nodes keep time: their tests come after the others, alone.
 test: lint
+ifeq ($(ROS),none)
+	$(BIN)/pytest -n 2
+else
 	$(BIN)/pytest -n 2 -m 'not ros'
 	$(BIN)/pytest -m ros test/ros
+endif
 
 BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
