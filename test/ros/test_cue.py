@@ -115,7 +115,7 @@ def whole_cell(node, launch):
 
 @pytest.fixture
 def cell(whole_cell):
-    """Return the cell in order: disarmed, ball in its place."""
+    """Return the cell in order: disarmed, ball in its place, every input heard."""
     whole_cell.player.all_is_well = True
     assert whole_cell.player.until(
         lambda: whole_cell.state is State.DISARMED or whole_cell.call(
@@ -124,6 +124,7 @@ def cell(whole_cell):
     assert whole_cell.player.until(
         lambda: whole_cell.player.table.snapshot_id >= snapshot, 10.0)
     whole_cell.reach(State.DISARMED)
+    whole_cell.player.wait_for_all()  # a driver that has just become active has heard nothing yet
     for heard in (whole_cell.player.states[:-1], whole_cell.commands, whole_cell.angles):
         heard.clear()
     del whole_cell.player.states[:-1]
@@ -319,7 +320,6 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
 
 
 def test_a_killed_mechanism_is_a_fault(cell):
-    cell.player.wait_for_all()
     ended = cell.begin(cell.goal('killed mechanism'))
     cell.reach(State.AIMING)
     cell.processes['cue_sim'].kill()
@@ -334,7 +334,6 @@ def test_a_killed_mechanism_is_a_fault(cell):
 
 
 def test_another_process_killed_does_no_harm(cell):
-    cell.player.wait_for_all()
     ended = cell.begin(cell.goal('killed predictor'))
     cell.reach(State.AIMED)
     cell.processes['predictor'].kill()
