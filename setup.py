@@ -36,8 +36,8 @@ setup(
     extras_require={
         'plot': ['matplotlib>=3.8'],
         'compare': ['mujoco>=3.2', 'scipy>=1.11'],
-        'test': ['hypothesis>=6.100', 'import-linter>=2.0', 'mypy>=1.10', 'pytest>=8.0',
-                 'pytest-xdist>=3.5', 'ruff>=0.6', 'scipy>=1.11', 'types-PyYAML'],
+        'test': ['hypothesis>=6.100', 'import-linter>=2.0', 'matplotlib>=3.8', 'mypy>=1.10',
+                 'pytest>=8.0', 'pytest-xdist>=3.5', 'ruff>=0.6', 'scipy>=1.11', 'types-PyYAML'],
     },
     zip_safe=False,
     entry_points={

@@ -96,3 +96,14 @@ def test_public_names_exist():
     assert set(billiard_shot.__all__) <= set(dir(billiard_shot))
     with pytest.raises(AttributeError, match="no attribute 'predictt'"):
         _ = billiard_shot.predictt
+
+
+def test_pictures_of_strokes(tmp_path, capsys):
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    options = ['predict', '--scene', 'paper', '--strokes', str(PAPER)]
+    assert main([*options, '--picture', str(tmp_path / 'paper.png')]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        f'paper-{name}.png' for name in ('horizontal', 'jump', 'massé', 'vertical')]
+    assert main(['predict', '--speed', '1', '--picture', str(tmp_path / 'one.png')]) == 0
+    assert (tmp_path / 'one.png').stat().st_size > 10_000
+    capsys.readouterr()

@@ -1,6 +1,7 @@
 """`billiard-shot predict`: what a stroke does to the cue ball."""
 import argparse
 import json
+from pathlib import Path
 import sys
 from typing import Any
 
@@ -8,6 +9,8 @@ import billiard_shot
 from billiard_shot import Scene, Shot
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+from billiard_shot.study.pictures import require_matplotlib
+from billiard_shot.study.table_picture import draw_shot
 
 HELP = 'what a stroke does to the cue ball'
 
@@ -18,11 +21,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--tolerance', type=float, default=1e-4, metavar='M',
                         help='largest error of the trajectory in metres (%(default)g)')
     parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
+    parser.add_argument('--picture', type=Path, metavar='FILE.png',
+                        help='draw the table from above; of several strokes, FILE-NAME.png each')
     add_stroke_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Predict and print; 1 if a stroke was refused."""
+    if options.picture:
+        require_matplotlib()  # before the work, not after it
     scene = Scene.load(options.scene)
     strokes = strokes_of(options, scene)
     shots = {name: billiard_shot.predict(scene, stroke, options.tolerance)
@@ -32,10 +39,18 @@ def run(options: argparse.Namespace) -> int:
             print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
     else:
         print(_as_table(shots))
+    if options.picture:
+        _draw(shots, options.picture)
     for name, shot in shots.items():
         if shot.status.refused:
             print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
+
+
+def _draw(shots: dict[str, Shot], path: Path) -> None:
+    for name, shot in shots.items():
+        file = path if len(shots) == 1 else path.with_stem(f'{path.stem}-{name}')
+        draw_shot(shot, file, f'{shot.status.name}: {shot.message}')
 
 
 def _as_json(name: str, shot: Shot) -> dict[str, Any]:

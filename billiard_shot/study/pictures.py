@@ -41,6 +41,12 @@ def new_figure(columns: int, width: float, height: float) -> tuple[Any, Any]:
     return figure, [figure.add_subplot(1, columns, 1 + column) for column in range(columns)]
 
 
+def single_figure(width: float, height: float) -> tuple[Any, Any]:
+    """Make a figure of a size [inches] with one pair of axes; as `new_figure`."""
+    figure, axes = new_figure(1, width, height)
+    return figure, axes[0]
+
+
 def save(figure: Any, path: Path) -> None:
     """Write a figure to a file; ValueError if that cannot be done."""
     try:

@@ -1,0 +1,230 @@
+"""
+The table from above: cushions and pockets, paths by kind of motion, events, ghost balls, the cue.
+
+`table_axes`, `draw_table`, `draw_balls`, `draw_trails` and `draw_cue` draw one thing each onto
+axes, for pictures with more on them; `draw_shot` is all of them in one file.
+"""
+from collections.abc import Iterable, Mapping
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.study.colours import (
+    ball_colour,
+    BLACK,
+    GREEN,
+    is_striped,
+    MOTIONS,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+)
+from billiard_shot.study.pictures import save, single_figure
+from billiard_shot.study.table_outline import outline_of
+from billiard_shot.study.trails import CUE, Trails, trails_of
+from billiard_shot.table.motion import Motion
+from billiard_shot.table.trajectory import EventKind
+
+CLOTH, CUSHION, WOOD, HOLE = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
+WIDTH = 9.0  # inches of a picture
+NAMES = {
+    Motion.SLIDE: 'slides', Motion.ROLL: 'rolls', Motion.FLIGHT: 'flies',
+}
+DASHES = {Motion.SLIDE: '-', Motion.ROLL: '-', Motion.FLIGHT: (0, (2.5, 1.5))}
+MARKS = {  # marker, colour, what it says
+    EventKind.ROLL: ('o', VERMILION, 'begins to roll'),
+    EventKind.BOUNCE: ('v', BLACK, 'bounces'),
+    EventKind.LAND: ('v', 'white', 'lands'),
+    EventKind.CUSHION: ('s', GREEN, 'cushion'),
+    EventKind.BALL: ('X', PURPLE, 'meets a ball'),
+    EventKind.CLUSTER: ('P', PURPLE, 'meets several'),
+    EventKind.POCKET: ('D', ORANGE, 'falls'),
+    EventKind.OFF: ('D', VERMILION, 'leaves the table'),
+}
+CUE_COLOUR = '#8a5a2b'
+IN_A_ROW = 7  # things of a legend
+MARGIN = 0.15  # m around the paths on an endless cloth
+
+
+def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[Any, Any]:
+    """
+    Make a figure of a scene's table, or of its endless cloth, to draw on.
+
+    Parameters
+    ----------
+    scene : Scene
+    points : (n, 2) array_like
+        What has to be in view on an endless cloth [m], beside the scene's balls.
+    title : str
+
+    Returns
+    -------
+    figure, axes : matplotlib Figure, Axes
+
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, with what installs it.
+
+    """
+    if scene.table is not None:
+        half = outline_of(scene).frame
+        low, high = -half, half
+    else:
+        balls = np.array([scene.cue_ball[:2], *scene.balls.values()])
+        seen = np.concatenate([balls, np.reshape(points, (-1, 2))])
+        low, high = seen.min(axis=0) - MARGIN, seen.max(axis=0) + MARGIN
+        least = 0.3 * (high - low).max()  # a picture of a straight line has some height, too
+        grow = np.maximum(least - (high - low), 0.0) / 2.0
+        low, high = low - grow, high + grow
+    size = high - low
+    height = float(np.clip(WIDTH * size[1] / size[0], 2.0, WIDTH))
+    figure, axes = single_figure(WIDTH, height + 0.9)
+    axes.set(
+        xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal',
+        xlabel='x (m)', ylabel='y (m)',
+    )
+    axes.tick_params(labelsize='small')
+    if title:
+        axes.set_title(title, fontsize='medium', loc='left')
+    draw_table(axes, scene)
+    return figure, axes
+
+
+def draw_table(axes: Any, scene: Scene) -> None:
+    """Draw cloth, cushions and pockets; of an endless cloth, the cloth."""
+    from matplotlib.patches import Circle, Polygon, Rectangle
+
+    if scene.table is None:
+        axes.set_facecolor(CLOTH)
+        axes.grid(color='white', linewidth=0.8)
+        axes.set_axisbelow(True)
+        return
+    table = outline_of(scene)
+    for half, colour in ((table.frame, WOOD), (table.back, CLOTH)):
+        x, y = half
+        axes.add_patch(Rectangle((-x, -y), 2.0 * x, 2.0 * y, color=colour, linewidth=0, zorder=0))
+    for x, y, radius in table.holes:
+        axes.add_patch(Circle((x, y), radius, color=HOLE, linewidth=0, zorder=0.2))
+    for cushion in table.cushions:
+        axes.add_patch(Polygon(cushion, facecolor=CUSHION, edgecolor='#6f9080', linewidth=0.6,
+                               zorder=0.3))
+
+
+def draw_balls(
+    axes: Any, scene: Scene, places: Mapping[str, ArrayLike], *, faint: bool = False
+) -> None:
+    """Draw balls where they lie, by name: (2,) or (3,) [m]; faint: where they are not any more."""
+    from matplotlib.patches import Circle
+
+    radius = scene.ball.radius
+    for name, place in places.items():
+        x, y = np.asarray(place, float)[:2]
+        if faint:
+            axes.add_patch(Circle((x, y), radius, facecolor=ball_colour(name), alpha=0.35,
+                                  edgecolor='black', linewidth=0.5, zorder=2))
+            continue
+        axes.add_patch(Circle((x, y), radius, facecolor=ball_colour(name), edgecolor='black',
+                              linewidth=0.6, zorder=4))
+        if name.isdecimal():
+            spot = 0.78 if is_striped(name) else 0.6
+            axes.add_patch(Circle((x, y), spot * radius, color='white', linewidth=0, zorder=4.1))
+            axes.annotate(name, (x, y), ha='center', va='center_baseline', fontsize=4.5,
+                          zorder=4.2)
+
+
+def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
+    """Draw where balls went, what happened to them on the way, and ghost balls."""
+    from matplotlib.patches import Circle
+
+    for name in trails.balls:
+        for piece in trails.pieces(name):
+            if piece.motion not in NAMES:
+                continue  # it spins in place
+            axes.plot(
+                piece.points[:, 0], piece.points[:, 1], linestyle=DASHES[piece.motion],
+                color=MOTIONS[piece.motion], linewidth=1.5, alpha=alpha, zorder=3,
+                label=NAMES[piece.motion], solid_capstyle='butt',
+            )
+    for kind, (marker, colour, text) in MARKS.items():
+        places = [mark.position for mark in trails.marks if mark.kind == kind]
+        if places:
+            x, y, _ = np.transpose(places)
+            axes.plot(x, y, marker, color=colour, markersize=4.5, markeredgecolor='black',
+                      markeredgewidth=0.5, linestyle='', alpha=alpha, zorder=3.8, label=text)
+    for x, y, _ in trails.ghosts:
+        axes.add_patch(Circle((x, y), trails.scene.ball.radius, fill=False, linestyle='--',
+                              edgecolor=BLACK, linewidth=0.8, zorder=3.5))
+    if trails.ghosts:
+        axes.plot([], [], 'o', markersize=8, fillstyle='none', color=BLACK, linestyle='',
+                  label='ghost ball')
+
+
+def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
+    """Draw the cue as it meets the ball whose centre is at `place` (2,) or (3,) [m]."""
+    from matplotlib.patches import Polygon
+
+    x, y, _ = np.asarray(stroke.velocity) / stroke.speed
+    tip = np.asarray(place, float)[:2] + scene.ball.radius * np.array(stroke.normal[:2])
+    length = (scene.cue.length or 1.4) * math.hypot(x, y)
+    butt = tip - length * _unit(x, y)
+    aside = np.array([-1.0, 1.0]) * _unit(x, y)[::-1]
+    wide = np.array([0.0065, 0.0145])  # m, half the width of a usual cue at its ends
+    corners = [tip + wide[0] * aside, butt + wide[1] * aside, butt - wide[1] * aside,
+               tip - wide[0] * aside]
+    axes.add_patch(Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4,
+                           zorder=6))
+    axes.plot(*tip, 'o', color=CUE_COLOUR, markersize=3, markeredgecolor='black',
+              markeredgewidth=0.4, zorder=6.1)
+
+
+def add_legend(figure: Any, axes: Any) -> None:
+    """List below the picture what is in it, each thing once."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    if once:
+        rows = math.ceil(len(once) / IN_A_ROW)
+        figure.legend(once.values(), once.keys(), loc='outside lower center', frameon=False,
+                      ncols=math.ceil(len(once) / rows), fontsize='small')
+
+
+def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
+    """
+    Write a picture of a shot's table from above.
+
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, or the file cannot be written.
+
+    """
+    trails = trails_of(shot)
+    figure, axes = table_axes(shot.scene, _points(trails), title)
+    draw_trails(axes, trails)
+    draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
+    ends = {name: trails.end(name) for name in trails.balls}
+    draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
+    draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE))
+    add_legend(figure, axes)
+    save(figure, path)
+
+
+def _moved(trails: Trails) -> Iterable[str]:
+    return (name for name in trails.balls if trails.moved(name))
+
+
+def _points(trails: Trails) -> NDArray[np.float64]:
+    """All points of all lines (n, 2)."""
+    lines = [piece.points[:, :2] for name in trails.balls for piece in trails.pieces(name)]
+    return np.concatenate([np.zeros((0, 2)), *lines])
+
+
+def _unit(x: float, y: float) -> NDArray[np.float64]:
+    size = math.hypot(x, y)
+    return np.array([x, y]) / size if size > 1e-9 else np.array([1.0, 0.0])

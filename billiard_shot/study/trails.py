@@ -1,0 +1,153 @@
+"""Where balls went, in the form that pictures take: lines by motion, marks, ghost balls."""
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.shot import Shot
+from billiard_shot.table.motion import COLUMNS, Motion, POSITION, VELOCITY
+from billiard_shot.table.run import TableRun
+from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
+
+CUE = 'cue'
+ENDLESS = 2.0  # s that a motion without end is shown
+SAGITTA = 1e-4  # m by which a line drawn may miss the curve
+MOST = 400  # points of a segment
+GONE = (Motion.POCKETED, Motion.OFF_TABLE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A stretch of one kind of motion: times (n,) [s] and points (n, 3) [m] on it."""
+
+    motion: Motion
+    times: NDArray[np.float64]
+    points: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mark:
+    """Something that happened to a ball [s], its centre at a position (3,) [m]."""
+
+    ball: str
+    time: float
+    kind: EventKind
+    position: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trails:
+    """
+    What balls did.
+
+    Attributes
+    ----------
+    scene : Scene
+    balls : mapping of str to Trajectory
+        By name, the cue ball first if there is one.
+    marks : tuple of Mark
+        In the order of time.
+    ghosts : tuple of (3,) float arrays
+        Where the cue ball was as it met other balls [m].
+    until : float
+        Time up to which they are shown [s].
+
+    """
+
+    scene: Scene
+    balls: Mapping[str, Trajectory]
+    marks: tuple[Mark, ...]
+    ghosts: tuple[NDArray[np.float64], ...]
+    until: float
+
+    def pieces(self, name: str) -> tuple[Piece, ...]:
+        """Lines of a ball, none for one that never moves."""
+        return tuple(_pieces(self.balls[name], self.until))
+
+    def moved(self, name: str) -> bool:
+        """Whether a ball moved from its place."""
+        return len(self.balls[name].rows) > 1 or not self.balls[name].rests
+
+    def start(self, name: str) -> NDArray[np.float64]:
+        """Centre of a ball at time 0 (3,) [m]."""
+        return self.balls[name].at(0.0).position
+
+    def end(self, name: str) -> NDArray[np.float64] | None:
+        """Centre of a ball in the end (3,) [m]; None if it is in a pocket or off the table."""
+        state = self.balls[name].at(self.until)
+        return None if Motion(int(state.motion)) in GONE else state.position
+
+
+def trails_of_run(scene: Scene, run: TableRun) -> Trails:
+    """Make trails of all balls of a table."""
+    marks = tuple(
+        Mark(event.balls[0], event.time, event.kind, event.position) for event in run.events
+    )
+    ghosts = tuple(
+        run.balls[CUE].at(event.time).position for event in run.events
+        if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE in event.balls
+    ) if CUE in run.balls else ()
+    return Trails(scene, run.balls, marks, ghosts, _until(run.balls))
+
+
+def trails_of(shot: Shot) -> Trails:
+    """Make trails of all balls of a shot; nothing moves if it is refused."""
+    if shot.table is not None:
+        return trails_of_run(shot.scene, shot.table)
+    path = shot.trajectory
+    marks = tuple(Mark(CUE, event.time, event.kind, event.position) for event in path.events)
+    balls = {CUE: path} | _lying(shot.scene)
+    return Trails(shot.scene, balls, marks, (), _until({CUE: path}))
+
+
+def _lying(scene: Scene) -> dict[str, Trajectory]:
+    """Balls that lie where the scene has them, around a stroke that was refused."""
+    balls = {}
+    for name, (x, y) in scene.balls.items():
+        if name != CUE:
+            row = np.zeros((1, COLUMNS))
+            row[0, POSITION:VELOCITY] = x, y, scene.ball.radius
+            balls[name] = Trajectory(row)
+    return balls
+
+
+def _until(balls: Mapping[str, Trajectory]) -> float:
+    return max(ball.duration + (0.0 if ball.rests else ENDLESS) for ball in balls.values())
+
+
+def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:
+    """Pieces, those of like motion that follow each other made one."""
+    motion, times = Motion.REST, [np.zeros(0)]
+    for segment in ball.segments:
+        if segment.start >= until or segment.motion in (Motion.REST, *GONE):
+            continue
+        if segment.motion != motion and len(times) > 1:
+            yield _piece(ball, motion, times)
+            times = times[:1]
+        motion = segment.motion
+        times.append(_times(segment, min(segment.end, until)))
+    if len(times) > 1:
+        yield _piece(ball, motion, times)
+
+
+def _piece(ball: Trajectory, motion: Motion, times: list[NDArray[np.float64]]) -> Piece:
+    every = np.concatenate(times)
+    # the state just before the last time: at an event it is of what begins then
+    points = ball.at(np.append(every[:-1], np.nextafter(every[-1], 0.0))).position
+    return Piece(motion, every, points)
+
+
+def _times(segment: Segment, end: float) -> NDArray[np.float64]:
+    """Times at which a segment has to be drawn so that straight lines follow its curve."""
+    duration = end - segment.start
+    size = float(np.linalg.norm(segment.acceleration))
+    bend = float(np.linalg.norm(np.cross(segment.velocity, segment.acceleration)))
+    straight = bend <= 1e-9 * size * float(np.linalg.norm(segment.velocity))
+    # a parabola's chord over dt misses it by at most a dt^2 / 8
+    steps = 1 if straight else math.ceil(duration * math.sqrt(size / (8.0 * SAGITTA)))
+    return np.linspace(segment.start, end, 1 + min(max(steps, 1), MOST))

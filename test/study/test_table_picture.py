@@ -1,0 +1,139 @@
+"""The table from above: what is drawn is what the trajectories say, and the files come out."""
+from itertools import pairwise
+from pathlib import Path
+import sys
+
+import numpy as np
+import pytest
+
+from billiard_shot import BallState, predict, Scene, simulate, Stroke
+from billiard_shot.study.colours import ball_colour, CUE_BALL, is_striped, MOTIONS, OTHER, POOL
+from billiard_shot.study.table_outline import outline_of
+from billiard_shot.study.table_picture import draw_shot, draw_trails, table_axes
+from billiard_shot.study.trails import ENDLESS, trails_of, trails_of_run
+from billiard_shot.table.motion import Motion
+from billiard_shot.table.trajectory import EventKind
+
+FROZEN = Scene.load('frozen_combination')
+COMBINATION = predict(FROZEN, Stroke.from_offsets(a=0, b=.1, elevation=.1, azimuth=.55, speed=2))
+MASSE = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
+drawn = pytest.importorskip  # matplotlib is an extra
+
+
+def test_lines_follow_the_ball():
+    for shot in (COMBINATION, MASSE):
+        trails = trails_of(shot)
+        for name, ball in trails.balls.items():
+            pieces = trails.pieces(name)
+            for piece in pieces:
+                inside = np.linspace(piece.times[0], piece.times[-1], 50)[1:-1]
+                states = ball.at(inside)
+                assert set(np.unique(states.motion)) == {piece.motion}
+                for point in states.position:
+                    edges = pairwise(piece.points)
+                    assert min(_distance(point, a, b) for a, b in edges) < 1.01e-4
+            for before, after in pairwise(pieces):
+                assert before.times[-1] == after.times[0]
+                assert before.points[-1] == pytest.approx(after.points[0], abs=1e-12)
+
+
+def test_what_happened_is_marked():
+    trails = trails_of(COMBINATION)
+    assert [mark.kind for mark in trails.marks] == [e.kind for e in COMBINATION.table.events]
+    met = [event for event in COMBINATION.table.events
+           if event.kind in ('ball', 'cluster') and 'cue' in event.balls]
+    assert len(trails.ghosts) == len(met) > 0
+    for ghost, event in zip(trails.ghosts, met, strict=True):
+        gaps = [np.linalg.norm(ghost - COMBINATION.table.balls[name].at(event.time).position)
+                for name in event.balls if name != 'cue']
+        assert min(gaps) == pytest.approx(2 * FROZEN.ball.radius, abs=1e-5)
+    assert trails.end('8') is None  # pocketed
+    assert trails.end('cue') == pytest.approx(COMBINATION.table.rest['cue'])
+    assert EventKind.ROLL in {mark.kind for mark in trails_of(MASSE).marks}
+
+
+def test_a_refused_stroke_moves_nothing():
+    trails = trails_of(predict(FROZEN, Stroke((1, 0, 0), (1, 0, 0))))
+    assert set(trails.balls) == {'cue', '1', '8'}
+    assert not any(trails.pieces(name) for name in trails.balls)
+    assert trails.end('8')[:2] == pytest.approx(FROZEN.balls['8'])
+
+
+def test_endless_motion_is_shown_for_a_while():
+    scene = Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}})
+    run = simulate(scene, {'cue': BallState((0, 0, .028575), (1, 0, 0))})
+    trails = trails_of_run(scene, run)
+    assert trails.until == run.balls['cue'].duration + ENDLESS
+    assert trails.pieces('cue')[-1].times[-1] == trails.until
+
+
+@pytest.mark.parametrize('name', ['pool_table', 'snooker', 'carom'])
+def test_outline_is_where_balls_turn_back(name):
+    """No ball's surface ever gets farther than the polygons of the cushions, at their height."""
+    scene = Scene.load(name)
+    outline = outline_of(scene)
+    assert len(outline.cushions) == (4 if name == 'carom' else 6)
+    half = 0.5 * np.array([scene.table.length, scene.table.width])
+    for polygon in outline.cushions:
+        inside = (np.abs(polygon) < half - 1e-9).all(axis=1)
+        assert not inside.any()
+        assert (np.abs(polygon) <= outline.back + 1e-9).all()
+    assert (outline.frame > outline.back).all()
+    for x, y, radius in outline.holes:
+        assert (np.abs([x, y]) + radius < outline.frame).all()
+
+
+@pytest.mark.parametrize('azimuth', [0.0, 0.25, 1.3, -2.0])
+def test_balls_turn_at_the_outline(azimuth):
+    scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.3, 0.1]}})
+    shot = predict(scene, Stroke.from_offsets(0, 0, 0.2, azimuth, 1.5))
+    bounce = next(e for e in shot.table.events if e.kind == EventKind.CUSHION)
+    x, y, z = bounce.position
+    edges = [(a, b) for polygon in outline_of(scene).cushions
+             for a, b in pairwise(polygon)]
+    height = outline_of(scene).height - z
+    reach = np.sqrt(scene.ball.radius**2 - height**2)
+    assert min(_distance((x, y), a, b) for a, b in edges) == pytest.approx(reach, abs=1e-4)
+
+
+def _distance(point, a, b):
+    part = np.clip((point - a) @ (b - a) / max((b - a) @ (b - a), 1e-30), 0, 1)
+    return np.linalg.norm(a + part * (b - a) - point)
+
+
+def test_colours_of_balls():
+    assert ball_colour('cue') == CUE_BALL
+    assert [ball_colour(str(n)) for n in range(1, 9)] == list(POOL)
+    assert [ball_colour(str(n)) for n in range(9, 16)] == list(POOL[:7])
+    assert [is_striped(name) for name in ('9', '15')] == [True, True]
+    assert not any(is_striped(name) for name in ('8', '16', 'red1'))
+    assert ball_colour('red12') == ball_colour('red')
+    assert ball_colour('16') == ball_colour('Ω') == OTHER
+
+
+def test_lines_have_the_colours_of_motions():
+    drawn('matplotlib', reason='needs matplotlib, an extra')
+    _, axes = table_axes(MASSE.scene)
+    draw_trails(axes, trails_of(MASSE))
+    lines = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    assert lines['flies'] == MOTIONS[Motion.FLIGHT]
+    assert lines['slides'] == MOTIONS[Motion.SLIDE]
+    assert lines['rolls'] == MOTIONS[Motion.ROLL]
+    x, y = next(m for m in axes.get_lines() if m.get_label() == 'begins to roll').get_data()
+    roll = next(e for e in MASSE.trajectory.events if e.kind == EventKind.ROLL)
+    assert (x[0], y[0]) == pytest.approx(roll.position[:2])
+
+
+@pytest.mark.parametrize('shot', [COMBINATION, MASSE])
+def test_file_comes_out(shot, tmp_path):
+    drawn('matplotlib', reason='needs matplotlib, an extra')
+    draw_shot(shot, tmp_path / 'shot.png', 'a shot')
+    assert (tmp_path / 'shot.png').read_bytes().startswith(b'\x89PNG')
+    with pytest.raises(ValueError, match='picture: '):
+        draw_shot(shot, tmp_path / 'no' / 'shot.png')
+
+
+def test_without_matplotlib_it_says_what_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'matplotlib.figure', None)
+    with pytest.raises(ValueError, match=r'pip install .billiard_shot\[plot\]'):
+        draw_shot(MASSE, Path('never.png'))
