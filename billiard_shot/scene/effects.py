@@ -42,6 +42,8 @@ class Effects:
         `off`: balls are smooth when they meet.
     cluster : str
         `off`: bodies in touch meet two by two, one pair after the other.
+    double_hit : str
+        `off`: nobody looks whether the cue, following through, catches the ball again.
 
     """
 
@@ -60,6 +62,7 @@ class Effects:
     ball_ball: str = choice(*_WISHES, default='auto')
     throw: str = choice(*_WISHES, default='auto')
     cluster: str = choice(*_WISHES, default='auto')
+    double_hit: str = choice(*_WISHES, default='auto')
 
     def __post_init__(self) -> None:
         check(self)

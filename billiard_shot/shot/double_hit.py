@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from billiard_shot.table.trajectory import Trajectory
 
 FOLLOW = 0.15  # m
+LONGEST = 1.0  # s: nobody follows through for longer, however slowly
 STEP = 2e-4  # s
 DEEP = 1e-5  # m: what is less is no gap, and no hit
 
@@ -39,7 +40,7 @@ def first_double_hit(
     """
     if speed <= 0.0:
         return None
-    times = np.arange(1, 2 + int(FOLLOW / speed / STEP)) * STEP
+    times = np.arange(1, 2 + int(min(FOLLOW / speed, LONGEST) / STEP)) * STEP
     from_tip = trajectory.at(times).position - tip - np.outer(speed * times, direction)
     along = np.minimum(from_tip @ direction, 0.0)  # behind the tip there is the cue
     gap = np.linalg.norm(from_tip - np.outer(along, direction), axis=1) - radius

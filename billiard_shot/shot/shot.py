@@ -103,7 +103,7 @@ class Shot:
 
         From the end of the strike, to 0.2 ms. Found, not simulated.
         """
-        if self.status.refused:
+        if self.status.refused or self.scene.effects.double_hit == 'off':
             return None
         direction = np.array(self.stroke.velocity) / self.stroke.speed
         normal = np.array(self._row[at.AXES][:3])
@@ -131,6 +131,7 @@ class Shot:
         return ShotLook(
             self.scene, self.velocity, self.spin, self.trajectory, self.table,
             self._together is not None, self.stroke, self._row[at.IMPULSE].reshape(2, 3),
+            self.cue_speed, self.double_hit,
         )
 
     @property

@@ -2,9 +2,12 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
+from billiard_shot.scene import Effects
+from billiard_shot.shot.double_hit import first_double_hit
 
 POOL = dataclasses.replace(Scene.load('pool_table'), table=None)
 R = POOL.ball.radius
@@ -50,3 +53,22 @@ def test_a_refused_stroke_has_none():
                                                 speed=1))
     assert refused.status.refused
     assert refused.double_hit is None
+
+
+def test_it_is_one_of_the_effects():
+    def effect(shot):
+        return next(each for each in shot.effects if each.name == 'double_hit')
+
+    assert effect(shot(0.01)).simulated
+    assert not effect(shot(0.6)).simulated
+    near = shot(0.01)
+    off = predict(dataclasses.replace(near.scene, effects=Effects(double_hit='off')), near.stroke)
+    assert off.double_hit is None
+    assert 'double hit' not in off.message
+    assert (effect(off).simulated, effect(off).wanted) == (False, True)
+    assert effect(off).reason.startswith('the scene turns it off; it would be simulated: the cue')
+
+
+def test_a_cue_that_hardly_moves_is_not_followed_for_ever():
+    there = shot(2.0).trajectory
+    assert first_double_hit(there, R, there.at(0.0).position, np.array([1.0, 0, 0]), 1e-9) is None

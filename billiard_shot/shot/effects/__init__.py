@@ -5,7 +5,7 @@ from typing import Any
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
 from billiard_shot.shot.effects.look import ShotLook
-from billiard_shot.shot.effects.strike import EndMass, TableContact, TipCurvature
+from billiard_shot.shot.effects.strike import DoubleHit, EndMass, TableContact, TipCurvature
 from billiard_shot.shot.model import Model, numbers_of
 from billiard_shot.table.effects import Effect, forced, Gate, report, TABLE_GATES
 
@@ -14,7 +14,7 @@ __all__ = ['Effect', 'GATES', 'ShotLook', 'effects_of', 'effects_of_nothing', 'm
 STRIKE_GATES: tuple[Gate[ShotLook], ...] = (
     TableContact(), TipFriction(), TableFriction(), EndMass(), TipCurvature(),
 )
-GATES: tuple[Gate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES)
+GATES: tuple[Gate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES, DoubleHit())
 
 
 def model_of(scene: Scene) -> Model:

@@ -14,6 +14,8 @@ class ShotLook(Look):
 
     stroke: Stroke
     impulses: NDArray[np.float64]  # (2, 3) N s: of tip and table; normal and two tangential
+    cue_speed: float  # m/s along the stroke, at the end of the strike
+    double_hit: float | None  # s, when the cue catches the ball again
 
     def impulse(self, contact: int) -> NDArray[np.float64]:
         """Normal and two tangential impulses of a contact in the strike (3,) [N s]."""

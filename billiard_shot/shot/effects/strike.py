@@ -1,4 +1,4 @@
-"""What takes part in the strike beside the ball: the table below it, the cue's end and tip."""
+"""What takes part in the strike beside the ball: the table, the cue's end and tip; what follows."""
 import math
 from typing import ClassVar
 
@@ -57,3 +57,19 @@ class TipCurvature(Gate[ShotLook]):
             return Seen(False, 'the axis of the cue goes through the middle of the ball')
         nearer = 1e3 * offset * dome / (radius + dome)
         return Seen(True, f'the tip touches the ball {nearer:.3g} mm nearer to its middle')
+
+
+class DoubleHit(Gate[ShotLook]):
+    """Without, nobody looks whether the cue, following through, catches the ball again."""
+
+    name = 'double_hit'
+    needs = 'the cue, following through, catches the ball again'
+    changes: ClassVar = {}  # it is found afterwards, in the motion
+
+    def seen(self, look: ShotLook) -> Seen:
+        """The motion of the ball decides, and the speed left to the cue."""
+        if look.double_hit is not None:
+            return Seen(True, f'the cue has the ball again at {look.double_hit:.3g} s')
+        if look.cue_speed <= 0.0:
+            return Seen(False, 'the cue does not follow through')
+        return Seen(False, 'the ball stays out of the way of the cue that follows through')
