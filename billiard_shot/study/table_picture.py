@@ -15,7 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.colours import (
+from billiard_shot.study.pictures import save, single_figure
+from billiard_shot.study.trails import CUE, Trails, trails_of
+from billiard_shot.table.colours import (
     ball_colour,
     BLACK,
     GREEN,
@@ -25,10 +27,8 @@ from billiard_shot.study.colours import (
     PURPLE,
     VERMILION,
 )
-from billiard_shot.study.pictures import save, single_figure
-from billiard_shot.study.table_outline import outline_of
-from billiard_shot.study.trails import CUE, Trails, trails_of
 from billiard_shot.table.motion import Motion
+from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
 
 CLOTH, CUSHION, WOOD, HOLE = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'

@@ -1,5 +1,5 @@
 """
-The shape of a table as seen from above, for pictures and for the view in the browser.
+The shape of a table as seen from above, for pictures, RViz and the view in the browser.
 
 Made of the same lines and arcs that balls meet (billiard_shot.table.furniture), not of a drawing
 of its own.

@@ -1,5 +1,5 @@
 """
-Colours of motions and of balls, the same in all pictures and in the view in the browser.
+Colours of motions and of balls, the same in pictures, RViz and the view in the browser.
 
 Those of motions and marks are from the palette of Okabe and Ito (jfly.uni-koeln.de/color), which
 people with any kind of colour vision can tell apart; lines differ in their dashes, too.
