@@ -1,4 +1,4 @@
-"""What takes part in the strike beside the ball: the table, the cue's end and tip; what follows."""
+"""Of the strike: the table below the ball, the end and tip of the cue, and where it follows."""
 import math
 from typing import ClassVar
 
