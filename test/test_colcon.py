@@ -1,0 +1,100 @@
+"""Both packages in a workspace of colcon's, as people who have a ROS 2 build and test them."""
+import importlib.util
+import os
+from pathlib import Path
+import re
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2')
+COLCON = shutil.which('colcon', path=f'{Path(sys.executable).parent}:{os.environ["PATH"]}')
+ROOT = Path(__file__).resolve().parents[1]
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(COLCON is None, reason='needs colcon'),
+    pytest.mark.skipif(not (ROOT / 'package.xml').exists(), reason='needs a source checkout'),
+]
+
+
+@pytest.fixture(scope='module')
+def environment():
+    """Return an environment with the ROS 2 of this interpreter, and a ROS domain of its own."""
+    from domain_coordinator import domain_id
+
+    from billiard_shot.ros.demo import quiet_environment
+    prefix = Path(sys.prefix)
+    with domain_id() as domain:
+        environment = quiet_environment(domain)
+        environment['PATH'] = f'{prefix / "bin"}:{environment["PATH"]}'
+        if (prefix / 'share' / 'rclpy').exists():  # from wheels: they come without a setup.bash
+            environment['AMENT_PREFIX_PATH'] = str(prefix)
+            environment['CMAKE_GENERATOR'] = 'Ninja'
+        yield environment
+
+
+@pytest.fixture(scope='module')
+def workspace(tmp_path_factory, environment):
+    """Return a folder with a clean copy of the sources, built."""
+    folder = tmp_path_factory.mktemp('colcon') / 'sources'
+    shutil.copytree(ROOT, folder, ignore=shutil.ignore_patterns(
+        '.*', 'build', 'install', 'log', 'dist', '*.egg-info', '__pycache__'))
+    said = run(folder, environment, COLCON, 'build', '--base-paths', '.', 'msg_defs',
+               '--cmake-args', '-DBUILD_TESTING=OFF', f'-DPython3_EXECUTABLE={sys.executable}')
+    assert '2 packages finished' in said
+    return folder
+
+
+def run(folder, environment, *command):
+    done = subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f'{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}'
+    return done.stdout + done.stderr
+
+
+def sourced(environment):
+    """Return what goes before a command, so that it sees what has been built."""
+    return environment | {'BASH_ENV': 'install/setup.bash'}
+
+
+def test_what_ros2_run_and_launch_look_for_is_there(workspace):
+    install = workspace / 'install' / 'billiard_shot'
+    nodes = {path.name for path in (install / 'lib' / 'billiard_shot').iterdir()}
+    assert nodes >= {'predictor', 'cue_driver', 'cue_sim', 'table_sim', 'billiard-shot'}
+    share = install / 'share'
+    assert (share / 'ament_index/resource_index/packages/billiard_shot').exists()
+    for file in ('package.xml', 'launch/shot.launch.py', 'config/predictor.yaml',
+                 'config/scenes/paper.yaml'):
+        assert (share / 'billiard_shot' / file).is_file()
+    messages = workspace / 'install' / 'billiard_shot_msgs' / 'share' / 'billiard_shot_msgs'
+    assert (messages / 'srv' / 'PredictShot.srv').is_file()
+
+
+def test_a_node_runs_from_the_workspace(workspace, environment):
+    """With the interfaces that colcon built, not those of the virtual environment."""
+    said = run(workspace, sourced(environment), 'bash', '-c',
+               f'{sys.executable} -c "import billiard_shot_msgs as m; print(m.__file__)"')
+    assert said.startswith(str(workspace / 'install'))
+    node = subprocess.Popen(
+        ['bash', '-c', 'exec install/billiard_shot/lib/billiard_shot/predictor'],
+        cwd=workspace, env=sourced(environment), stderr=subprocess.STDOUT,
+        stdout=subprocess.PIPE, text=True)
+    try:
+        assert any('ready: service /predict_shot' in line for line in node.stdout)
+    finally:
+        node.send_signal(signal.SIGINT)
+        assert node.wait(timeout=10) == 0
+        node.stdout.close()
+
+
+@pytest.mark.skipif(importlib.util.find_spec('colcon_test_result') is None,
+                    reason='needs colcon-test-result')
+def test_colcon_test_finds_the_tests(workspace, environment):
+    """A few of them: how they go is what all other files here say."""
+    run(workspace, environment, COLCON, 'test', '--base-paths', '.', 'msg_defs',
+        '--packages-select', 'billiard_shot', '--pytest-args', 'test/scene/test_rack.py')
+    said = run(workspace, environment, COLCON, 'test-result', '--all')
+    assert re.search(r'^Summary: [1-9]\d* tests, 0 errors, 0 failures', said, re.MULTILINE), said
