@@ -62,6 +62,7 @@ setup(
             'cue_driver = billiard_shot.ros.cue_driver:main',
             'cue_sim = billiard_shot.ros.cue_sim:main',
             'table_sim = billiard_shot.ros.table_sim:main',
+            'table_display = billiard_shot.ros.table_display:main',
         ],
     },
 )

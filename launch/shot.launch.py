@@ -5,6 +5,7 @@ Arguments
     `params_dir`: folder with a YAML file of parameters per node, default config/ of this package.
     `scene`: name or path of a scene; where given, it wins over the files.
     `simulate`: true starts a simulated mechanism and a simulated table too.
+    `rviz`: true starts RViz with a view of the table, the balls, the stroke and what comes of it.
     `autostart`: true configures and activates the cue_driver; false leaves that to somebody else.
 """
 from launch import LaunchDescription
@@ -25,12 +26,16 @@ def nodes(context):
         return Node(package='billiard_shot', executable=name, output='screen',
                     parameters=[file, *parameters], **options)
 
+    view = PathJoinSubstitution([FindPackageShare('billiard_shot'), 'rviz', 'shot.rviz'])
     simulated = {'condition': IfCondition(LaunchConfiguration('simulate'))}
     return [
         node('predictor', *scenes),
+        node('table_display', *scenes),
         node('cue_driver', *scenes, {'autostart': autostart}),
         node('cue_sim', **simulated),
         node('table_sim', *scenes, **simulated),
+        Node(package='rviz2', executable='rviz2', output='screen', arguments=['-d', view],
+             condition=IfCondition(LaunchConfiguration('rviz'))),
     ]
 
 
@@ -43,6 +48,7 @@ def generate_launch_description():
             'scene', default_value='', description='Scene, name or path; empty: as in the files'),
         DeclareLaunchArgument(
             'simulate', default_value='false', description='Simulated mechanism and table'),
+        DeclareLaunchArgument('rviz', default_value='false', description='Start RViz'),
         DeclareLaunchArgument(
             'autostart', default_value='true', description='Activate the cue_driver'),
         OpaqueFunction(function=nodes),

@@ -108,7 +108,7 @@ def test_source_files_are_those_of_an_ament_python_package():
 
 
 def test_every_node_can_be_run():
-    """`ros2 run billiard_shot NODE`, for every file of parameters that the launch file may give."""
+    """`ros2 run billiard_shot NODE`, for every file of parameters that the launch file gives."""
     scripts = (ROOT / 'setup.py').read_text()
     nodes = [file.stem for file in (ROOT / 'config').glob('*.yaml')
              if 'ros__parameters' in file.read_text()]
@@ -141,7 +141,7 @@ def test_source_archive_has_all_that_tests_and_docs_need(built):
     with tarfile.open(next(built.glob('*.tar.gz'))) as opened:
         names = {name.partition('/')[2] for name in opened.getnames()}
     assert names >= {'LICENSE', 'README.md', 'CHANGELOG.rst', 'CONTRIBUTING.md', 'Makefile',
-                     'config/scenes/paper.yaml', 'config/setup.sh', 'docs/conf.py',
+                     'config/scenes/paper.yaml', 'config/setup.sh',
                      'msg_defs/srv/PredictShot.srv', 'test/conftest.py', 'test/ros/conftest.py'}
     assert not [name for name in names if '__pycache__' in name or name.startswith('.venv')]
 

@@ -1,34 +1,41 @@
-"""A predicted trajectory as RViz shows it: a path, and markers coloured by what the ball does."""
+"""Shots as RViz and Foxglove show them: the cue, ways of balls by motion, a path with times."""
+from collections.abc import Sequence
+
 from billiard_shot_msgs.msg import BallTrajectory
 from builtin_interfaces.msg import Time as Stamp
-from geometry_msgs.msg import Point, PoseStamped, Vector3
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.time import Time
-from std_msgs.msg import ColorRGBA, Header
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from billiard_shot.ros.conversions import FRAME, vectors
-
-COLOURS = {
-    BallTrajectory.REST: ColorRGBA(r=0.6, g=0.6, b=0.6, a=1.0),
-    BallTrajectory.SLIDE: ColorRGBA(r=0.9, g=0.4, b=0.1, a=1.0),
-    BallTrajectory.ROLL: ColorRGBA(r=0.1, g=0.7, b=0.2, a=1.0),
-    BallTrajectory.SPIN: ColorRGBA(r=0.6, g=0.3, b=0.8, a=1.0),
-    BallTrajectory.FLIGHT: ColorRGBA(r=0.1, g=0.5, b=0.9, a=1.0),
-    BallTrajectory.POCKETED: ColorRGBA(r=0.1, g=0.1, b=0.1, a=1.0),
-    BallTrajectory.OFF_TABLE: ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0),
-}
+from billiard_shot import Motion, Shot, Trajectory
+from billiard_shot.ros import markers
+from billiard_shot.ros.conversions import CUE_BALL, FRAME, vectors
+from billiard_shot.shot.clearance import BUTT
+from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
 LAST_SECOND = 2**31 - 1
 """Largest second that fits into a stamp; a shot absurd enough may last beyond it."""
+
+CURVED = 17
+"""Points of a segment that is curved; a ball that rolls goes straight."""
+
+CUE, LENGTH, WIDTH = '#c8955c', 0.5, 0.0065
+"""Colour of the cue; length and half its width [m] where the scene does not know its shape."""
+
+FAINT = 0.3
+"""Opacity of what is not there any more, or is second best."""
 
 
 def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
     """Path whose poses carry the times of the samples, as if the strike ended at `stamp`."""
     start = Time.from_msg(stamp).nanoseconds
     path = Path(header=Header(frame_id=FRAME, stamp=stamp))
-    for time, point in zip(trajectory.times, _points(trajectory), strict=True):
+    points = markers.points_of(vectors(trajectory.positions))
+    for time, point in zip(trajectory.times, points, strict=True):
         pose = PoseStamped()
         pose.header.frame_id = FRAME
         nanoseconds = min(start + round(min(time, LAST_SECOND) * 1e9), LAST_SECOND * 10**9)
@@ -38,30 +45,71 @@ def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
     return path
 
 
-def markers_of(trajectory: BallTrajectory, radius: float, stamp: Stamp) -> MarkerArray:
-    """Line of the ball's centre, and the ball (radius in metres) where it starts and rests."""
-    points = _points(trajectory)
-    line = _marker('trajectory', 0, Marker.LINE_STRIP, stamp)
-    line.scale.x = 0.2 * radius
-    line.points = points
-    line.colors = [COLOURS[motion] for motion in trajectory.motion]
-    balls = []
-    for number, (point, opacity) in enumerate(((points[0], 0.4), (points[-1], 1.0))):
-        ball = _marker('ball', number, Marker.SPHERE, stamp)
-        ball.pose.position = point
-        ball.scale = Vector3(x=2 * radius, y=2 * radius, z=2 * radius)
-        ball.color = ColorRGBA(r=1.0, g=1.0, b=0.95, a=opacity)
-        balls.append(ball)
-    return MarkerArray(markers=[line, *balls])
+def shot_markers(shot: Shot, stamp: Stamp) -> MarkerArray:
+    """The cue as it meets the ball, the way of every ball that moves, faint where it began."""
+    return markers.array_of(_shot(shot, 1.0), stamp)
 
 
-def _marker(namespace: str, number: int, kind: int, stamp: Stamp) -> Marker:
-    marker = Marker(ns=namespace, id=number, type=kind, action=Marker.ADD)
-    marker.header = Header(frame_id=FRAME, stamp=stamp)
-    marker.pose.orientation.w = 1.0
-    return marker
+def plan_markers(shots: Sequence[Shot], labels: Sequence[str], stamp: Stamp) -> MarkerArray:
+    """
+    Planned shots, the best one first: it as `shot_markers` shows it, the others faint.
+
+    Parameters
+    ----------
+    shots : sequence of Shot
+        What the planned strokes do.
+    labels : sequence of str
+        A line of text for each, shown where the cue starts, such as its chance of success.
+    stamp : Stamp
+
+    """
+    shown = []
+    for rank, (shot, text) in enumerate(zip(shots, labels, strict=True)):
+        opacity = FAINT if rank else 1.0
+        shown += _shot(shot, opacity)
+        shown.append(markers.label(
+            text, _ends(shot)[1], 2 * shot.scene.ball.radius, markers.colour(CUE, opacity)))
+    return markers.array_of(shown, stamp)
 
 
-def _points(trajectory: BallTrajectory) -> list[Point]:
-    positions: np.ndarray = vectors(trajectory.positions)
-    return [Point(x=x, y=y, z=z) for x, y, z in positions.tolist()]
+def _shot(shot: Shot, opacity: float) -> list[Marker]:
+    radius = shot.scene.ball.radius
+    cue = shot.scene.cue
+    radii = (cue.tip_radius, BUTT) if cue.length else (WIDTH, WIDTH)
+    shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE, opacity))]
+    balls = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
+    for name, trajectory in balls.items():
+        if trajectory.duration == 0.0:
+            continue
+        points, motions = _way(trajectory)
+        shown += [
+            markers.line('paths', points, 0.2 * radius,
+                         [markers.colour(MOTIONS.get(Motion(motion), GREY), opacity)
+                          for motion in motions]),
+            markers.ball('starts', points[0], radius,
+                         markers.colour(ball_colour(name), FAINT * opacity)),
+        ]
+        if trajectory.at(trajectory.duration).motion not in (Motion.POCKETED, Motion.OFF_TABLE):
+            shown.append(markers.ball(
+                'ends', points[-1], radius, markers.colour(ball_colour(name), opacity)))
+    return shown
+
+
+def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both ends of the cue as it meets the ball [m]."""
+    along = np.array(shot.stroke.velocity) / shot.stroke.speed
+    centre = shot.trajectory.at(0.0).position
+    tip = centre + shot.scene.ball.radius * np.array(shot.stroke.normal)
+    return tip, tip - (shot.scene.cue.length or LENGTH) * along
+
+
+def _way(trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Points (n, 3) [m] of a trajectory until it rests or does the same for ever, and motions."""
+    times, motions = [0.0], [int(trajectory.at(0.0).motion)]
+    for segment in trajectory.segments:
+        if segment.start >= trajectory.duration:
+            break
+        count = 2 if segment.motion is Motion.ROLL else CURVED
+        times += np.linspace(segment.start, segment.end, count).tolist()
+        motions += count * [int(segment.motion)]
+    return trajectory.at(times).position, np.array(motions, np.uint8)

@@ -1,14 +1,14 @@
 """The node `predictor`: answers what a stroke does to the ball, and shows the last answer."""
 from collections.abc import Sequence
 
-from billiard_shot_msgs.msg import BallTrajectory, TableState
+from billiard_shot_msgs.msg import TableState
 from billiard_shot_msgs.srv import PredictShot
 from nav_msgs.msg import Path
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
-from billiard_shot import predict, Scene
+from billiard_shot import predict, Scene, Shot
 from billiard_shot.ros import conversions, display, parameters
 from billiard_shot.ros.running import LATCHED, run, warm_up
 
@@ -20,8 +20,9 @@ class Predictor(Node):
     """
     Node with the service `predict_shot` (billiard_shot_msgs/srv/PredictShot).
 
-    Publishes the last trajectory, latched, from a timer and after the answer, on `~/path`
-    (nav_msgs/msg/Path) and `~/markers` (visualization_msgs/msg/MarkerArray). Subscribes to
+    Publishes the last shot, latched, from a timer and after the answer: the cue ball's path on
+    `~/path` (nav_msgs/msg/Path), the cue and all balls that move on `~/markers`
+    (visualization_msgs/msg/MarkerArray). Subscribes to
     `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
     `use_table_state`. Its parameters are `parameters.PREDICTOR`.
     """
@@ -32,7 +33,7 @@ class Predictor(Node):
         self.add_post_set_parameters_callback(lambda _: self._configure())
         self._configure()
         self._table: TableState | None = None
-        self._shown: BallTrajectory | None = None
+        self._shown: tuple[Shot, PredictShot.Response] | None = None
 
         self._path = self.create_publisher(Path, '~/path', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
@@ -65,7 +66,7 @@ class Predictor(Node):
             self._scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
-            self._shown = response.trajectory
+            self._shown = shot, response
             # The executor sends the answer when this callback returns, and only then gets to the
             # timer. One that already runs is left alone, or a stream of requests would hold it up.
             if self._show_timer.is_canceled():
@@ -75,9 +76,9 @@ class Predictor(Node):
     def _show(self) -> None:
         self._show_timer.cancel()
         stamp = self.get_clock().now().to_msg()
-        self._path.publish(display.path_of(self._shown, stamp))
-        self._markers.publish(
-            display.markers_of(self._shown, self._scene.ball.radius, stamp))
+        shot, response = self._shown
+        self._path.publish(display.path_of(response.trajectory, stamp))
+        self._markers.publish(display.shot_markers(shot, stamp))
 
 
 def main(args: Sequence[str] | None = None) -> None:

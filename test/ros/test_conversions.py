@@ -18,7 +18,6 @@ from billiard_shot.ros.client import PAPER_SHOTS, request_for
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.stroke_file import read_strokes
-from billiard_shot.table.motion import Motion
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
@@ -99,7 +98,3 @@ def test_the_answer_lists_every_effect_and_why():
     assert effects['end_mass'].reason == 'the cue is guided: its tip cannot move sideways'
     assert not effects['flight'].simulated
     assert effects['flight'].reason.startswith('the scene turns it off; it would be simulated: ')
-
-
-def test_every_motion_has_a_colour():
-    assert set(display.COLOURS) == {int(motion) for motion in Motion}

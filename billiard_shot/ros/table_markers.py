@@ -1,0 +1,73 @@
+"""A table and its balls as RViz and Foxglove show them, in the sizes that the library plays."""
+from collections.abc import Mapping
+
+from billiard_shot_msgs.msg import TableState
+from builtin_interfaces.msg import Time as Stamp
+import numpy as np
+from numpy.typing import NDArray
+from visualization_msgs.msg import Marker, MarkerArray
+
+from billiard_shot.ros import markers
+from billiard_shot.scene import Scene
+from billiard_shot.table.colours import ball_colour
+from billiard_shot.table.outline import outline_of
+
+CLOTH, CUSHION, WOOD, HOLE, TEXT = '#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff'
+THICKNESS = 0.03  # m, of the bed
+ENDLESS = 8.0  # m, side of the square that stands for a cloth without end
+LIFT = 5e-4  # m by which what lies on something else is drawn above it
+
+Places = Mapping[str, tuple[float, float, float]]
+
+
+def furniture_markers(scene: Scene, stamp: Stamp) -> MarkerArray:
+    """Bed, cushions, rails and pockets; of a scene without a table, a piece of its cloth."""
+    if scene.table is None:
+        half = np.full(2, 0.5 * ENDLESS)
+        return markers.array_of([_slab('bed', half, 0.0, CLOTH)], stamp)
+    outline = outline_of(scene)
+    shown = [
+        _slab('bed', outline.back, 0.0, CLOTH),
+        _slab('frame', outline.frame, -LIFT, WOOD),
+        markers.prisms('cushions', outline.cushions, 0.0, outline.height,
+                       markers.colour(CUSHION)),
+        markers.prisms('rails', [_rail(cushion, outline.back, outline.frame)
+                                 for cushion in outline.cushions],
+                       0.0, outline.height, markers.colour(WOOD)),
+    ]
+    for x, y, radius in outline.holes.tolist():
+        shown.append(markers.disc('pockets', (x, y, 0.0), radius, 2 * LIFT,
+                                  markers.colour(HOLE)))
+    return markers.array_of(shown, stamp)
+
+
+def ball_markers(balls: Places, radius: float, stamp: Stamp) -> MarkerArray:
+    """Balls, their centres (x, y, z) [m], with their names above them."""
+    shown = []
+    for name, (x, y, z) in balls.items():
+        shown += [markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
+                  markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT))]
+    return markers.array_of(shown, stamp)
+
+
+def places_of(table: TableState, radius: float) -> Places:
+    """Centres of the balls that are on the table [m]; z = 0 stands for one that rests on it."""
+    return {
+        ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)
+        for ball in table.balls if not ball.pocketed}
+
+
+def _slab(namespace: str, half: NDArray[np.float64], top: float, code: str) -> Marker:
+    x, y = half
+    return markers.box(
+        namespace, (-x, -y, top - THICKNESS), (x, y, top), markers.colour(code))
+
+
+def _rail(
+    cushion: NDArray[np.float64], back: NDArray[np.float64], frame: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Outline (4, 2) of the wood behind a cushion, as far as the frame reaches."""
+    ends = cushion[[0, -1]]
+    side = np.isclose(np.abs(ends), back).all(axis=0)  # the axis along which it is at the back
+    beyond = np.where(side, np.sign(ends) * frame, ends)
+    return np.concatenate([ends, beyond[::-1]])

@@ -1,0 +1,240 @@
+"""What RViz and Foxglove get to see: the sizes of the scene, over the real middleware."""
+from pathlib import Path
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.msg import BallState, TableState
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+import rclpy
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from visualization_msgs.msg import Marker, MarkerArray
+import yaml
+
+from billiard_shot import Motion, predict, Scene, Stroke
+from billiard_shot.ros import display, markers, table_markers
+from billiard_shot.ros.client import PAPER_SHOTS
+from billiard_shot.table.colours import ball_colour, MOTIONS
+
+ROOT = Path(__file__).resolve().parents[2]
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+NOW = Time(sec=3)
+TABLE = Scene.load('pool_table')
+NINE = Scene.load('nine_ball')
+COMBINATION = Scene.load('frozen_combination')
+
+
+def named(array, namespace):
+    return [marker for marker in array.markers if marker.ns == namespace]
+
+
+def corners(marker):
+    return np.array([[point.x, point.y, point.z] for point in marker.points])
+
+
+def centre(marker):
+    position = marker.pose.position
+    return np.array([position.x, position.y, position.z])
+
+
+def size(marker):
+    return np.array([marker.scale.x, marker.scale.y, marker.scale.z])
+
+
+def drawn(array):
+    """Check what every array must be, and return what is drawn."""
+    first, *rest = array.markers
+    assert first.action == Marker.DELETEALL, 'what was there before goes'
+    assert {marker.header.frame_id for marker in array.markers} == {'table'}
+    names = [(marker.ns, marker.id) for marker in rest]
+    assert len(set(names)) == len(names), 'or one would replace the other'
+    for marker in rest:
+        assert marker.color.a > 0.0
+        assert marker.pose.orientation.w == 1.0
+        assert len(marker.colors) in (0, len(marker.points))
+        assert np.isfinite(corners(marker)).all()
+        if marker.type == Marker.TRIANGLE_LIST:
+            assert len(marker.points) % 3 == 0
+    return rest
+
+
+def check_table(array, scene):
+    drawn(array)
+    nose, depth = scene.ball.radius * 2 * scene.table.cushion.height, scene.table.cushion.depth
+    half = 0.5 * np.array([scene.table.length, scene.table.width])
+    bed, = named(array, 'bed')
+    np.testing.assert_allclose(size(bed)[:2], 2 * (half + depth))
+    assert centre(bed)[2] + size(bed)[2] / 2 == pytest.approx(0.0), 'the cloth is at z = 0'
+    cushions, = named(array, 'cushions')
+    points = corners(cushions)
+    for axis in 0, 1:
+        assert np.abs(points[:, axis]).max() == pytest.approx(half[axis] + depth)
+    inside = (np.abs(points[:, :2]) < half - 1e-9).all(axis=1)
+    assert not inside.any(), 'no cushion reaches over the bed'
+    np.testing.assert_allclose(np.unique(points[:, 2].round(12)), (0.0, nose), atol=1e-12)
+    pockets = named(array, 'pockets')
+    assert len(pockets) == (6 if scene.table.pockets else 0)
+    for pocket in pockets:
+        kind = scene.table.side if centre(pocket)[0] == 0.0 else scene.table.corner
+        assert size(pocket)[0] == size(pocket)[1] == 2 * kind.radius
+
+
+@pytest.mark.parametrize('name', ['pool_table', 'snooker', 'carom'])
+def test_furniture_has_the_sizes_of_the_scene(name):
+    check_table(table_markers.furniture_markers(Scene.load(name), NOW), Scene.load(name))
+
+
+def test_cloth_without_end_is_a_cloth():
+    bed, = drawn(table_markers.furniture_markers(Scene.load('pool'), NOW))
+    assert bed.ns == 'bed'
+
+
+def test_balls_lie_where_they_do_in_their_colours():
+    state = TableState(balls=[
+        BallState(id='cue', position=Point(x=0.1, y=0.2)),
+        BallState(id='3', position=Point(x=-0.4, y=0.0, z=0.2)),
+        BallState(id='8', pocketed=True)])
+    array = table_markers.ball_markers(table_markers.places_of(state, 0.028), 0.028, NOW)
+    drawn(array)
+    balls = named(array, 'balls')
+    np.testing.assert_allclose([centre(ball) for ball in balls],
+                               [(0.1, 0.2, 0.028), (-0.4, 0.0, 0.2)])
+    assert [label.text for label in named(array, 'labels')] == ['cue', '3']
+    for ball, name in zip(balls, ('cue', '3'), strict=True):
+        np.testing.assert_allclose(size(ball), 0.056)
+        assert ball.color == markers.colour(ball_colour(name))
+
+
+def test_a_shot_shows_the_cue_and_every_ball_that_moves():
+    there = np.subtract(COMBINATION.balls['1'], COMBINATION.cue_ball[:2])
+    stroke = Stroke.from_offsets(
+        a=0.1, b=0.2, elevation=0.1, azimuth=np.arctan2(there[1], there[0]), speed=2.0)
+    shot = predict(COMBINATION, stroke)
+    array = display.shot_markers(shot, NOW)
+    drawn(array)
+    moving = {name: each for name, each in shot.table.balls.items() if each.duration > 0.0}
+    assert len(moving) > 1
+    paths = named(array, 'paths')
+    assert len(paths) == len(named(array, 'starts')) == len(moving)
+    assert len(named(array, 'ends')) == len(set(moving) - set(shot.table.pocketed))
+    for path, trajectory in zip(paths, moving.values(), strict=True):
+        points = corners(path)
+        np.testing.assert_allclose(points[0], trajectory.at(0.0).position)
+        np.testing.assert_allclose(points[-1], trajectory.rest)
+        seen = {(each.r, each.g, each.b) for each in path.colors}
+        assert len(seen) == len({segment.motion for segment in trajectory.segments
+                                 if segment.start < trajectory.duration})
+    cue, = named(array, 'cue')
+    ends = corners(cue)
+    along = np.array(stroke.velocity) / stroke.speed
+    length = COMBINATION.cue.length
+    tip = np.array(COMBINATION.cue_ball) + COMBINATION.ball.radius * np.array(stroke.normal)
+    np.testing.assert_allclose(np.ptp((ends - tip) @ along), length)
+    aside = (ends - tip) - np.outer((ends - tip) @ along, along)
+    assert np.linalg.norm(aside, axis=1).min() == pytest.approx(COMBINATION.cue.tip_radius)
+
+
+def test_a_line_goes_where_the_ball_does():
+    """Between two points of it the massé is no farther from its line than a millimetre."""
+    shot = predict(Scene.load('paper'), Stroke(*PAPER_SHOTS['massé']))
+    line = corners(named(display.shot_markers(shot, NOW), 'paths')[0])
+    a, b = line[:-1], line[1:]
+    for time in np.linspace(0.0, shot.trajectory.duration, 500):
+        point = shot.trajectory.at(time).position
+        t = ((point - a) * (b - a)).sum(axis=1) / np.maximum(((b - a)**2).sum(axis=1), 1e-30)
+        nearest = a + np.clip(t, 0.0, 1.0)[:, np.newaxis] * (b - a)
+        assert np.linalg.norm(nearest - point, axis=1).min() < 1e-3
+
+
+def test_a_plan_shows_the_best_stroke_best():
+    strokes = [Stroke.from_offsets(a=0.0, b=0.2, elevation=0.1, azimuth=azimuth, speed=2.0)
+               for azimuth in (0.2, 0.21, 0.25)]
+    shots = [predict(COMBINATION, stroke) for stroke in strokes]
+    array = display.plan_markers(shots, ['91 %', '80 %', '40 %'], NOW)
+    drawn(array)
+    cues = named(array, 'cue')
+    assert [cue.color.a for cue in cues] == pytest.approx([1.0, 0.3, 0.3])
+    assert [label.text for label in named(array, 'labels')] == ['91 %', '80 %', '40 %']
+    nothing = display.plan_markers([], [], NOW)
+    assert drawn(nothing) == [], 'no plan: what was shown goes'
+
+
+def test_every_motion_on_the_way_has_a_colour_of_its_own():
+    ways = {motion for motion in Motion
+            if motion not in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)}
+    assert set(MOTIONS) == ways
+    assert len(set(MOTIONS.values())) == len(ways)
+
+
+# --- over the middleware ------------------------------------------------------------------------
+
+def arrives(node, topic, condition=bool, seconds=60.0):
+    """Return the first message on a latched topic for which a condition is true."""
+    arrived = []
+    subscription = node.create_subscription(MarkerArray, topic, arrived.append, LATCHED)
+    deadline = node.get_clock().now().nanoseconds + seconds * 1e9
+    try:
+        while node.get_clock().now().nanoseconds < deadline:
+            rclpy.spin_once(node, timeout_sec=0.05)
+            for message in arrived:
+                if condition(message):
+                    return message
+            arrived.clear()
+    finally:
+        node.destroy_subscription(subscription)
+    raise AssertionError(f'{topic}: nothing like that came')
+
+
+def test_latched_markers_have_the_sizes_of_the_scene(launch, node):
+    launch('table_display', '-p', 'scene:=nine_ball', '-r', '__ns:=/shown')
+    check_table(arrives(node, '/shown/table_display/table'), NINE)
+    balls = named(arrives(node, '/shown/table_display/balls'), 'balls')
+    assert len(balls) == 10
+    np.testing.assert_allclose(sorted(centre(ball)[0] for ball in balls),
+                               sorted(x for x, _ in NINE.balls.values()))
+
+    publisher = node.create_publisher(TableState, '/shown/table_state', LATCHED)
+    publisher.publish(TableState(balls=[BallState(id='9', position=Point(x=0.25))]))
+    moved = arrives(node, '/shown/table_display/balls',
+                    lambda message: len(named(message, 'balls')) == 1)
+    assert centre(named(moved, 'balls')[0])[0] == 0.25
+    node.destroy_publisher(publisher)
+
+
+def test_another_scene_is_shown_once_it_is_set(launch, node):
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    from billiard_shot.ros.client import call
+    launch('table_display', '-r', '__ns:=/other')
+    client = node.create_client(SetParameters, '/other/table_display/set_parameters')
+    assert client.wait_for_service(timeout_sec=60.0)
+
+    def answer(scene):
+        setting = Parameter('scene', value=scene).to_parameter_msg()
+        return call(node, client, SetParameters.Request(parameters=[setting])).results[0]
+
+    assert not answer('no_such_scene').successful
+    assert answer('snooker').successful
+    shown = arrives(node, '/other/table_display/table', lambda message: named(message, 'pockets'))
+    check_table(shown, Scene.load('snooker'))
+
+
+def test_rviz_listens_to_what_the_nodes_publish():
+    """rviz/shot.rviz: classes that RViz has, topics as latched as their publishers."""
+    config = yaml.safe_load((ROOT / 'rviz' / 'shot.rviz').read_text())['Visualization Manager']
+    assert config['Global Options']['Fixed Frame'] == 'table'
+    shown = {each['Topic']['Value']: each for each in config['Displays'] if 'Topic' in each}
+    for each in shown.values():
+        assert each['Topic']['Durability Policy'] == 'Transient Local'
+        assert each['Topic']['Reliability Policy'] == 'Reliable'
+    nodes = (ROOT / 'billiard_shot' / 'ros').glob('*.py')
+    published = {
+        f'/{file.stem}/{topic}' for file in nodes for topic in re.findall(
+            r"create_publisher\((?:MarkerArray|Path), '~/(\w+)', LATCHED\)", file.read_text())}
+    assert published <= set(shown)
+    assert set(shown) - published <= {'/planner/markers'}
