@@ -13,7 +13,7 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict', 'scene', 'effects', 'accuracy', 'laws', 'paper', 'hard-cases')
+COMMANDS = ('predict', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper', 'hard-cases')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,8 +9,11 @@ import billiard_shot
 from billiard_shot import Scene, Shot
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+from billiard_shot.study.history_picture import draw_history
 from billiard_shot.study.pictures import require_matplotlib
+from billiard_shot.study.strike_picture import draw_strike
 from billiard_shot.study.table_picture import draw_shot
+from billiard_shot.study.trails import trails_of
 
 HELP = 'what a stroke does to the cue ball'
 
@@ -21,14 +24,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--tolerance', type=float, default=1e-4, metavar='M',
                         help='largest error of the trajectory in metres (%(default)g)')
     parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
-    parser.add_argument('--picture', type=Path, metavar='FILE.png',
-                        help='draw the table from above; of several strokes, FILE-NAME.png each')
+    for name, text in (('picture', 'the table from above'),
+                       ('history', 'speed, spin and energy over time'),
+                       ('close-up', 'the strike: forces, friction, slip and energy')):
+        parser.add_argument(f'--{name}', type=Path, metavar='FILE.png',
+                            help=f'draw {text}; of several strokes, FILE-NAME.png each')
     add_stroke_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Predict and print; 1 if a stroke was refused."""
-    if options.picture:
+    if options.picture or options.history or options.close_up:
         require_matplotlib()  # before the work, not after it
     scene = Scene.load(options.scene)
     strokes = strokes_of(options, scene)
@@ -39,18 +45,26 @@ def run(options: argparse.Namespace) -> int:
             print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
     else:
         print(_as_table(shots))
-    if options.picture:
-        _draw(shots, options.picture)
+    for name, shot in shots.items():
+        _draw(shot, options, f'-{name}' if len(shots) > 1 else '')
     for name, shot in shots.items():
         if shot.status.refused:
             print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
 
 
-def _draw(shots: dict[str, Shot], path: Path) -> None:
-    for name, shot in shots.items():
-        file = path if len(shots) == 1 else path.with_stem(f'{path.stem}-{name}')
-        draw_shot(shot, file, f'{shot.status.name}: {shot.message}')
+def _draw(shot: Shot, options: argparse.Namespace, suffix: str) -> None:
+    """Draw what is asked for; no strike of a stroke that was refused."""
+    def file(path: Path) -> Path:
+        return path.with_stem(path.stem + suffix)
+
+    title = f'{shot.status.name}: {shot.message}'
+    if options.picture:
+        draw_shot(shot, file(options.picture), title)
+    if options.history and not shot.status.refused:
+        draw_history(trails_of(shot), file(options.history), title)
+    if options.close_up and not shot.status.refused:
+        draw_strike(shot, file(options.close_up), title)
 
 
 def _as_json(name: str, shot: Shot) -> dict[str, Any]:

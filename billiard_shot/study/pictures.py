@@ -1,4 +1,5 @@
 """Pictures need matplotlib, an extra: it is imported when the first one is drawn."""
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +46,16 @@ def single_figure(width: float, height: float) -> tuple[Any, Any]:
     """Make a figure of a size [inches] with one pair of axes; as `new_figure`."""
     figure, axes = new_figure(1, width, height)
     return figure, axes[0]
+
+
+def rows_figure(heights: Sequence[float], width: float) -> tuple[Any, list[Any]]:
+    """Make a figure of axes below each other that share x; sizes in inches; as `new_figure`."""
+    require_matplotlib()
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, sum(heights)), layout='constrained')
+    axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    return figure, list(axes)
 
 
 def save(figure: Any, path: Path) -> None:

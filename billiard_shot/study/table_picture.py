@@ -173,6 +173,10 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
     x, y, _ = np.asarray(stroke.velocity) / stroke.speed
     tip = np.asarray(place, float)[:2] + scene.ball.radius * np.array(stroke.normal[:2])
     length = (scene.cue.length or 1.4) * math.hypot(x, y)
+    axes.plot(*tip, 'o', color=CUE_COLOUR, markersize=3, markeredgecolor='black',
+              markeredgewidth=0.4, zorder=6.1)
+    if length < scene.ball.radius:
+        return  # upright: from above, all of it is there
     butt = tip - length * _unit(x, y)
     aside = np.array([-1.0, 1.0]) * _unit(x, y)[::-1]
     wide = np.array([0.0065, 0.0145])  # m, half the width of a usual cue at its ends
@@ -180,8 +184,6 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
                tip - wide[0] * aside]
     axes.add_patch(Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4,
                            zorder=6))
-    axes.plot(*tip, 'o', color=CUE_COLOUR, markersize=3, markeredgecolor='black',
-              markeredgewidth=0.4, zorder=6.1)
 
 
 def add_legend(figure: Any, axes: Any) -> None:
@@ -226,5 +228,4 @@ def _points(trails: Trails) -> NDArray[np.float64]:
 
 
 def _unit(x: float, y: float) -> NDArray[np.float64]:
-    size = math.hypot(x, y)
-    return np.array([x, y]) / size if size > 1e-9 else np.array([1.0, 0.0])
+    return np.array([x, y]) / math.hypot(x, y)

@@ -1,0 +1,164 @@
+"""
+A collision watched while it goes on: velocities, forces, impulses and energies over its time.
+
+The solver goes from event to event in steps that are polynomials in time, and keeps none of them.
+Here the same solver runs in plain Python, thousands of times as slow, and every step is sampled
+before it is taken. Nothing is integrated anew, and the solver knows nothing of it.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import pairwise
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact import kernel, walk
+from billiard_shot.impact.advance import advance
+from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.laws import elastic_energy, LAWS
+from billiard_shot.impact.state import INACTIVE, State
+from billiard_shot.shot.contacts import approach_of, levers, response_of
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.shot import Shot
+from billiard_shot.study.collisions import Collision
+
+Vector = NDArray[np.float64]
+SAMPLES = 24  # of a step, beside its ends
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """
+    A collision of N contacts at n times, in order; those of events are there twice.
+
+    Contact j has components 3 j (normal), 3 j + 1 and 3 j + 2 (tangential).
+
+    Attributes
+    ----------
+    time : (n,) float array
+        Scaled: the unit is 1 / sqrt(W k), with the largest normal response W [1/kg] and the
+        largest stiffness k. A contact alone is compressed for pi / 2 of it (exponent 1).
+    active : (n, N) bool array
+    velocities : (n, 3 N) float array
+        Contact velocities [m/s].
+    forces : (n, 3 N) float array
+        On bodies a [N s per unit of time].
+    impulses : (n, 3 N) float array
+        On bodies a, since the start [N s].
+    energies : (n, N) float array
+        In the contacts' springs [J]; what a law leaves there when a contact ends, is lost.
+
+    """
+
+    time: Vector
+    active: NDArray[np.bool_]
+    velocities: Vector
+    forces: Vector
+    impulses: Vector
+    energies: Vector
+
+    def phases(self) -> list[slice]:
+        """Stretches of samples between which the set of active contacts changes."""
+        changes = np.flatnonzero((self.active[1:] != self.active[:-1]).any(axis=1)) + 1
+        ends = [0, *changes.tolist(), len(self.time)]
+        return [slice(a, b) for a, b in pairwise(ends)]
+
+    def slip(self, contact: int) -> Vector:
+        """Slip speed at a contact (n,) [m/s]."""
+        return np.hypot(self.velocities[:, 3 * contact + 1], self.velocities[:, 3 * contact + 2])
+
+    def friction(self, contact: int) -> Vector:
+        """Friction force at a contact (n,), as `forces`."""
+        return np.hypot(self.forces[:, 3 * contact + 1], self.forces[:, 3 * contact + 2])
+
+
+@dataclass(slots=True)
+class _Recorder:
+    """Takes the solver's steps in place of `advance`, and notes what happens on the way."""
+
+    exponent: float
+    now: float = 0.0
+    rows: list[Vector] = field(default_factory=list)
+
+    def __call__(self, s: State, scale: float, order: int, x: float) -> None:
+        count = len(s.contact)
+        part = np.linspace(0.0, x, SAMPLES + 2)
+        active = np.array([s.contact[j].phase != INACTIVE for j in range(count)])
+        pushing = np.repeat(active, 3)
+        powers = part[:, np.newaxis] ** np.arange(order + 1)
+        integrals = scale * part[:, np.newaxis] * powers[:, :order] / np.arange(1, order + 1)
+        forces = np.where(pushing, powers[:, :order] @ s.force[:, :order].T, 0.0)
+        impulses = s.impulse + np.where(pushing, integrals @ s.force[:, :order].T, 0.0)
+        springs = np.where(active, powers @ s.y[:, : order + 1].T, 0.0)
+        energies = [[
+            elastic_energy(s.contact[j].stiffness, max(y, 0.0), self.exponent)
+            for j, y in enumerate(row)
+        ] for row in springs]
+        self.rows.append(np.column_stack([
+            self.now + scale * part, np.broadcast_to(active, (len(part), count)),
+            powers @ s.u[:, : order + 1].T, forces, impulses, energies,
+        ]))
+        self.now += scale * x
+        advance(s, scale, order, x)
+
+
+def _in_python(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
+    """Return a compiled function as Python, with other meanings of some names that it uses."""
+    plain = getattr(function, 'py_func', function)
+    return FunctionType(plain.__code__, {**plain.__globals__, **names})
+
+
+def course_of(
+    response: Vector, velocity: Vector, friction: Vector, restitution: Vector, stiffness: Vector,
+    law: str, exponent: float = 1.0, tolerance: float = 1e-8,
+) -> Course:
+    """Watch a collision stated in contact space; parameters as of `impact.kernel.solve`."""
+    count = len(friction)
+    recorder = _Recorder(exponent)
+    run = _in_python(walk.run, advance=recorder)
+    solve = _in_python(kernel.solve, run=run)
+    solve(response, velocity, friction, restitution, stiffness, LAWS[law], exponent, tolerance,
+          np.zeros(3 * count), np.zeros((count, 4)), np.zeros((0, 2 + 5 * count)))
+    rows = np.concatenate([np.zeros((0, 1 + 11 * count)), *recorder.rows])
+    speed = max(float(-velocity[::3].min()), 0.0)
+    unit = speed / float(response.diagonal()[::3].max())  # N s
+    time, active, u, force, impulse, energy = np.split(
+        rows, np.cumsum([1, count, 3 * count, 3 * count, 3 * count]), axis=1
+    )
+    return Course(
+        time[:, 0], active > 0.0, speed * u, unit * force, unit * impulse, unit * speed * energy
+    )
+
+
+def course_of_collision(collision: Collision, law: str) -> Course:
+    """Watch bodies collide."""
+    bodies, contacts = collision.bodies, collision.contacts
+    jacobian = jacobians(bodies, contacts, frames(bodies, contacts))
+    states = np.hstack(collision.start)
+    return course_of(
+        response(jacobian, mobilities(bodies)), np.einsum('bik,bk->i', jacobian, states),
+        np.array([contact.friction for contact in contacts], float),
+        np.array([contact.restitution for contact in contacts], float),
+        np.array([contact.stiffness for contact in contacts], float), law, collision.exponent,
+    )
+
+
+def course_of_strike(shot: Shot) -> Course:
+    """Watch the strike of a shot; ValueError if there was none, or the ball touched others."""
+    if shot.status.refused or len(shot.impact.dissipated) != 2:
+        raise ValueError(
+            'strike: is not allowed here; it must be of a ball that touches nothing but the '
+            f'cloth, with a stroke that can be played, here: {shot.message}'
+        )
+    model = model_of(shot.scene)
+    stroke = shot.stroke.touching(model.dome)
+    normal, direction = np.array(stroke.normal), np.array(stroke.velocity) / stroke.speed
+    lever = levers(model.surface.radius, normal, direction)
+    return course_of(
+        response_of(model, direction, lever), approach_of(lever, stroke.speed, normal, direction),
+        model.friction, model.restitution, model.stiffness, shot.scene.law, model.exponent,
+    )

@@ -1,0 +1,66 @@
+"""The pictures of docs/figures that show the model and shots, by name; studies draw their own."""
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from billiard_shot.scene import Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.study.history_picture import draw_history
+from billiard_shot.study.impulse_picture import (
+    draw_impulse_plane,
+    draw_ping_pong,
+    draw_two_balls,
+)
+from billiard_shot.study.paper_shots_picture import draw_paper_shots
+from billiard_shot.study.reproduction import PRINTED
+from billiard_shot.study.strike_picture import draw_strike
+from billiard_shot.study.table_picture import draw_shot
+from billiard_shot.study.trails import trails_of
+
+
+def combination() -> Shot:
+    """Play the combination into the corner, with some follow and right-hand side."""
+    stroke = Stroke.from_offsets(a=0.2, b=0.3, elevation=0.1, azimuth=0.55, speed=3.0)
+    return predict(Scene.load('frozen_combination'), stroke)
+
+
+def jump() -> Shot:
+    """Jump over the ball that stands in front of the 8."""
+    stroke = Stroke.from_offsets(a=0.0, b=0.0, elevation=0.7, azimuth=0.0, speed=3.0)
+    return predict(Scene.load('blocked'), stroke)
+
+
+def opening() -> Shot:
+    """Break the eight-ball rack."""
+    stroke = Stroke.from_offsets(a=0.0, b=0.1, elevation=0.08, azimuth=-0.106, speed=8.0)
+    return predict(Scene.load('eight_ball'), stroke)
+
+
+def masse() -> Shot:
+    """Play the paper's massé, as its model says."""
+    return predict(Scene.load('paper'), PRINTED['massé'][0])
+
+
+def english() -> Shot:
+    """Play a player's stroke with side and draw."""
+    return predict(Scene.load('pool'), Stroke.from_offsets(0.3, -0.2, 0.15, 0.0, 3.0))
+
+
+FIGURES: Mapping[str, Callable[[Path], None]] = {
+    'impulse-plane': draw_impulse_plane,
+    'two-balls': draw_two_balls,
+    'ping-pong': draw_ping_pong,
+    'paper-shots': draw_paper_shots,
+    'table-combination': lambda path: draw_shot(
+        combination(), path, 'A combination of two balls in touch, with follow and right side'),
+    'table-jump': lambda path: draw_shot(
+        jump(), path, 'A jump over ball 1: 3 m/s, 40 degrees steep'),
+    'table-break': lambda path: draw_shot(opening(), path, 'A break at eight-ball: 8 m/s'),
+    'history': lambda path: draw_history(
+        trails_of(combination()), path, 'The combination over time'),
+    'strike-side': lambda path: draw_strike(
+        english(), path, "A player's cue: 3 m/s, right side and draw; law bistiffness"),
+    'strike-masse': lambda path: draw_strike(
+        masse(), path, "The paper's massé: 16.5 m/s, guided cue; law energetic"),
+}

@@ -1,0 +1,76 @@
+"""How fast balls are over time, how they spin, and the energy they have."""
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.study.trails import Trails
+
+Vector = NDArray[np.float64]
+SAMPLES = 12  # of each motion of each ball
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class History:
+    """
+    What balls do at n times, in order; at an event, just before it and just after.
+
+    Attributes
+    ----------
+    time : (n,) float array
+        [s].
+    speeds : mapping of str to (n,) float array
+        Of every ball that ever moves [m/s].
+    rims : mapping of str to (n,) float array
+        How fast a ball's surface turns about a level axis [m/s]: its speed, if it rolls.
+    spins : mapping of str to (n, 3) float array
+        [rad/s], frame `table`.
+    translation, rotation, height : (n,) float arrays
+        Energies of all balls together [J]; that of height above lying on the cloth. What falls
+        into a pocket or off the table has none any more.
+
+    """
+
+    time: Vector
+    speeds: Mapping[str, Vector]
+    rims: Mapping[str, Vector]
+    spins: Mapping[str, Vector]
+    translation: Vector
+    rotation: Vector
+    height: Vector
+
+
+def history_of(trails: Trails) -> History:
+    """Follow all balls that move over the time that is shown."""
+    ball, gravity = trails.scene.ball, trails.scene.cloth.gravity
+    moving = [name for name in trails.balls if trails.moved(name)]
+    time = _times(trails, moving)
+    states = {name: trails.balls[name].at(time) for name in moving}
+    speeds = {name: np.linalg.norm(s.velocity, axis=1) for name, s in states.items()}
+    sizes = {name: np.linalg.norm(s.spin, axis=1) for name, s in states.items()}
+    nothing = np.zeros(len(time))
+    heights = [np.where(s.motion < 5, s.position[:, 2] - ball.radius, 0.0)
+               for s in states.values()]
+    return History(
+        time, speeds,
+        {name: ball.radius * np.hypot(*s.spin[:, :2].T) for name, s in states.items()},
+        {name: s.spin for name, s in states.items()},
+        sum((0.5 * ball.mass * v**2 for v in speeds.values()), nothing),
+        sum((0.5 * ball.inertia * w**2 for w in sizes.values()), nothing),
+        sum((ball.mass * gravity * z for z in heights), nothing),
+    )
+
+
+def _times(trails: Trails, names: list[str]) -> Vector:
+    """Both sides of all events, and times between them."""
+    starts = np.concatenate([
+        [0.0, trails.until], *(trails.balls[name].rows[:, 0] for name in names)
+    ])
+    ends = np.unique(starts[starts <= trails.until])
+    inner = (ends[:-1, np.newaxis] + np.diff(ends)[:, np.newaxis]
+             * np.linspace(0.0, 1.0, SAMPLES, endpoint=False))
+    before = np.nextafter(ends[1:], 0.0)
+    return np.unique(np.concatenate([ends, inner.ravel(), before]))

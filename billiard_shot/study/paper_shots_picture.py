@@ -1,0 +1,97 @@
+"""
+The trajectories of the paper's Table 1: its figures (a), (b) and (c).
+
+As the model says, and as the printed velocities and spins do; the two are not the same, see
+reproduction.py. As in the paper the ball does not bounce (its footnote 7).
+"""
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.scene import Effects, Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.shot import Shot
+from billiard_shot.study.colours import BLACK, GREY, MOTIONS, VERMILION
+from billiard_shot.study.pictures import new_figure, save
+from billiard_shot.study.reproduction import PRINTED
+from billiard_shot.study.table_picture import draw_balls, draw_cue
+from billiard_shot.study.trails import CUE, Trails, trails_of, trails_of_run
+from billiard_shot.table.motion import Motion
+from billiard_shot.table.simulate import simulate
+from billiard_shot.table.trajectory import BallState, EventKind
+
+PANELS: Mapping[str, str] = {'vertical': 'a', 'horizontal': 'b', 'massé': 'c'}
+BEYOND = 1.8  # times the slide's extent that is shown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaperShot:
+    """A row of Table 1: the shot as predicted, and trails of it and of the printed numbers."""
+
+    name: str
+    shot: Shot
+    computed: Trails
+    printed: Trails
+
+
+def paper_shot(name: str) -> PaperShot:
+    """Compute a row of Table 1, with the ball kept on the cloth."""
+    stroke, numbers = PRINTED[name]
+    scene = replace(Scene.load('paper'), effects=Effects(flight='off'))
+    shot = predict(scene, stroke)
+    start = BallState(
+        np.array(scene.cue_ball), np.array([*numbers[:2], 0.0]), np.array(numbers[3:])
+    )
+    run = simulate(scene, {CUE: start})
+    return PaperShot(name, shot, trails_of(shot), trails_of_run(scene, run))
+
+
+def draw_paper_shots(path: Path) -> None:
+    """Write the three trajectories, each from the strike until the ball has rolled a bit."""
+    figure, panels = new_figure(len(PANELS), 12.0, 4.5)
+    for axes, (name, letter) in zip(panels, PANELS.items(), strict=True):
+        row = paper_shot(name)
+        _draw(axes, row)
+        x, y, _ = row.shot.trajectory.rest
+        axes.set_title(f'({letter}) {name}; rests at ({x:.2f}, {y:.2f}) m'.replace('-', '−'),
+                       fontsize='medium', loc='left')
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc='outside lower center', ncols=4, frameon=False,
+                  fontsize='small')
+    save(figure, path)
+
+
+def _draw(axes: Any, row: PaperShot) -> None:
+    for trails, printed in ((row.computed, False), (row.printed, True)):
+        for piece in trails.pieces(CUE):
+            name = 'slides' if piece.motion == Motion.SLIDE else 'rolls'
+            axes.plot(
+                piece.points[:, 0], piece.points[:, 1], ':' if printed else '-',
+                color=BLACK if printed else MOTIONS[piece.motion], linewidth=1.0 if printed else 2,
+                label='from the printed numbers' if printed and name == 'slides' else
+                None if printed else name,
+            )
+        x, y = turn_to_roll(trails)
+        axes.plot(x, y, 'o', color=GREY if printed else VERMILION, markeredgecolor='black',
+                  markersize=5, linestyle='', label=None if printed else 'begins to roll')
+    scene = row.shot.scene
+    draw_balls(axes, scene, {CUE: row.computed.start(CUE)}, faint=True)
+    draw_cue(axes, scene, row.shot.stroke, row.computed.start(CUE))
+    ends = np.array([turn_to_roll(row.computed), turn_to_roll(row.printed), (0.0, 0.0)])
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * BEYOND * float((high - low).max())
+    axes.set(
+        xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half),
+        aspect='equal', xlabel='x (m)', ylabel='y (m)',
+    )
+    axes.grid(alpha=0.3)
+
+
+def turn_to_roll(trails: Trails) -> tuple[float, float]:
+    """Where the cue ball begins to roll, (x, y) [m]."""
+    mark = next(mark for mark in trails.marks if mark.kind == EventKind.ROLL)
+    x, y, _ = mark.position.tolist()
+    return x, y

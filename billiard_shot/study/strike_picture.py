@@ -1,0 +1,84 @@
+"""A strike seen close up: what tip and cloth do to the ball while they touch it."""
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.shot import Shot
+from billiard_shot.study.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.study.course import Course, course_of_strike
+from billiard_shot.study.pictures import require_matplotlib, rows_figure, save
+from billiard_shot.study.two_balls import STATES
+
+CONTACTS = (('tip', BLUE, '-'), ('cloth', VERMILION, '--'))
+ROOM = 0.03  # of the strike's length that a state needs to be labelled
+
+
+def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
+    """
+    Write a picture: forces, grip, slip and elastic energies over the time of the strike.
+
+    Raises
+    ------
+    ValueError
+        If there was no strike, or the ball touched more than the cloth; if there is no
+        matplotlib, or the file cannot be written.
+
+    """
+    require_matplotlib()
+    course = course_of_strike(shot)
+    figure, panels = rows_figure((2.3, 1.9, 1.9, 1.9), 9.0)
+    length = float(course.time[-1])
+    time = course.time / length
+    _states(panels, course, time)
+    frictions = model_of(shot.scene).friction
+    for j, (name, colour, dashes) in enumerate(CONTACTS):
+        style = {'color': colour, 'linestyle': dashes, 'linewidth': 1.6}
+        touching = np.where(course.active[:, j], 1.0, np.nan)
+        force = course.forces[:, 3 * j]
+        panels[0].plot(time, length * force * touching, label=f'{name} presses', **style)
+        if frictions[j] > 0.0:
+            grip = grip_of(course, j, frictions[j])
+            panels[1].plot(time, grip, label=name, **style)
+        panels[2].plot(time, course.slip(j) * touching, label=name, **style)
+        panels[3].plot(time, course.energies[:, j] * touching, label=name, **style)
+    panels[0].set(ylabel='force × length of\nthe strike (N s)', ylim=(0.0, None), xlim=(0.0, 1.0))
+    panels[1].set(ylabel='friction, in parts of\nμ × pressing force', ylim=(0.0, 1.1))
+    panels[1].axhline(1.0, color=GREY, linewidth=0.8)
+    panels[1].annotate('slides', (1.0, 1.0), (3, 0), textcoords='offset points', fontsize=8,
+                       va='center', annotation_clip=False)
+    panels[1].annotate('sticks', (1.0, 0.5), (3, 0), textcoords='offset points', fontsize=8,
+                       va='center', annotation_clip=False)
+    panels[2].set(ylabel='slip (m/s)', ylim=(0.0, None))
+    panels[3].set(ylabel='energy in\nthe contact (J)', ylim=(0.0, None),
+                  xlabel='time, in parts of the strike')
+    for axes in panels:
+        axes.grid(alpha=0.3)
+    panels[0].legend(loc='upper right', fontsize='small', frameon=False)
+    figure.align_ylabels(panels)
+    if title:
+        figure.suptitle(title, fontsize='medium')
+    save(figure, path)
+
+
+def grip_of(course: Course, contact: int, friction: float) -> NDArray[np.float64]:
+    """Friction in parts of what the pressing force allows (n,): 1 where it slides, else NaN."""
+    limit = friction * course.forces[:, 3 * contact]
+    enough = course.active[:, contact] & (limit > 1e-6 * limit.max())
+    return np.where(enough, course.friction(contact) / np.where(enough, limit, 1.0), np.nan)
+
+
+def _states(panels: list[Any], course: Course, time: NDArray[np.float64]) -> None:
+    """Shade every other state, and name those that are long enough."""
+    for number, part in enumerate(course.phases()):
+        begin, end = time[part][0], time[part][-1]
+        if number % 2:
+            for axes in panels:
+                axes.axvspan(begin, end, color=GREEN, alpha=0.08, linewidth=0)
+        if end - begin > ROOM:
+            name = STATES[tuple(course.active[part][0].tolist())]
+            panels[0].annotate(name, (0.5 * (begin + end), 1.0), (0, 2), ha='center',
+                               xycoords=('data', 'axes fraction'), fontsize=8,
+                               textcoords='offset points', annotation_clip=False)

@@ -1,0 +1,124 @@
+"""
+The paper's section 2: a ball falls onto another one on a table; what its Figs. 3 to 5 show.
+
+Impulses are upward, I1 on the falling ball and I2 on the lower one; velocities are upward, too.
+"""
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.study.collisions import stacked
+from billiard_shot.study.course import Course, course_of_collision
+
+Vector = NDArray[np.float64]
+PING_PONG = (0.807755, 0.846529)  # restitution of ball on ball and of ball on plexiglass (2.4)
+STATES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by active contacts
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """
+    A state of the collision.
+
+    Attributes
+    ----------
+    name : str
+        S1: both impacts act; S2: that with the table; S3: that of the balls.
+    events : str
+        In their order: C, an impact ends its compression; R, its restitution; 1 or 2, which one.
+    samples : slice
+        Of the course.
+
+    """
+
+    name: str
+    events: str
+    samples: slice
+
+
+@dataclass(frozen=True, slots=True)
+class TwoBalls:
+    """A ball of mass m1 [kg] falls at v0 < 0 [m/s] onto one of m2; by default that of Fig. 4."""
+
+    masses: tuple[float, float] = (1.0, 1.0)
+    restitution: tuple[float, float] = (math.sqrt(0.9), math.sqrt(0.4))
+    ratio: float = 10.0  # k2 / k1
+    v0: float = -3.0
+    law: str = 'energetic'
+
+    def course(self) -> Course:
+        """Watch the collision."""
+        return course_of_collision(
+            stacked(self.masses, self.restitution, self.ratio, -self.v0), self.law
+        )
+
+    def outcome(self) -> tuple[float, float]:
+        """Velocities of the two balls after the collision [m/s]."""
+        result = stacked(self.masses, self.restitution, self.ratio, -self.v0).solve(
+            self.law, 1e-12)
+        return float(result.velocities[0, 2]), float(result.velocities[1, 2])
+
+    def velocities(self, impulses: ArrayLike) -> Vector:
+        """Velocities (n, 2) [m/s] after impulses (n, 2) [N s]: the paper's equation 13."""
+        first, second = np.transpose(impulses)
+        return np.column_stack(
+            [self.v0 + first / self.masses[0], (second - first) / self.masses[1]]
+        )
+
+    def kinetic_energy(self, impulses: ArrayLike) -> Vector:
+        """Kinetic energy (n,) [J] after impulses (n, 2) [N s]."""
+        energy: Vector = 0.5 * self.velocities(impulses) ** 2 @ np.array(self.masses)
+        return energy
+
+    def ellipse(self, count: int = 361) -> Vector:
+        """
+        Impulses (count, 2) [N s] that leave the kinetic energy as it was: equation 15.
+
+        None can be beyond: there is no more energy than in the beginning.
+        """
+        angle = np.linspace(0.0, 2.0 * math.pi, count)
+        m1, m2 = self.masses
+        first = -m1 * self.v0 * (1.0 + np.cos(angle))
+        return np.column_stack([first, first + self.v0 * math.sqrt(m1 * m2) * np.sin(angle)])
+
+    def compression_lines(self, first: ArrayLike) -> tuple[Vector, Vector]:
+        """I2 [N s] where the impact of the balls, and that on the table, turn: equation 12."""
+        i1 = np.asarray(first, float)
+        m1, m2 = self.masses
+        return m2 * (self.v0 + (1.0 / m1 + 1.0 / m2) * i1), i1.copy()
+
+    def states(self, course: Course) -> list[State]:
+        """Name the states that the collision went through, and what happened in each."""
+        parts = course.phases()
+        return [
+            State(STATES[tuple(course.active[part][0].tolist())],
+                  '-'.join(_turns(course, part) + _ends(course, part, after)), part)
+            for part, after in zip(parts, [*parts[1:], None], strict=True)
+        ]
+
+
+def impulses_of(course: Course) -> Vector:
+    """I1 and I2 (n, 2) [N s]."""
+    return course.impulses[:, [0, 3]]
+
+
+def _turns(course: Course, part: slice) -> list[str]:
+    """Ends of compression within a state, in order of time."""
+    found = []
+    for j in (0, 1):
+        approach = course.velocities[part, 3 * j]
+        turn = np.flatnonzero((approach[:-1] < 0.0) & (approach[1:] >= 0.0))
+        if course.active[part, j].all():
+            found += [(int(i), f'C{j + 1}') for i in turn]
+    return [name for _, name in sorted(found)]
+
+
+def _ends(course: Course, part: slice, after: slice | None) -> list[str]:
+    """Ends of restitution with which a state ends."""
+    active = course.active[part][-1]
+    then = course.active[after][0] if after else np.zeros_like(active)
+    return [f'R{j + 1}' for j in (0, 1) if active[j] and not then[j]]
