@@ -26,8 +26,14 @@ def combination() -> Shot:
 
 
 def jump() -> Shot:
-    """Jump over the ball that stands in front of the 8."""
-    stroke = Stroke.from_offsets(a=0.0, b=0.0, elevation=0.7, azimuth=0.0, speed=3.0)
+    """Jump over the ball that stands in front of the 8, and pot it."""
+    stroke = Stroke.from_offsets(a=0.06, b=0.02, elevation=0.56, azimuth=-0.02, speed=3.2)
+    return predict(Scene.load('blocked'), stroke)
+
+
+def around() -> Shot:
+    """Pot the same ball with a massé around the other one."""
+    stroke = Stroke.from_offsets(a=-0.39, b=-0.16, elevation=0.99, azimuth=-0.57, speed=2.36)
     return predict(Scene.load('blocked'), stroke)
 
 
@@ -55,7 +61,9 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'table-combination': lambda path: draw_shot(
         combination(), path, 'A combination of two balls in touch, with follow and right side'),
     'table-jump': lambda path: draw_shot(
-        jump(), path, 'A jump over ball 1: 3 m/s, 40 degrees steep'),
+        jump(), path, 'A jump over ball 1: 3.2 m/s, 32 degrees steep'),
+    'table-masse': lambda path: draw_shot(
+        around(), path, 'A massé around ball 1: 2.36 m/s, 57 degrees steep'),
     'table-break': lambda path: draw_shot(opening(), path, 'A break at eight-ball: 8 m/s'),
     'history': lambda path: draw_history(
         trails_of(combination()), path, 'The combination over time'),

@@ -2,7 +2,10 @@
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.study.colours import (
+from billiard_shot.study.histories import History, history_of
+from billiard_shot.study.pictures import rows_figure, save
+from billiard_shot.study.trails import CUE, Trails
+from billiard_shot.table.colours import (
     ball_colour,
     BLACK,
     BLUE,
@@ -14,9 +17,6 @@ from billiard_shot.study.colours import (
     SKY,
     VERMILION,
 )
-from billiard_shot.study.histories import History, history_of
-from billiard_shot.study.pictures import rows_figure, save
-from billiard_shot.study.trails import CUE, Trails
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind
 

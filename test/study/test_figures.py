@@ -1,0 +1,195 @@
+"""The data behind the pictures, against the values that the paper and its notes state."""
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.cli import main
+from billiard_shot.study.collisions import stacked
+from billiard_shot.study.course import course_of_collision, course_of_strike
+from billiard_shot.study.figures import around, combination, english, FIGURES, jump, masse
+from billiard_shot.study.histories import history_of
+from billiard_shot.study.paper_shots_picture import paper_shot, turn_to_roll
+from billiard_shot.study.strike_picture import grip_of
+from billiard_shot.study.trails import trails_of
+from billiard_shot.study.two_balls import impulses_of, PING_PONG, TwoBalls
+from billiard_shot.table.run import TableRun
+
+FIG4 = TwoBalls()
+COURSE = FIG4.course()
+STATES = FIG4.states(COURSE)
+
+
+def test_states_of_fig_4():
+    assert [state.name for state in STATES] == ['S1', 'S3', 'S1', 'S2']
+    assert STATES[0].events == 'C2-C1-R2'  # in the paper's table (b)
+    ends = np.array([impulses_of(COURSE)[state.samples][-1] for state in STATES])
+    assert ends == pytest.approx(np.array([
+        [3.60879, 3.96612], [3.96612, 3.96612], [5.44136, 5.32023], [5.44136, 6.17691],
+    ]), abs=2e-5)
+    assert FIG4.velocities(ends[-1:])[0] == pytest.approx([2.441360, .735552], abs=2e-6)
+    lost = FIG4.kinetic_energy([[0, 0]]) - FIG4.kinetic_energy(ends[-1:])
+    assert lost == pytest.approx(1.249363, abs=2e-6)
+
+
+def test_energies_of_fig_4():
+    """Losses add up to what is missing; springs hold what the motion has lost (equation 14)."""
+    lost = sum(
+        COURSE.energies[part.stop - 1, j]
+        for part in COURSE.phases() for j in (0, 1)
+        if COURSE.active[part.stop - 1, j]
+        and (part.stop == len(COURSE.time) or not COURSE.active[part.stop, j])
+    )
+    assert lost == pytest.approx(1.249363, abs=2e-6)
+    first = STATES[0].samples
+    total = COURSE.energies[first].sum(axis=1) + FIG4.kinetic_energy(impulses_of(COURSE)[first])
+    assert total == pytest.approx(np.full(len(total), 4.5), abs=1e-6)
+
+
+def test_the_impulse_curve_stays_in_its_ellipse_and_turns_at_the_lines():
+    ellipse = FIG4.ellipse()
+    assert FIG4.kinetic_energy(ellipse) == pytest.approx(np.full(len(ellipse), 4.5))
+    assert ellipse.max(axis=0) == pytest.approx([6.0, 3.0 * (1 + math.sqrt(2))], abs=1e-3)
+    curve = impulses_of(COURSE)
+    assert (FIG4.kinetic_energy(curve) <= 4.5 + 1e-9).all()
+    assert (np.diff(curve, axis=0) >= -1e-12).all()
+    on1, on2 = FIG4.compression_lines(curve[:, 0])
+    assert COURSE.velocities[:, 0] == pytest.approx(on1 - curve[:, 1], abs=1e-6)
+    assert COURSE.velocities[:, 3] == pytest.approx(curve[:, 1] - on2, abs=1e-6)
+
+
+@pytest.mark.parametrize(('law', 'velocities'), [
+    ('energetic', (.7794, .1866)), ('bistiffness', (.8017, .1154))])
+def test_ping_pong(law, velocities):
+    for v0 in (-1.0, -3.5):
+        outcome = TwoBalls(restitution=PING_PONG, v0=v0, law=law).outcome()
+        assert np.array(outcome) / -v0 == pytest.approx(velocities, abs=5e-5)
+
+
+@pytest.mark.parametrize(('masses', 'law'), [
+    ((1.0, 2.0), 'bistiffness'), ((3.0, 0.5), 'poisson'), ((0.3, 1.0), 'energetic')])
+def test_a_watched_collision_is_the_one_that_is_solved(masses, law):
+    balls = TwoBalls(masses=masses, law=law, restitution=(.7, .8))
+    end = balls.velocities(impulses_of(balls.course())[-1:])[0]
+    assert end == pytest.approx(balls.outcome(), abs=1e-6)
+
+
+@pytest.mark.parametrize('shot', [masse(), english()])
+def test_a_watched_strike_is_the_one_that_is_predicted(shot):
+    course = course_of_strike(shot)
+    phases = shot.impact.phases
+    parts = course.phases()
+    assert [np.flatnonzero(course.active[part][0]).tolist() for part in parts] == [
+        list(phase.active) for phase in phases]
+    for part, phase in zip(parts, phases, strict=True):
+        normal = course.impulses[part][-1][[0, 3]]
+        stated = np.abs([phase.impulses[0] @ shot.stroke.normal, phase.impulses[1][2]])
+        assert normal == pytest.approx(stated, abs=1e-5 * stated.max())
+        assert course.energies[part][-1] == pytest.approx(
+            phase.energies, abs=1e-5 * phase.energies.max() + 1e-12)
+    assert (np.diff(course.time) >= 0.0).all()
+
+
+def test_forces_are_the_slope_of_impulses_and_friction_obeys_coulomb():
+    shot = masse()
+    course = course_of_strike(shot)
+    for part in course.phases():
+        time = course.time[part]
+        area = np.cumsum(0.5 * np.diff(time)[:, None]
+                         * (course.forces[part][1:] + course.forces[part][:-1]), axis=0)
+        gained = course.impulses[part][1:] - course.impulses[part][0]
+        assert area == pytest.approx(gained, abs=2e-3 * np.abs(course.impulses).max())
+    for j, friction in enumerate((.4, .152479)):
+        grip = grip_of(course, j, friction)
+        seen = ~np.isnan(grip)
+        slides = course.slip(j) > 1e-3
+        assert (grip[seen] <= 1.0 + 1e-4).all()
+        assert grip[seen & slides] == pytest.approx(np.ones((seen & slides).sum()), abs=1e-4)
+        assert (grip[seen & ~slides] < 0.99).any()
+
+
+def test_strikes_that_cannot_be_watched():
+    for shot in (
+        predict(Scene.load('pool'), Stroke((1, 0, 0), (1, 0, 0))),
+        predict(Scene.from_dict({'like': 'pool', 'balls': {'1': [.05715, 0]}}),
+                Stroke.from_offsets(0, 0, .1, 0, 1)),
+    ):
+        with pytest.raises(ValueError, match='strike: is not allowed here'):
+            course_of_strike(shot)
+
+
+def test_exponent_of_hertz_is_watched_too():
+    hertz = stacked(exponent=1.5, speed=3.0)
+    end = course_of_collision(hertz, 'energetic').impulses[-1]
+    assert end[[0, 3]] == pytest.approx(hertz.solve('energetic', 1e-10).impulses[:, 2], abs=1e-6)
+    assert end[0] != pytest.approx(COURSE.impulses[-1, 0], abs=1e-3)
+
+
+@pytest.mark.parametrize(('name', 'velocity', 'spin'), [
+    ('vertical', (.4291079, .8582159), (31.633515, -15.816758, 0)),
+    ('horizontal', (.6335673, .4653476), (0, 0, 10.3976629)),
+    ('massé', (1.3024731, .7322053), (10.401821, -35.756185, -1.202481)),
+])
+def test_table_1(name, velocity, spin):
+    """Where the ball begins to roll follows from the reference rows, after Coulomb's law."""
+    row = paper_shot(name)
+    shot = row.shot
+    assert shot.velocity[:2] == pytest.approx(velocity, abs=1e-6)
+    assert shot.spin == pytest.approx(spin, abs=1e-5)
+    scene = shot.scene
+    r, g, mu = scene.ball.radius, scene.cloth.gravity, scene.contacts.ball_table.friction
+    v, w = np.array(velocity), np.array(spin)
+    slip = v - r * np.array([w[1], -w[0]])
+    time = 2 * np.hypot(*slip) / (7 * mu * g)
+    place = v * time - 0.5 * mu * g * slip / np.hypot(*slip) * time**2
+    assert turn_to_roll(row.computed) == pytest.approx(place, abs=2e-6)
+    assert row.printed.start('cue')[:2] == pytest.approx((0, 0))
+    assert len(row.computed.pieces('cue')) == 2  # slides, rolls: the ball stays on the cloth
+
+
+def test_histories():
+    shot = combination()
+    history = history_of(trails_of(shot))
+    total = history.translation + history.rotation + history.height
+    assert (np.diff(total) <= 1e-9 * total[0]).all()  # never gains
+    start = 0.5 * (shot.scene.ball.mass * shot.velocity @ shot.velocity
+                   + shot.scene.ball.inertia * shot.spin @ shot.spin)
+    assert total[0] == pytest.approx(start)
+    assert total[-1] == pytest.approx(0.0, abs=1e-12)
+    motion = shot.table.balls['cue'].at(history.time).motion
+    rolls = (motion == 2)
+    assert history.rims['cue'][rolls] == pytest.approx(history.speeds['cue'][rolls], abs=1e-9)
+    assert set(history.speeds) == {'cue', '1', '8'}
+
+
+def test_the_shots_do_what_their_titles_say():
+    for shot, met in ((combination(), '1'), (jump(), '8'), (around(), '8')):
+        assert isinstance(shot.table, TableRun)
+        assert shot.table.first_met['cue'] == met
+        assert '8' in shot.table.pocketed
+        assert 'cue' not in shot.table.pocketed
+    over = jump().trajectory
+    x = over.at(np.linspace(0, .5, 2000)).position
+    assert x[np.argmin(np.abs(x[:, 0])), 2] > 3 * jump().scene.ball.radius
+    assert (around().trajectory.at(np.linspace(.02, .3, 100)).motion == 1).any()
+
+
+def test_all_figures_come_out(tmp_path, capsys):
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    assert main(['figures', '--to', str(tmp_path)]) == 0
+    out = capsys.readouterr().out.split()
+    assert out == [str(tmp_path / f'{name}.png') for name in FIGURES]
+    for path in tmp_path.iterdir():
+        assert path.read_bytes().startswith(b'\x89PNG')
+        assert path.stat().st_size > 20_000
+
+
+def test_command_says_what_is_wrong(tmp_path, capsys):
+    assert main(['figures', '--list']) == 0
+    assert capsys.readouterr().out.split() == list(FIGURES)
+    assert main(['figures', 'brake']) == 2
+    assert "NAME: 'brake' is not allowed; it must be one of impulse-plane" in (
+        capsys.readouterr().err)
+    assert main(['figures', '--to', str(tmp_path / 'none')]) == 2
+    assert 'it must be a folder' in capsys.readouterr().err
