@@ -150,13 +150,14 @@ def give_up(m: Model, s: State) -> None:
 
 
 @frugal
-def calm(s: State) -> None:
-    """Take back the slips that were to begin: they do not."""
+def calm(s: State, tolerance: float) -> None:
+    """Take back the slips that were to begin: they do not. What slips in earnest goes on."""
     for j in range(len(s.contact)):
         c = s.contact[j]
-        if c.young:
+        if c.young and slip_speed(s, j) <= tolerance:
             stop_slip(s, j)
             c.onset = 0
+        c.young = 0
 
 
 @frugal
@@ -238,7 +239,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
         if scale == 0.0:
-            calm(s)
+            calm(s, m.tolerance)
             unsettled = True
             scale = 1.0
             continue

@@ -163,6 +163,17 @@ def test_ledger_of_bodies_of_any_shape(seed, law, count, table):
     check_ledger(setup, run(setup, law=law, tolerance=1e-9))
 
 
+def test_a_slip_that_creeps_to_its_end_stops_no_other_one():
+    """A light cue grazes the equator and wedges itself in, while the ball slips on the cloth."""
+    c = 89.8 * np.array([0.5494068109989165, 0.0, -0.8355549988049864])
+    setup = shot(
+        (0.0070960783575323, -0.9999639367753486, 0.004665921204928289), c, ratio=10.735636393648,
+        masses=(0.000181955, 0.1673), friction=(4.264453599380557, 9.295376590566079),
+        restitution=(0.24031108500774578, 0.8637994309341525),
+    )  # fmt: skip
+    check_ledger(setup, run(setup, law='energetic', tolerance=1e-12), 1e-10)
+
+
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
 @pytest.mark.parametrize('law', LAWS)
 @pytest.mark.parametrize('mu', [0.0, 0.3, 10.0])
