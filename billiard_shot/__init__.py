@@ -6,6 +6,7 @@ if TYPE_CHECKING:
     from billiard_shot.scene import Scene
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
     from billiard_shot.status import Status
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     'Scene', 'Stroke', 'predict', 'predict_batch', 'Shot', 'BatchResult', 'Status', 'Effect',
     'Trajectory', 'BallState', 'EventKind', 'Motion', 'simulate', 'simulate_batch',
-    'TableBatch', 'TableRun',
+    'TableBatch', 'TableRun', 'load_shot', 'save_shot',
 ]
 
 # Imported when first used: `import billiard_shot` alone must not wait for numba.
@@ -28,6 +29,8 @@ _HOMES = {
     'predict_batch': 'shot.predict',
     'BatchResult': 'shot.predict',
     'Shot': 'shot.shot',
+    'load_shot': 'shot.replay',
+    'save_shot': 'shot.replay',
     'Effect': 'shot.effects',
     'Status': 'status',
     'Motion': 'table.motion',

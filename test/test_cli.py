@@ -107,3 +107,27 @@ def test_pictures_of_strokes(tmp_path, capsys):
     assert main(['predict', '--speed', '1', '--picture', str(tmp_path / 'one.png')]) == 0
     assert (tmp_path / 'one.png').stat().st_size > 10_000
     capsys.readouterr()
+
+
+def test_a_recorded_shot_is_shown_as_it_was(tmp_path, capsys):
+    file = tmp_path / 'shot.json'
+    stroke = ['predict', '--scene', 'nine_ball', '--elevation-deg', '5', '--speed', '4']
+    assert main([*stroke, '--json', '--save', str(file)]) == 0
+    first = json.loads(capsys.readouterr().out)
+    assert main(['predict', str(file), '--json']) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again == {**first, 'stroke': 'shot'}
+    assert main(['predict', str(PAPER), '--scene', 'paper', '--save', str(file)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} > {'shot-jump.json', 'shot-massé.json'}
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(('arguments', 'text'), [
+    (['none.json'], 'none.json: '),
+    (['x.json', '--speed', '1'], 'SHOT: x.json is not allowed together with a stroke'),
+    (['x.json', '--scene', 'pool'], '--scene: is not allowed together with a recorded shot'),
+    (['x.json', '--tolerance', '1'], '--tolerance: is not allowed together with a recorded shot'),
+])
+def test_wrong_recorded_shots(capsys, arguments, text):
+    assert main(['predict', *arguments]) == 2
+    assert text in capsys.readouterr().err

@@ -34,7 +34,8 @@ def of(*languages):
 
 
 @pytest.mark.parametrize(('page', 'text'), of('python'))
-def test_python(page, text, capsys):
+def test_python(page, text, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # for the files that they write
     exec(compile(text, page, 'exec'), {})
     printed = capsys.readouterr().out
     for said in re.findall(r'^print\(.*\)  +# (.*)$', text, re.MULTILINE):

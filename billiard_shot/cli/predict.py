@@ -5,10 +5,9 @@ from pathlib import Path
 import sys
 from typing import Any
 
-import billiard_shot
-from billiard_shot import Scene, Shot
+from billiard_shot import save_shot, Shot
 from billiard_shot.cli.layout import numbers, table
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_of
+from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
 from billiard_shot.study.history_picture import draw_history
 from billiard_shot.study.pictures import require_matplotlib
 from billiard_shot.study.strike_picture import draw_strike
@@ -19,52 +18,42 @@ HELP = 'what a stroke does to the cue ball'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, tolerance, output and strokes."""
-    parser.add_argument('--scene', default='pool', help='bundled scene or YAML file (%(default)s)')
-    parser.add_argument('--tolerance', type=float, default=1e-4, metavar='M',
-                        help='largest error of the trajectory in metres (%(default)g)')
+    """Shots and output."""
     parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
+    add_shot_arguments(parser)
+    files = parser.add_argument_group('files; of several strokes, FILE-NAME each')
+    files.add_argument('--save', type=Path, metavar='FILE.json',
+                       help='record the shot: all that was asked for, all that came out')
     for name, text in (('picture', 'the table from above'),
                        ('history', 'speed, spin and energy over time'),
                        ('close-up', 'the strike: forces, friction, slip and energy')):
-        parser.add_argument(f'--{name}', type=Path, metavar='FILE.png',
-                            help=f'draw {text}; of several strokes, FILE-NAME.png each')
-    add_stroke_arguments(parser)
+        files.add_argument(f'--{name}', type=Path, metavar='FILE.png', help=f'draw {text}')
 
 
 def run(options: argparse.Namespace) -> int:
     """Predict and print; 1 if a stroke was refused."""
     if options.picture or options.history or options.close_up:
         require_matplotlib()  # before the work, not after it
-    scene = Scene.load(options.scene)
-    strokes = strokes_of(options, scene)
-    shots = {name: billiard_shot.predict(scene, stroke, options.tolerance)
-             for name, stroke in strokes.items()}
+    shots = shots_of(options)
     if options.json:
         for name, shot in shots.items():
             print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
     else:
         print(_as_table(shots))
     for name, shot in shots.items():
-        _draw(shot, options, f'-{name}' if len(shots) > 1 else '')
-    for name, shot in shots.items():
+        title = f'{shot.status.name}: {shot.message}'
+        if options.save:
+            save_shot(shot, of_each(options.save, name, shots))
+        if options.picture:
+            draw_shot(shot, of_each(options.picture, name, shots), title)
         if shot.status.refused:
-            print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
+            print(f'stroke {name}: {title}', file=sys.stderr)
+            continue
+        if options.history:
+            draw_history(trails_of(shot), of_each(options.history, name, shots), title)
+        if options.close_up:
+            draw_strike(shot, of_each(options.close_up, name, shots), title)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
-
-
-def _draw(shot: Shot, options: argparse.Namespace, suffix: str) -> None:
-    """Draw what is asked for; no strike of a stroke that was refused."""
-    def file(path: Path) -> Path:
-        return path.with_stem(path.stem + suffix)
-
-    title = f'{shot.status.name}: {shot.message}'
-    if options.picture:
-        draw_shot(shot, file(options.picture), title)
-    if options.history and not shot.status.refused:
-        draw_history(trails_of(shot), file(options.history), title)
-    if options.close_up and not shot.status.refused:
-        draw_strike(shot, file(options.close_up), title)
 
 
 def _as_json(name: str, shot: Shot) -> dict[str, Any]:

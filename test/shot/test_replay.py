@@ -1,0 +1,142 @@
+"""Shots written as JSON come back bit for bit."""
+import dataclasses
+import json
+
+from hypothesis import given, HealthCheck, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
+from billiard_shot.shot.replay import from_json, to_json
+from billiard_shot.table.run import TableRun
+
+FROZEN = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [.05715, 0]}})
+SHOTS = {
+    'masse': predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16))),
+    'horizontal': predict(Scene.load('paper'), Stroke((-1, -1, 0), (.8, 0, 0)), 1e-6),
+    'combination': predict(Scene.load('frozen_combination'),
+                           Stroke.from_offsets(.2, .3, .1, .55, 3)),
+    'break': predict(Scene.load('nine_ball'), Stroke.from_offsets(0, .1, .1, -.1, 6)),
+    'elsewhere': predict(Scene.load('pool'), Stroke.from_offsets(.1, 0, .1, 2, 1),
+                         position=(.3, -.1)),
+    'refused': predict(Scene.load('eight_ball'), Stroke.from_offsets(.9, .9, 0, 0, 1)),
+    'frozen': predict(FROZEN, Stroke.from_offsets(.1, .1, .2, .3, 2)),
+    'endless': predict(Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}}),
+                       Stroke.from_offsets(0, 0, .1, 0, 1)),
+    'rounded tip': predict(
+        Scene.from_dict({'like': 'pool', 'cue': {'mass': .5, 'dome': .01}}),
+        Stroke.from_pose((-.5, .01, .0285), (0, 0, 0, 1), 1.5, (0, 0, .028575))),
+    'chaos of an energetic law': predict(
+        Scene.from_dict({'like': 'paper', 'contacts': {'cue_ball': {'stiffness': 1.1}}}),
+        Stroke.from_offsets(.1, .3, 1.0, .2, 3)),
+}
+
+
+def bits(value):
+    """All numbers in a value, as bytes."""
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.shape, value.tobytes()
+    if isinstance(value, TableRun):
+        return [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
+    if dataclasses.is_dataclass(value):
+        return [(field.name, bits(getattr(value, field.name)))
+                for field in dataclasses.fields(value)]
+    if isinstance(value, tuple | list):
+        return [bits(item) for item in value]
+    return value
+
+
+@pytest.mark.parametrize('name', SHOTS)
+def test_everything_comes_back_bit_for_bit(name):
+    shot = SHOTS[name]
+    back = from_json(to_json(shot))
+    assert back.scene == shot.scene
+    assert bits(back.stroke) == bits(shot.stroke)
+    for field in dataclasses.fields(shot):
+        if field.name not in ('scene', 'stroke'):
+            assert bits(getattr(back, field.name)) == bits(getattr(shot, field.name)), field.name
+    for derived in ('status', 'message', 'double_hit', 'error_estimate', 'evaluations'):
+        assert getattr(back, derived) == getattr(shot, derived)
+    assert bits(back.impact) == bits(shot.impact)
+    assert [e.simulated for e in back.effects] == [e.simulated for e in shot.effects]
+    times = np.linspace(0, shot.trajectory.duration, 50)
+    assert bits(back.trajectory.at(times)) == bits(shot.trajectory.at(times))
+    if shot.table:
+        assert bits(back.table.events) == bits(shot.table.events)
+        assert back.table.pocketed == shot.table.pocketed
+    assert to_json(back) == to_json(shot)
+
+
+@pytest.mark.parametrize('name', SHOTS)
+def test_what_is_recorded_is_enough_to_play_it_again(name):
+    back = from_json(to_json(SHOTS[name]))
+    position = json.loads(to_json(SHOTS[name]))['position']
+    again = predict(back.scene, back.stroke, back.tolerance, position[:2])
+    assert again.status == back.status
+    assert bits(again.trajectory.rows) == bits(back.trajectory.rows)
+    assert bits(again.velocity) == bits(back.velocity)
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@given(normal=st.tuples(*[st.floats(-1, 1)] * 3), speed=st.floats(.05, 10),
+       elevation=st.floats(0, 1.5), azimuth=st.floats(-3, 3))
+def test_any_stroke(normal, speed, elevation, azimuth):
+    if not any(normal):
+        return
+    along = Stroke.from_offsets(0, 0, elevation, azimuth, speed).velocity
+    shot = predict(Scene.load('pool'), Stroke(normal, along))
+    back = from_json(to_json(shot))
+    assert bits(back.stroke) == bits(shot.stroke)
+    assert bits(back.trajectory.rows) == bits(shot.trajectory.rows)
+    assert back.message == shot.message
+
+
+def test_it_is_json_that_others_can_read():
+    def refuse(name):
+        raise AssertionError(f'{name} is no JSON')
+
+    data = json.loads(to_json(SHOTS['masse']), parse_constant=refuse)
+    assert data['strike']['velocity'] == SHOTS['masse'].velocity.tolist()
+    assert data['status'] == 'OK'
+    assert data['scene']['cue']['mass'] == .5018
+
+
+def test_numbers_that_json_does_not_know():
+    row = SHOTS['masse']._row.copy()
+    row[11], row[12] = np.inf, -np.inf
+    shot = dataclasses.replace(SHOTS['masse'], _row=row)
+    assert bits(from_json(to_json(shot))._row) == bits(row)
+
+
+def test_files(tmp_path):
+    save_shot(SHOTS['break'], tmp_path / 'shot.json')
+    assert load_shot(tmp_path / 'shot.json').velocity.tolist() == SHOTS['break'].velocity.tolist()
+    for path, text in ((tmp_path / 'no' / 'shot.json', 'No such file'),):
+        with pytest.raises(ValueError, match=text):
+            load_shot(path)
+        with pytest.raises(ValueError, match=text):
+            save_shot(SHOTS['break'], path)
+
+
+@pytest.mark.parametrize(('change', 'text'), [
+    (lambda data: data.update(format='x'), 'format: missing or not'),
+    (lambda data: data.update(version=99), 'version: 99 is not allowed; it must be 1'),
+    (lambda data: data.pop('strike'), 'incomplete or damaged'),
+    (lambda data: data['strike'].pop('spin'), "incomplete or damaged: KeyError 'spin'"),
+    (lambda data: data.update(trajectory=[[1, 2]]), r'trajectory: shape \(1, 2\) is not allowed'),
+    (lambda data: data['scene']['ball'].update(mass=-1), 'mass'),
+    (lambda data: data['stroke'].update(velocity=[0, 0, 0]), 'velocity: '),
+    (lambda data: data.update(table=7), 'incomplete or damaged'),
+])
+def test_damaged_records(change, text):
+    data = json.loads(to_json(SHOTS['masse']))
+    change(data)
+    with pytest.raises(ValueError, match=text):
+        from_json(json.dumps(data))
+
+
+@pytest.mark.parametrize('text', ['', '{', '[]', '7', '"shot"', 'null'])
+def test_what_is_no_record(text):
+    with pytest.raises(ValueError, match=r'is no JSON|no record of a shot'):
+        from_json(text)
