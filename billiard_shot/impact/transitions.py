@@ -4,7 +4,7 @@ import numpy as np
 
 from billiard_shot.compiled import frugal
 from billiard_shot.impact.events import CONE, EMPTY, JOIN, SLIP_STOP, TURN
-from billiard_shot.impact.friction import let_go
+from billiard_shot.impact.friction import hold, let_go
 from billiard_shot.impact.laws import (
     BISTIFFNESS,
     elastic_energy,
@@ -186,8 +186,13 @@ def transition(m: Model, s: State, room: Room, event: int, j: int, known: bool) 
         let_go(m, s, room, j)
         return False
     if event == SLIP_STOP:
+        c = s.contact[j]
         stop_slip(s, j)
-        s.contact[j].onset = False
+        if c.onset:  # what was to begin is less than noise: it holds
+            c.onset = False
+            c.grip = STICKING
+            hold(m, s, room)
+            return False
     elif event == JOIN:
         join(s, j, known)
     else:
