@@ -19,12 +19,13 @@ else
   unexport PYTHONPATH AMENT_PREFIX_PATH LD_LIBRARY_PATH
 endif
 
-.PHONY: help setup demo test lint bench clean
+.PHONY: help setup demo test lint docs bench clean
 
 help:
 	@echo 'make demo   four shots through a real ROS 2: what came back'
 	@echo 'make test   lint, types, layers, and all tests'
 	@echo 'make lint   the first three of these alone'
+	@echo 'make docs   the pages as HTML, in docs/_build/html'
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
 	@echo 'make clean  removes .venv and all caches'
 
@@ -60,6 +61,10 @@ lint: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+docs: setup
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo 'docs/_build/html/index.html'
+
 # The nodes keep time: their tests come after the others, alone.
 test: lint
 ifeq ($(ROS),none)
@@ -78,5 +83,5 @@ bench: setup
 	done; exit $$status
 
 clean:
-	rm -rf $(VENV) build install log dist *.egg-info .hypothesis .*_cache
+	rm -rf $(VENV) build install log dist docs/_build *.egg-info .hypothesis .*_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

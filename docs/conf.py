@@ -1,0 +1,37 @@
+"""Builds the pages: `make docs`. Warnings are errors."""
+from pathlib import Path
+import sys
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+sys.path[:0] = [str(ROOT), str(HERE / '_ext')]
+
+import interfaces  # noqa: E402
+import parameters  # noqa: E402
+
+project = 'billiard_shot'
+author = 'billiard_shot maintainers'
+project_copyright = author
+
+extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'docstrings']
+exclude_patterns = ['_build']
+default_role = 'code'
+
+html_theme = 'furo'
+html_title = 'billiard_shot'
+html_show_sphinx = False
+
+myst_enable_extensions = ['dollarmath']
+myst_heading_anchors = 3
+
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'none'  # the docstrings say types, shapes and units
+
+# What the code itself says about interfaces and parameters becomes pages, made anew every time.
+REFERENCE = HERE / 'reference'
+REFERENCE.mkdir(exist_ok=True)
+for name, text in (('interfaces', interfaces.page(ROOT / 'msg_defs')),
+                   ('parameters', parameters.page(ROOT / 'billiard_shot'))):
+    file = REFERENCE / f'{name}.md'
+    if not file.exists() or file.read_text() != text:
+        file.write_text(text)
