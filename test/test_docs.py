@@ -1,14 +1,22 @@
 """What README and docs show, runs; blocks for tools that are not here carry a tag."""
+import os
 from pathlib import Path
 import re
 import shlex
+import shutil
+import subprocess
+import sys
 
 import pytest
 
 from billiard_shot.cli import main
 
-ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md'))]
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.append(str(ROOT / 'docs' / '_ext'))
+from interfaces import Group, read_interfaces  # noqa: E402
+
+MESSAGES = ROOT / 'msg_defs'
+PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 BLOCKS = [(page.name, *match.groups()) for page in PAGES
           for match in BLOCK.finditer(page.read_text())]
@@ -64,7 +72,67 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
             assert (code, err) == (0, '')
 
 
+@pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
+def test_the_law_of_restitution_that_is_added(tmp_path):
+    """docs/extending.md: the change fits, and the law does what the page says."""
+    shutil.copytree(ROOT / 'billiard_shot', tmp_path / 'billiard_shot')
+    (_, change), = of('diff')
+    subprocess.run(['git', 'apply', '-'], input=change, text=True, cwd=tmp_path, check=True)
+    program = """
+from billiard_shot.impact import Body, Contact, collide
+for e in (0.2, 0.9):
+    for exponent in (1.0, 1.5):
+        result = collide(
+            [Body(mass=1.0, velocity=(0, 0, -3)), Body(mass=2.0)],
+            [Contact(a=0, b=1, point=(0, 0, 0), normal=(0, 0, 1), restitution=e)],
+            law='blend', exponent=exponent)
+        ball, other = result.velocities[:, 2]
+        print((ball - other) / 3 - e, result.dissipated.sum() - 3 * (1 - e * e))
+"""
+    environment = {**os.environ, 'NUMBA_DISABLE_JIT': '1', 'PYTHONPATH': str(tmp_path)}
+    said = subprocess.run([sys.executable, '-c', program], env=environment, text=True,
+                          capture_output=True, check=True, cwd=tmp_path).stdout
+    numbers = [float(word) for word in said.split()]
+    assert len(numbers) == 8
+    assert numbers == pytest.approx([0.0] * 8, abs=1e-9)
+
+
 def test_every_block_is_of_a_known_kind():
     kinds = {language for _, _, language, _ in BLOCKS}
-    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text'}  # yaml: test/scene/test_check.py
+    # yaml: test/scene/test_check.py
+    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff'}
     assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2'}
+
+
+def test_pages_build_without_warnings(tmp_path):
+    pytest.importorskip('furo', reason='needs the extra docs')
+    pytest.importorskip('myst_parser', reason='needs the extra docs')
+    built = subprocess.run(
+        [sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', '-b', 'html',
+         ROOT / 'docs', tmp_path], capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    for node in ('predictor', 'cue_driver', 'table_display'):
+        assert f'id="{node.replace("_", "-")}"' in (
+            tmp_path / 'reference' / 'parameters.html').read_text()
+    assert 'billiard_shot.predict' in (tmp_path / 'reference' / 'api.html').read_text()
+
+
+UNIT = re.compile('metre|second|radian|no unit|no frame|pose of the tip')
+NUMBERS = re.compile(r'float|u?int(8|16|32|64)|geometry_msgs/(Point|Pose|Vector3)')
+
+
+@pytest.mark.skipif(not MESSAGES.exists(), reason='needs a source checkout')
+def test_every_field_says_what_it_is():
+    """msg_defs: each field has a comment, with a unit where it is a number; so have constants."""
+    interfaces = read_interfaces(MESSAGES)
+    assert {'PredictShot', 'TableState', 'ExecuteShot'} <= {each.name for each in interfaces}
+    for interface in interfaces:
+        for part in interface.parts:
+            for item in part.items:
+                where = f'{interface.name} {part.name} {item}'
+                assert item.comment, where
+                if isinstance(item, Group):
+                    assert all(constant.name.isupper() for constant in item.constants), where
+                else:
+                    assert item.name.islower(), where
+                    assert UNIT.search(item.comment) or not NUMBERS.match(item.type), where

@@ -63,9 +63,9 @@ def page(folder: Path) -> str:
     names = {interface.name for interface in interfaces}
     lines = [
         '# Interfaces', '',
-        f'Package `{PACKAGE}`. All in SI units and, where not said otherwise, in the frame `table` '
-        '(REP-103): origin on the cloth at the centre of the bed, x along its length, y along its '
-        'width, z up.', '']
+        f'Package `{PACKAGE}`. All in SI units and, where not said otherwise, in the frame '
+        '`table` (REP-103): origin on the cloth at the centre of the bed, x along its length, y '
+        'along its width, z up.', '']
     for interface in interfaces:
         lines += [f'## {interface.name}', '', f'*{interface.kind}* `{PACKAGE}/'
                   f'{_folder(interface.kind)}/{interface.name}`', '']

@@ -24,8 +24,8 @@ def page(folder: Path) -> str:
     """The page, in Markdown."""
     lines = [
         '# Parameters of the nodes', '',
-        'Defaults are also in `config/NODE.yaml`. Every parameter is checked when a node starts and '
-        'when it is set; what is refused is answered with the reason.', '']
+        'Defaults are also in `config/NODE.yaml`. Every parameter is checked when a node starts '
+        'and when it is set; what is refused is answered with the reason.', '']
     for node, parameters in declared(folder).items():
         lines += [f'## {node}', '', '| parameter | default | unit, range | what |',
                   '|---|---|---|---|', *map(_row, parameters), '']
