@@ -34,6 +34,9 @@ balls:
 """
 
 
+TAGGED = [(page, tag, text) for page, tag, _, text in BLOCKS if tag]
+
+
 def of(*languages):
     found = [(page, text) for page, tag, language, text in BLOCKS
              if language in languages and not tag]
@@ -95,6 +98,21 @@ for e in (0.2, 0.9):
     numbers = [float(word) for word in said.split()]
     assert len(numbers) == 8
     assert numbers == pytest.approx([0.0] * 8, abs=1e-9)
+
+
+@pytest.mark.skipif(shutil.which('bash') is None, reason='needs bash')
+@pytest.mark.parametrize(('page', 'tag', 'text'), TAGGED)
+def test_what_cannot_be_run_names_what_is_there(page, tag, text, tmp_path):
+    """Commands for tools that are not here: the shell reads them; files, nodes, types exist."""
+    script = tmp_path / 'block.sh'
+    script.write_text(text)
+    subprocess.run(['bash', '-n', script], check=True)
+    entries = (ROOT / 'setup.py').read_text()
+    for kind, name in re.findall(r'ros2 (run|launch) billiard_shot (\S+)', text):
+        assert f"'{name} = " in entries if kind == 'run' else (ROOT / 'launch' / name).is_file()
+    for kind, name in re.findall(r'billiard_shot_msgs/(\w+)/(\w+)', text):
+        assert (MESSAGES / kind / f'{name}.{kind}').is_file()
+    pytest.skip(f'needs {tag} to be run')
 
 
 def test_every_block_is_of_a_known_kind():

@@ -141,7 +141,7 @@ def test_source_archive_has_all_that_tests_and_docs_need(built):
     with tarfile.open(next(built.glob('*.tar.gz'))) as opened:
         names = {name.partition('/')[2] for name in opened.getnames()}
     assert names >= {'LICENSE', 'README.md', 'CHANGELOG.rst', 'CONTRIBUTING.md', 'Makefile',
-                     'config/scenes/paper.yaml', 'config/setup.sh',
+                     'config/scenes/paper.yaml', 'config/setup.sh', 'docs/conf.py',
                      'msg_defs/srv/PredictShot.srv', 'test/conftest.py', 'test/ros/conftest.py'}
     assert not [name for name in names if '__pycache__' in name or name.startswith('.venv')]
 
