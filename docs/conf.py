@@ -13,13 +13,14 @@ project = 'billiard_shot'
 author = 'billiard_shot maintainers'
 project_copyright = author
 
-extensions = ['myst_parser', 'sphinx.ext.autodoc', 'sphinx.ext.mathjax', 'docstrings']
+extensions = ['myst_parser', 'sphinx.ext.autodoc', 'docstrings', 'mathml']
 exclude_patterns = ['_build']
 default_role = 'code'
 
 html_theme = 'furo'
 html_title = 'billiard_shot'
 html_show_sphinx = False
+html_math_renderer = 'mathml'
 
 myst_enable_extensions = ['dollarmath']
 myst_heading_anchors = 3

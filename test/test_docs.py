@@ -17,23 +17,14 @@ from interfaces import Group, read_interfaces  # noqa: E402
 
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
-BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 BLOCKS = [(page.name, *match.groups()) for page in PAGES
           for match in BLOCK.finditer(page.read_text())]
 ELSEWHERE = ('make demo', 'make test', 'pip install .')  # run by CI, and by test_packaging.py
 
-WRONG_SCENE = """\
-ball:
-  mass: -0.17
-  radus: 0.0286
-  radius: 0.028575
-like: pool
-balls:
-  8: [0.05, 0]
-  '8': [1, 1]
-"""
-
-
+FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
 TAGGED = [(page, tag, text) for page, tag, _, text in BLOCKS if tag]
 
 
@@ -44,9 +35,17 @@ def of(*languages):
     return found
 
 
+def prepare(page, folder):
+    """Write the files that a page shows, and link those that it finds in the repository."""
+    (folder / 'config').symlink_to(ROOT / 'config')
+    for name, text in FILES[page]:
+        (folder / name).write_text(text)
+
+
 @pytest.mark.parametrize(('page', 'text'), of('python'))
 def test_python(page, text, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # for the files that they write
+    prepare(page, tmp_path)
+    monkeypatch.chdir(tmp_path)  # for the files that they write, too
     exec(compile(text, page, 'exec'), {})
     printed = capsys.readouterr().out
     for said in re.findall(r'^print\(.*\)  +# (.*)$', text, re.MULTILINE):
@@ -55,8 +54,7 @@ def test_python(page, text, capsys, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(('page', 'text'), of('sh', 'console'))
 def test_commands(page, text, capsys, tmp_path, monkeypatch):
-    (tmp_path / 'config').symlink_to(ROOT / 'config')
-    (tmp_path / 'mine.yaml').write_text(WRONG_SCENE)
+    prepare(page, tmp_path)
     monkeypatch.chdir(tmp_path)
     lines = text.replace('\\\n', ' ').splitlines()
     shell = not text.startswith('$ ')  # else a console: commands after $, and what they print
@@ -123,8 +121,8 @@ def test_every_block_is_of_a_known_kind():
 
 
 def test_pages_build_without_warnings(tmp_path):
-    pytest.importorskip('furo', reason='needs the extra docs')
-    pytest.importorskip('myst_parser', reason='needs the extra docs')
+    for needed in ('furo', 'latex2mathml', 'myst_parser'):
+        pytest.importorskip(needed, reason='needs the extra docs')
     built = subprocess.run(
         [sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', '-b', 'html',
          ROOT / 'docs', tmp_path], capture_output=True, text=True, check=False)
