@@ -3,6 +3,9 @@ from importlib import import_module
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from billiard_shot.planning.inverse import invert_strike
+    from billiard_shot.planning.plan import plan
+    from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.scene import Scene
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
@@ -18,7 +21,8 @@ if TYPE_CHECKING:
 __all__ = [
     'Scene', 'Stroke', 'predict', 'predict_batch', 'Shot', 'BatchResult', 'Status', 'Effect',
     'Trajectory', 'BallState', 'EventKind', 'Motion', 'simulate', 'simulate_batch',
-    'TableBatch', 'TableRun', 'load_shot', 'save_shot',
+    'TableBatch', 'TableRun', 'load_shot', 'save_shot', 'plan', 'PlanResult', 'RankedStroke',
+    'invert_strike',
 ]
 
 # Imported when first used: `import billiard_shot` alone must not wait for numba.
@@ -41,6 +45,10 @@ _HOMES = {
     'simulate_batch': 'table.simulate',
     'TableBatch': 'table.simulate',
     'TableRun': 'table.run',
+    'plan': 'planning.plan',
+    'PlanResult': 'planning.result',
+    'RankedStroke': 'planning.result',
+    'invert_strike': 'planning.inverse',
 }
 
 

@@ -19,6 +19,8 @@ class Status(IntEnum):
     TOLERANCE_NOT_REACHED = 5  # the result is the best there is, its error estimate says how good
     BUDGET_EXCEEDED = 6  # too many states or steps
     OFF_TABLE = 7
+    NO_PLAN = 8  # no stroke was found that reaches the target
+    CANCELLED = 9  # ended by whoever asked for it; the result is the best so far
     MISS = 100  # the cue does not meet the ball
     NEGATIVE_ELEVATION = 101  # the stroke points up
     CUE_THROUGH_CLOTH = 102  # the cue would have to pass through the cloth

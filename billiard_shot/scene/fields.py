@@ -100,6 +100,35 @@ def places() -> Any:
     return dataclasses.field(default_factory=dict, hash=False, metadata={TAKES: convert})
 
 
+def name(*, absent: bool = False) -> Any:
+    """Field for the name of a ball; `absent`: it need not be there, and then is None."""
+
+    def convert(value: object) -> str | None:
+        if absent and value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, str | int) or value == '':
+            raise refused(value, "a name, such as '8'")
+        return str(value)
+
+    return _field(convert, None if absent else dataclasses.MISSING)
+
+
+def point(*, absent: bool = False) -> Any:
+    """Field for a point (x, y) on the table [m]; `absent`: as for `name`."""
+    coordinate = _number_within('m', None, None, None)
+
+    def convert(value: object) -> tuple[float, float] | None:
+        if absent and value is None:
+            return None
+        try:
+            x, y = (coordinate(each) for each in value)  # type: ignore[attr-defined]
+            return x, y
+        except (TypeError, ValueError):
+            raise refused(value, 'two finite numbers, (x, y) (m)') from None
+
+    return _field(convert, None if absent else dataclasses.MISSING)
+
+
 def section(kind: type, *, optional: bool = False, absent: bool = False) -> Any:
     """
     Field for a dataclass of such fields.

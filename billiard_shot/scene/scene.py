@@ -14,6 +14,7 @@ from billiard_shot.scene.furniture import Table
 from billiard_shot.scene.likeness import resolved
 from billiard_shot.scene.mistakes import InputError, Mistake, TWICE
 from billiard_shot.scene.placing import balls_off_the_table, CUE_BALL, overlapping_balls
+from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
 from billiard_shot.scene.yaml_file import Document, read_document
 
@@ -39,6 +40,8 @@ class Scene:
         Where balls lie on the table [m]; the cue ball is `cue`, at the origin if not placed.
     table : Table, optional
         Cushions and pockets; without, the cloth is endless.
+    robot, noise : Robot, Noise
+        Who plays, for the planner: limits of strokes, and how much they differ from the plan.
     rack : Rack, optional
         Puts the balls of a game onto the table, in addition to `balls`, where they stay.
 
@@ -61,6 +64,8 @@ class Scene:
     balls: Mapping[str, tuple[float, float]] = places()
     effects: Effects = section(Effects, optional=True)
     table: Table | None = section(Table, absent=True)
+    robot: Robot = section(Robot, optional=True)
+    noise: Noise = section(Noise, optional=True)
     rack: InitVar[Rack | None] = section(Rack, absent=True)
 
     def __post_init__(self, rack: Rack | None) -> None:

@@ -145,7 +145,7 @@ def set_up(
                 square += (ball[POSITION + k] - w.balls[j, POSITION + k]) ** 2
             if np.sqrt(square) < 2.0 * surface.radius - DEEPEST:
                 return False
-    w.counts[:] = 0
+    w.counts[1], w.counts[2] = 0, 0  # segments go on: those of all tables follow each other
     w.pause[:] = 0.0
     return True
 
@@ -178,10 +178,10 @@ def play_tables(
     limit : int
         Most events of a table.
     world : World, changed
-        Its record is that of the last table, as far as there is room.
+        Its segments are those of all tables, its events of the last one, as far as there is room.
     results : (tables, balls, RESULT) float array, written
     summary : (tables, 5) float array, written
-        Duration [s], status, numbers of segments, of events, and of contacts looked for.
+        Duration [s], status, number of segments so far, of events, and of contacts looked for.
     places : (tables, balls, 2) int array, written
         The pocket in which each ball lies, and the first ball it met; or NOTHING.
 

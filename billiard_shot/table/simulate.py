@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import math
 import os
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,31 @@ def run_one(
         names, Status(int(summary[0, 1])), float(summary[0, 0]), perf_counter() - begin,
         int(summary[0, 4]), segments[: needed[0]], events[: needed[1]], places[0],
     )
+
+
+class Record(NamedTuple):
+    """Tables that were played, with the motion of all their balls."""
+
+    results: NDArray[np.float64]  # (tables, balls, RESULT), see `play_tables`
+    summary: NDArray[np.float64]  # (tables, 5)
+    places: NDArray[np.int64]  # (tables, balls, 2)
+    segments: NDArray[np.float64]  # (segments, COLUMNS + 1) of all tables, one after the other
+
+
+def run_recorded(
+    surface: Surface, furniture: Furniture, given: NDArray[np.float64], tolerance: float,
+    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT,
+) -> Record:
+    """Simulate tables from states (tables, balls, INPUT) in this thread, recording all motion."""
+    room = 8 * given.shape[0] * (2 + given.shape[1])
+    nothing = np.empty((0, world.EVENT_COLUMNS))
+    while True:
+        segments = np.empty((room, motion.COLUMNS + 1))
+        played = _play(surface, furniture, given, tolerance, hop, max_events, segments, nothing)
+        needed = int(played[1][-1, 2]) if len(given) else 0
+        if needed <= room:
+            return Record(*played, segments[:needed])
+        room = needed
 
 
 def _play(

@@ -1,0 +1,152 @@
+"""
+Curved ways past what stands in a straight one: curve and massé around it, jumps over it.
+
+Nothing in the motion of a ball on a cloth has a length of its own but gravity's: of a cue that
+comes twice as fast, the ball takes the same path four times as large. So one path for each pair of
+offsets and elevation serves for all speeds and directions: that of 1 m/s along +x is enlarged so
+far, and turned so, that it goes through the waypoint.
+"""
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.guesses import Guesses, spread_of
+from billiard_shot.planning.limits import raised
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strikes import Rows, vectors_of
+from billiard_shot.planning.waypoints import THINNEST, Waypoint
+from billiard_shot.shot import row as at
+from billiard_shot.shot.strike import shoot
+from billiard_shot.status import Status
+from billiard_shot.table import motion
+from billiard_shot.table.trajectory import Trajectory
+
+SIDES = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b, parts of the largest offset
+HEIGHTS = (-0.8, -0.4, 0.0, 0.4, 0.8)
+ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
+SPEEDS = 10
+SAMPLES = 40  # points of a path
+ROOM = 0.003  # m that a path should keep from balls
+LOW = 0.3  # radii above the cloth up to which a ball that arrives can still hit one well
+
+
+def library(problem: Problem) -> tuple[Rows, Rows]:
+    """Offsets and elevations (n, 3), and paths (n, SAMPLES, 3) [m] of a cue at 1 m/s along +x."""
+    robot = problem.limits.robot
+    low, high = problem.limits.elevations
+    kinds = np.array([
+        (robot.offset_max * side, robot.offset_max * height, elevation)
+        for elevation in ELEVATIONS if low <= elevation <= high
+        for height in HEIGHTS for side in SIDES if math.hypot(side, height) <= 1.0
+    ]).reshape(-1, 3)
+    strokes = np.column_stack([kinds, np.zeros(len(kinds)), np.ones(len(kinds))])
+    normals, velocities = vectors_of(strokes)
+    centre = np.array([0.0, 0.0, problem.radius])
+    row, log = np.empty((1, at.COLUMNS)), np.empty((0, 12))
+    segments = np.empty((40, motion.COLUMNS))
+    steps = np.linspace(0.0, 1.0, SAMPLES) ** 2
+    paths, kept = [], []
+    for i in range(len(kinds)):
+        shoot(
+            problem.model, normals[i : i + 1], velocities[i : i + 1], centre, 1e-4, row, log,
+            segments,
+        )
+        if row[0, at.STATUS] == Status.OK and row[0, at.SEGMENTS] <= len(segments):
+            path = Trajectory(segments[: int(row[0, at.SEGMENTS])].copy())
+            paths.append(path.at(path.duration * steps).position)
+            kept.append(i)
+    return kinds[kept], np.array(paths).reshape(-1, SAMPLES, 3)
+
+
+def curved_guesses(problem: Problem, points: list[Waypoint], count: int) -> Guesses:
+    """Up to so many strokes for each waypoint whose paths pass all other balls."""
+    kinds, paths = library(problem)
+    robot = problem.limits.robot
+    speeds = np.geomspace(max(0.6, robot.speed_min), robot.speed_max, SPEEDS)
+    strokes: list[Rows] = [np.empty((0, 5))]
+    spreads: list[Rows] = [np.empty(0)]
+    ways: list[Rows] = [np.empty(0, np.int64)]
+    for number, point in enumerate(points):
+        found, room, spread = [], [], []
+        for speed in speeds:
+            azimuth, gap, cut, length = _through(problem, kinds, paths * speed**2, speed, point)
+            fit = np.flatnonzero((gap > 0.0) & (cut > THINNEST))
+            found.append(np.column_stack([
+                kinds[fit], azimuth[fit], np.full(len(fit), speed)
+            ]))
+            room.append(gap[fit])
+            spread.append(np.array([
+                spread_of(problem, point, length, float(cut[i])) for i in fit
+            ]))
+        candidates = np.concatenate(found)
+        good = problem.limits.allows(candidates[:, 3])
+        lifted = raised(problem.scene, problem.limits, candidates[good])
+        free = np.abs(lifted[:, 2] - candidates[good, 2]) < 1e-9  # others would take another path
+        # an even choice of all speeds and elevations, those with the most room first
+        wide = np.minimum(np.concatenate(room)[good][free], 0.02)
+        order: NDArray[np.int64] = np.argsort(-wide, kind='stable')
+        order = order[: 3 * count][:: max(1, min(3, len(order) // max(count, 1)))][:count]
+        strokes.append(lifted[free][order])
+        spreads.append(np.concatenate(spread)[good][free][order])
+        # every one is a way of its own, as far as one knows
+        ways.append(np.full(len(order), number, np.int64))
+    return Guesses(np.concatenate(strokes), np.concatenate(spreads), np.concatenate(ways))
+
+
+def _through(
+    problem: Problem, kinds: Rows, paths: Rows, speed: float, point: Waypoint
+) -> tuple[Rows, Rows, Rows, float]:
+    """
+    Turn paths (n, SAMPLES, 3) so that they go through a waypoint.
+
+    Returns azimuths (n,), the room they keep from other balls and cushions (n,) [m] (negative:
+    too little, or they do not get there), cosines of the cut (n,), and the distance.
+    """
+    ahead = point.place - problem.cue_ball
+    distance = float(np.hypot(*ahead))
+    radii = np.hypot(paths[..., 0], paths[..., 1])
+    beyond = radii >= distance
+    index = np.where(beyond.any(axis=1), beyond.argmax(axis=1), 0)
+    row = np.arange(len(paths))
+    gets_there = index > 0
+    before = np.maximum(index - 1, 0)
+    r0, r1 = radii[row, before], radii[row, index]
+    part = np.where(gets_there, (distance - r0) / np.where(r1 > r0, r1 - r0, 1.0), 0.0)
+    p0, p1 = paths[row, before], paths[row, index]
+    there = p0 + part[:, np.newaxis] * (p1 - p0)
+    turn = math.atan2(ahead[1], ahead[0]) - np.arctan2(there[:, 1], there[:, 0])
+    sine, cosine = np.sin(turn), np.cos(turn)
+    # the path up to the waypoint, in the frame of the table
+    reached = np.arange(SAMPLES) <= before[:, np.newaxis]
+    points = np.where(reached[..., np.newaxis], paths, there[:, np.newaxis])
+    x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
+    y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]
+    world = np.stack([x, y, points[..., 2]], axis=2)
+    gap = np.where(gets_there & (there[:, 2] < (1.0 + LOW) * problem.radius), np.inf, -np.inf)
+    for other in range(1, len(problem.places)):
+        if other == point.struck:
+            continue
+        centre = np.array([*problem.places[other], problem.radius])
+        nearest = _distances(world, centre) - 2.0 * problem.radius - ROOM
+        gap = np.minimum(gap, nearest)
+    inside = (np.abs(x).max(axis=1) <= problem.bed.x) & (np.abs(y).max(axis=1) <= problem.bed.y)
+    gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
+    step = p1 - p0
+    heading = np.stack([
+        cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]
+    ], axis=1)
+    size = np.maximum(np.hypot(*heading.T), 1e-12)
+    cut = heading @ point.push / size if point.struck else np.ones(len(paths))
+    return turn, gap, cut, distance
+
+
+def _distances(paths: Rows, point: Rows) -> Rows:
+    """Least distance (n,) of paths (n, SAMPLES, 3) from a point (3,)."""
+    begin = paths[:, :-1] - point
+    along = np.diff(paths, axis=1)
+    square = np.maximum((along**2).sum(axis=2), 1e-300)
+    part = np.clip(-(begin * along).sum(axis=2) / square, 0.0, 1.0)
+    nearest = begin + part[..., np.newaxis] * along
+    distances: Rows = np.sqrt((nearest**2).sum(axis=2).min(axis=1))
+    return distances

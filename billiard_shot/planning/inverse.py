@@ -1,0 +1,206 @@
+"""
+The inverse strike: which stroke gives the ball a wanted velocity and spin.
+
+A strike has no scale of its own (Coulomb friction, restitution and springs are homogeneous), and
+the cloth no direction: the speed of the cue multiplies what the ball gets, and the azimuth turns
+it. Both have a closed form as soon as the other three are known, so that what is left to solve is
+a least squares problem in the offsets a and b and the elevation (variable projection; Golub and
+Pereyra, SIAM J. Numer. Anal. 10, 1973).
+"""
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.planning.strikes import spin_in_metres, strikes_of
+from billiard_shot.scene import Scene
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.model import Model
+from billiard_shot.shot.stroke import Stroke
+
+# Elevations [rad] of guesses, with the offsets that a tip that sticks would need.
+ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
+GUESSES = 3  # how many of the guesses are pursued
+STARTS, PURSUED, FINISHED = 1024, 24, 4  # quasi-random starts, where guesses lead to no exact end
+BRIEF, THOROUGH = 8, 40  # evaluations of each
+APART = 0.1  # radii and rad, between starts
+RIM = 0.75  # a and b stay within that: farther out no tip holds
+BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
+EXACT = 1e-8  # of the wanted speed: a residual that needs no further search
+STEP = 1e-6  # of the difference quotients, in radii and rad
+
+Row = NDArray[np.float64]
+
+
+class Inverse(NamedTuple):
+    """A stroke, and how far what it gives is from what was wanted."""
+
+    stroke: Stroke
+    residual: float  # m/s: length of the error in velocity and spin, that in spin times radius
+
+
+def invert_strike(
+    scene: Scene, velocity: Sequence[float] | Row, spin: Sequence[float] | Row = (0.0, 0.0, 0.0)
+) -> Inverse:
+    """
+    Find the stroke that gives the cue ball a velocity and a spin, or the nearest to them.
+
+    Of the strike alone: whether a cushion or a ball is in the way of the cue is not looked at.
+
+    Parameters
+    ----------
+    scene : Scene
+    velocity : (3,) array_like
+        Of the ball's centre at the end of the strike [m/s], frame `table`; not zero.
+    spin : (3,) array_like
+        [rad/s], frame `table`.
+
+    Returns
+    -------
+    stroke : Stroke
+    residual : float
+        Length of (dv, r dw) [m/s], r being the ball's radius; zero but for rounding where a stroke
+        gives exactly that. Five numbers make a stroke, and six are wanted: mostly none does.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or the velocity is zero.
+
+    """
+    problem = _Problem(scene, model_of(scene), _wanted(scene, velocity, spin))
+    residual, found = problem.solve()
+    azimuth, speed = problem.project(found[np.newaxis])[1:]
+    a, b, elevation = found
+    stroke = Stroke.from_offsets(
+        float(a), float(b), float(elevation), float(azimuth[0]), float(speed[0])
+    )
+    return Inverse(stroke, residual)
+
+
+class _Problem(NamedTuple):
+    """The least squares problem in (a, b, elevation)."""
+
+    scene: Scene
+    model: Model
+    wanted: Row  # (6,) m/s
+
+    def project(self, offsets: Row) -> tuple[Row, Row, Row]:
+        """Errors (n, 6), best azimuths (n,) and speeds (n,) for offsets and elevations (n, 3)."""
+        given = strikes_of(self.scene, self.model, offsets)
+        level = given[:, [0, 3]] + 1j * given[:, [1, 4]]
+        aim = self.wanted[[0, 3]] + 1j * self.wanted[[1, 4]]
+        turn = (level.conj() * aim).sum(axis=1)
+        azimuth = np.angle(turn)
+        upright = given[:, [2, 5]] @ self.wanted[[2, 5]]
+        speed = (np.abs(turn) + upright) / (given**2).sum(axis=1)
+        speed = np.where(speed > 1e-12, speed, 1e-12)  # NaN: no stroke
+        turned = level * (speed * np.exp(1j * azimuth))[:, np.newaxis]
+        errors = speed[:, np.newaxis] * given - self.wanted
+        errors[:, [0, 3]] = turned.real - self.wanted[[0, 3]]
+        errors[:, [1, 4]] = turned.imag - self.wanted[[1, 4]]
+        errors[np.isnan(errors).any(axis=1)] = 10.0 * np.abs(self.wanted).max()
+        return errors, azimuth, speed
+
+    def best_of(self, starts: Row, count: int) -> Row:
+        """Those of some starts (n, 3) that are worth refining, `APART` from each other."""
+        sizes = np.linalg.norm(self.project(starts)[0], axis=1)
+        chosen: list[Row] = []
+        for start in starts[np.argsort(sizes, kind='stable')]:
+            if all(np.abs(start - other).max() > APART for other in chosen):
+                chosen.append(start)
+            if len(chosen) == count:
+                break
+        return np.array(chosen)
+
+    def errors(self, x: Row) -> Row:
+        """Errors (6,) at one point."""
+        return self.project(x[np.newaxis])[0][0]
+
+    def slopes(self, x: Row) -> Row:
+        """Derivatives (6, 3) by difference quotients, towards the middle of what is allowed."""
+        step = np.where(x < 0.5 * np.add(*BOUNDS), STEP, -STEP)
+        errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
+        rise: Row = (errors[1:] - errors[0]).T / step
+        return rise
+
+    def refine(self, starts: Row, evaluations: int) -> list[tuple[float, Row]]:
+        """Residuals from each start, and where they are; up to the first that is exact."""
+        from scipy.optimize import least_squares
+
+        found: list[tuple[float, Row]] = []
+        for start in starts:
+            solved = least_squares(
+                self.errors, start, self.slopes, BOUNDS, method='dogbox', xtol=1e-12, ftol=1e-9,
+                gtol=1e-15, max_nfev=evaluations,
+            )
+            found.append((math.sqrt(2.0 * solved.cost), solved.x))
+            if self.exact(found[-1][0]):
+                break
+        return sorted(found, key=lambda each: each[0])
+
+    def exact(self, residual: float) -> bool:
+        """Whether a residual is nothing but rounding."""
+        return residual <= EXACT * float(np.linalg.norm(self.wanted))
+
+    def solve(self) -> tuple[float, Row]:
+        """Smallest residual there is, and where; from guesses, or else from all over."""
+        found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
+        if not self.exact(found[0][0]):
+            from scipy.stats import qmc
+
+            draws = qmc.Sobol(3, scramble=False).random(STARTS)
+            radius, angle = RIM * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
+            starts = np.column_stack([
+                radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]
+            ])
+            nearer = self.refine(self.best_of(starts, PURSUED), BRIEF)
+            ends = np.array([x for _, x in nearer[:FINISHED]])
+            found = sorted(found + self.refine(ends, THOROUGH), key=lambda each: each[0])
+        return found[0]
+
+
+def _guesses(scene: Scene, wanted: Row) -> Row:
+    """
+    Offsets and elevations (n, 3) of a tip that sticks, pushing along the cue, on a ball in space.
+
+    The push J gives m v = J c and I w = r n x J: the offset is what of I w / (r J) is across c.
+    """
+    ball = scene.ball
+    along = math.hypot(wanted[0], wanted[1])
+    heading = math.atan2(wanted[1], wanted[0])
+    arm = ball.inertia / (ball.mass * ball.radius**2)
+    guesses = [(0.0, 0.0, math.atan2(max(-wanted[2], 0.0), along))]
+    for elevation in ELEVATIONS:
+        level = np.array([math.cos(heading), math.sin(heading), 0.0])
+        right = np.array([math.sin(heading), -math.cos(heading), 0.0])
+        c = math.cos(elevation) * level - math.sin(elevation) * np.array([0.0, 0.0, 1.0])
+        up = np.cross(right, c)
+        push = max(along / math.cos(elevation), 1e-9)
+        offset = arm / push * np.cross(c, wanted[3:])
+        a, b = float(offset @ right), float(offset @ up)
+        size = max(1.0, math.hypot(a, b) / 0.6)  # farther out tips slide
+        guesses.append((a / size, b / size, elevation))
+    return np.array(guesses)
+
+
+def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Row:
+    """Velocity and spin times radius (6,) [m/s], checked."""
+    parts = []
+    for name, values, unit in (('velocity', velocity, 'm/s'), ('spin', spin, 'rad/s')):
+        try:
+            part = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            part = np.empty(0)
+        if part.shape != (3,) or not np.isfinite(part).all():
+            raise ValueError(
+                f'{name}: {values!r} is not allowed; it must be three finite numbers ({unit})'
+            )
+        parts.append(part)
+    if not parts[0].any():
+        raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
+    return np.concatenate([parts[0], spin_in_metres(scene, parts[1])])

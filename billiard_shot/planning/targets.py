@@ -1,0 +1,275 @@
+"""What a stroke is to reach: targets as people state them, checked against the scene."""
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+import dataclasses
+from dataclasses import dataclass
+import math
+from typing import Any, TypeAlias
+
+from billiard_shot.scene import Scene
+from billiard_shot.scene.checks import check, read
+from billiard_shot.scene.fields import name, number, point, TAKES
+from billiard_shot.scene.mistakes import InputError, Mistake, refused
+from billiard_shot.scene.placing import CUE_BALL, lying, no_place
+from billiard_shot.table.run import POCKET_NAMES
+
+Point: TypeAlias = tuple[float, float]
+ANY = 'any'
+
+
+def _segment() -> Any:
+    ends = point().metadata[TAKES]
+
+    def convert(value: object) -> tuple[Point, Point]:
+        try:
+            found = tuple(ends(each) for each in value)  # type: ignore[attr-defined]
+            begin, end = found
+        except (TypeError, ValueError):
+            raise refused(value, 'two points, ((x1, y1), (x2, y2)) (m)') from None
+        if begin == end:
+            raise refused(value, 'two different points (m)')
+        return begin, end
+
+    return dataclasses.field(metadata={TAKES: convert})
+
+
+def _pocket() -> Any:
+    allowed = f'{ANY}, or of {", ".join(POCKET_NAMES)} one or a list'
+
+    def convert(value: object) -> tuple[str, ...]:
+        names = (value,) if isinstance(value, str) else value
+        if names == (ANY,):
+            return POCKET_NAMES
+        if not isinstance(names, tuple | list) or not names or not set(names) <= {*POCKET_NAMES}:
+            raise refused(value, allowed)
+        return tuple(pocket for pocket in POCKET_NAMES if pocket in names)
+
+    return dataclasses.field(default=ANY, metadata={TAKES: convert})
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """
+    The cue ball is to rest near a point.
+
+    Parameters
+    ----------
+    rest : (x, y)
+        [m]
+    radius : float
+        How near [m], above 0.
+
+    """
+
+    rest: Point = point()
+    radius: float = number('m', above=0, default=0.1)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Pass:
+    """
+    The cue ball is to pass near a point.
+
+    Parameters
+    ----------
+    passing : (x, y)
+        [m]; `pass` in a mapping.
+    radius : float
+        How near its centre [m], above 0.
+
+    """
+
+    passing: Point = point()
+    radius: float = number('m', above=0, default=0.02)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """
+    The cue ball's centre is to pass between two points.
+
+    Parameters
+    ----------
+    gate : ((x1, y1), (x2, y2))
+        [m]
+
+    """
+
+    gate: tuple[Point, Point] = _segment()
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
+    if hit.direction is not None and hit.at is not None:
+        yield Mistake(('at',), 'is not allowed together with direction')
+    if hit.direction is not None and math.hypot(*hit.direction) == 0.0:
+        yield Mistake(('direction',), f'{hit.direction!r} is not allowed; it must not be zero')
+
+
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """
+    The cue ball is to meet a ball before any other.
+
+    Parameters
+    ----------
+    hit : str
+        Name of the ball.
+    direction : (x, y), optional
+        In which that ball is to leave; any length.
+    within_deg : float
+        How far it may leave from that direction [degrees], above 0.
+    at : (x, y), optional
+        Where the cue ball is to touch it: the point of its rim next to this one [m].
+    radius : float
+        How near to that [m], above 0.
+
+    """
+
+    RULES = (_one_way_to_hit,)
+    hit: str = name()
+    direction: Point | None = point(absent=True)
+    within_deg: float = number('degrees', above=0, most=180, default=5.0)
+    at: Point | None = point(absent=True)
+    radius: float = number('m', above=0, default=0.005)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Pot:
+    """
+    A ball is to fall into a pocket, and the cue ball to stay on the table.
+
+    Parameters
+    ----------
+    pot : str
+        Name of the ball.
+    pocket : str or sequence of str
+        `any`, or which ones, see `POCKET_NAMES`.
+    leave : (x, y), optional
+        Near which the cue ball is to rest [m].
+    radius : float
+        How near to that [m], above 0.
+
+    """
+
+    pot: str = name()
+    pocket: tuple[str, ...] = _pocket()
+    leave: Point | None = point(absent=True)
+    radius: float = number('m', above=0, default=0.1)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+Target: TypeAlias = Rest | Pass | Gate | Hit | Pot
+KINDS: dict[str, type[Any]] = {'rest': Rest, 'pass': Pass, 'gate': Gate, 'hit': Hit, 'pot': Pot}
+
+
+def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
+    """
+    Read a target and check it against a scene.
+
+    Raises
+    ------
+    ValueError
+        Naming every field that is wrong, its value and what is allowed.
+
+    """
+    target: Target
+    if isinstance(wanted, Mapping):
+        kinds = [kind for kind in KINDS if kind in wanted]
+        if len(kinds) != 1:
+            raise InputError([Mistake((), (
+                f'{dict(wanted)!r} is not allowed; it must have one of the keys {", ".join(KINDS)}'
+            ))], 'target')
+        data = {('passing' if key == 'pass' else key): value for key, value in wanted.items()}
+        try:
+            target = read(KINDS[kinds[0]], data)
+        except InputError as error:
+            raise InputError(error.mistakes, 'target') from None
+    elif isinstance(wanted, tuple(KINDS.values())):
+        target = wanted
+    else:
+        raise InputError([Mistake((), (
+            f'{wanted!r} is not allowed; it must be a mapping with one of the keys '
+            f'{", ".join(KINDS)}'
+        ))], 'target')
+    if mistakes := list(_not_in(scene, target)):
+        raise InputError(mistakes, 'target')
+    return target
+
+
+def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
+    match target:
+        case Rest():
+            yield from _place(scene, 'rest', target.rest, target.radius)
+        case Pass():
+            yield from _place(scene, 'pass', target.passing, target.radius)
+        case Gate():
+            for end in target.gate:
+                yield from _on_table(scene, 'gate', end)
+        case Hit():
+            yield from _ball(scene, 'hit', target.hit)
+            if target.at is not None:
+                yield from _on_table(scene, 'at', target.at)
+        case Pot():
+            yield from _ball(scene, 'pot', target.pot)
+            if scene.table is None or not scene.table.pockets:
+                yield Mistake(('pocket',), 'the scene has no pockets; it needs a table with some')
+            if target.leave is not None:
+                yield from _place(scene, 'leave', target.leave, target.radius, target.pot)
+
+
+def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:
+    others = [other for other in scene.balls if other != CUE_BALL]
+    if ball == CUE_BALL:
+        yield Mistake((key,), f'{ball!r} is not allowed; it must be another ball')
+    elif ball not in others:
+        there = f'there are: {", ".join(others)}' if others else 'the scene has none'
+        yield Mistake((key,), f'there is no ball {ball!r}; {there}')
+
+
+def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
+    table = scene.table
+    if table is None:
+        return
+    x, y = 0.5 * table.length, 0.5 * table.width
+    if abs(place[0]) > x or abs(place[1]) > y:
+        yield Mistake((key,), (
+            f'{place!r} is not allowed; it must be on the table, x from {-x:g} to {x:g} and y '
+            f'from {-y:g} to {y:g} (m)'
+        ))
+
+
+def _place(
+    scene: Scene, key: str, place: Point, radius: float, gone: str = ''
+) -> Iterator[Mistake]:
+    """Mistakes of a place where the cue ball's centre has to come within a radius."""
+    off = list(_on_table(scene, key, place))
+    if not off and scene.table is not None and (
+        why := no_place(scene.table, *place, scene.ball.radius)
+    ):
+        off = [Mistake((key,), f'{place!r} is not allowed; {why}')]
+    yield from off
+    for other, there in lying(scene).items():
+        apart = math.dist(place, there)
+        if other not in (CUE_BALL, gone) and (
+            apart < scene.ball.radius or 2.0 * scene.ball.radius - apart > radius
+        ):
+            yield Mistake((key,), (
+                f'{place!r} is not allowed; a ball there overlaps ball {other!r} by '
+                f'{1e3 * (2.0 * scene.ball.radius - apart):.3g} mm'
+            ))

@@ -1,0 +1,97 @@
+"""The inverse strike: the stroke that gives a ball what it is to have."""
+import numpy as np
+import pytest
+
+from billiard_shot import invert_strike, predict, Scene, Stroke
+from billiard_shot.planning.strikes import strikes_of, vectors_of
+from billiard_shot.shot.effects import model_of
+
+
+def random_strokes(count, seed):
+    """a, b, elevation, azimuth, speed: within 0.5 radii, a third of them level."""
+    draw = np.random.default_rng(seed)
+    radius, angle = 0.5 * np.sqrt(draw.random(count)), 2.0 * np.pi * draw.random(count)
+    elevation = np.where(draw.random(count) < 0.3, 0.0, np.radians(80.0) * draw.random(count))
+    return np.column_stack([
+        radius * np.cos(angle), radius * np.sin(angle), elevation,
+        np.pi * (2.0 * draw.random(count) - 1.0), draw.uniform(0.3, 5.0, count)])
+
+
+def round_trips(scene, strokes):
+    """Residual of each inverted strike over the cue's speed, and error of its stroke."""
+    residuals, errors = [], []
+    for numbers in strokes:
+        shot = predict(scene, Stroke.from_offsets(*numbers), tolerance=1e-10)
+        stroke, residual = invert_strike(scene, shot.velocity, shot.spin)
+        again = predict(scene, stroke, tolerance=1e-10)
+        error = np.concatenate([again.velocity - shot.velocity,
+                                scene.ball.radius * (again.spin - shot.spin)])
+        assert residual == pytest.approx(np.linalg.norm(error), abs=1e-9)
+        residuals.append(residual / numbers[4])
+        away = np.array(stroke.offsets) - numbers
+        away[3] = (away[3] + np.pi) % (2.0 * np.pi) - np.pi
+        errors.append(np.abs(away).max())
+    return np.array(residuals), np.array(errors)
+
+
+@pytest.mark.parametrize('count', [60, pytest.param(1000, marks=pytest.mark.slow)])
+def test_round_trip(count):
+    """What a stroke gives can be had again; by the same stroke, or by another one as exactly."""
+    residuals, errors = round_trips(Scene.load('pool'), random_strokes(count, 3))
+    assert (residuals < 1e-6).mean() >= 0.995
+    same = errors < 1e-6
+    assert same.mean() > 0.7
+    # where a level stroke came back, it is the same one
+    assert (same | (errors > 1e-5)).mean() > 0.98
+
+
+def test_what_no_stroke_gives_has_a_residual():
+    stroke, residual = invert_strike(Scene.load('pool'), (1, 0, 0), (0, 20, 0))
+    shot = predict(Scene.load('pool'), stroke)
+    assert shot.velocity == pytest.approx([1, 0, 0], abs=0.1)
+    assert shot.spin == pytest.approx([0, 20, 0], abs=4.0)
+    assert 0.0 < residual < 0.1
+    # no stroke of a small change of this one is nearer
+    r = Scene.load('pool').ball.radius
+    for change in np.vstack([np.diag([.01, .01, .01, .01, .01]), np.diag([-.01] * 5)]):
+        numbers = np.array(stroke.offsets) + change
+        if numbers[2] >= 0.0:
+            other = predict(Scene.load('pool'), Stroke.from_offsets(*numbers))
+            error = np.append(other.velocity - [1, 0, 0], r * (other.spin - [0, 20, 0]))
+            assert np.linalg.norm(error) >= residual - 1e-9
+
+
+def test_no_scale_and_no_direction():
+    """Twice as fast and turned: the same stroke, twice as fast and turned."""
+    scene = Scene.load('pool')
+    one, residual = invert_strike(scene, (1.0, 0.2, 0), (0, 12, 5))
+    two, doubled = invert_strike(scene, (-0.4, 2.0, 0), (-24, 0, 10))
+    assert doubled == pytest.approx(2.0 * residual, rel=1e-4)
+    assert two.speed == pytest.approx(2.0 * one.speed, rel=1e-4)
+    assert np.array(two.offsets[:3]) == pytest.approx(np.array(one.offsets[:3]), abs=1e-4)
+    turn = two.offsets[3] - one.offsets[3]
+    assert turn % (2.0 * np.pi) == pytest.approx(np.pi / 2.0, abs=1e-4)
+
+
+def test_strikes_are_those_of_predict():
+    scene = Scene.load('pool')
+    strokes = random_strokes(20, 5)
+    strokes[:, 3], strokes[:, 4] = 0.0, 1.0
+    given = strikes_of(scene, model_of(scene), strokes[:, :3])
+    normals, velocities = vectors_of(strokes)
+    for numbers, normal, velocity, found in zip(strokes, normals, velocities, given, strict=True):
+        stroke = Stroke.from_offsets(*numbers)
+        assert normal == pytest.approx(stroke.normal)
+        assert velocity == pytest.approx(stroke.velocity)
+        shot = predict(scene, stroke, tolerance=1e-8)
+        assert found[:3] == pytest.approx(shot.velocity, abs=1e-7)
+        assert found[3:] == pytest.approx(scene.ball.radius * shot.spin, abs=1e-7)
+
+
+@pytest.mark.parametrize(('arguments', 'named'), [
+    ({'velocity': (0, 0, 0)}, 'velocity'), ({'velocity': (1, 0)}, 'velocity'),
+    ({'velocity': (1, 0, 0), 'spin': (0, float('nan'), 0)}, 'spin'),
+    ({'velocity': 'fast'}, 'velocity')])
+def test_what_makes_no_sense_is_named(arguments, named):
+    with pytest.raises(ValueError, match=f'^{named}: .* is not allowed; it must'):
+        invert_strike(Scene.load('pool'), **arguments)

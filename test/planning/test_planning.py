@@ -1,0 +1,254 @@
+"""plan(): it reaches its targets, says how surely, and is the same again."""
+from concurrent.futures import ThreadPoolExecutor
+import pickle
+import re
+
+from layouts import table_with
+import numpy as np
+import pytest
+
+from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.planning.chance import wilson
+from billiard_shot.planning.limits import AZIMUTH, B, ELEVATION, limits_of, raised, SPEED
+from billiard_shot.planning.plan import NOISES
+from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.strikes import vectors_of
+from billiard_shot.planning.targets import target_of
+from billiard_shot.shot.clearance import refuse
+from billiard_shot.table.run import POCKET_NAMES
+
+SCENE = table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.3))
+BUDGET = 4000
+
+
+def reached(scene, target, shot):
+    """Whether a target is reached, found from the prediction alone."""
+    run, path = shot.table, shot.trajectory
+    if 'cue' in run.pocketed or run.off_table:
+        return False
+    if 'pot' in target:
+        into = run.pocketed.get(target['pot'])
+        allowed = target.get('pocket', 'any')
+        good = into is not None and allowed in ('any', into)
+        if 'leave' in target:
+            good &= np.hypot(*(path.rest[:2] - target['leave'])) <= target['radius']
+        return good
+    if 'rest' in target:
+        return np.hypot(*(path.rest[:2] - target['rest'])) <= target['radius']
+    places = path.at(np.linspace(0, path.duration, 20000)).position
+    if 'pass' in target:
+        return np.hypot(*(places[:, :2] - target['pass']).T).min() <= target['radius'] + 1e-3
+    if 'gate' in target:  # these here are upright
+        (x, low), (_, high) = target['gate']
+        cross = np.flatnonzero(np.diff(places[:, 0] > x))
+        return ((places[cross, 1] > low) & (places[cross, 1] < high)).any()
+    if run.first_met.get('cue') != target['hit']:
+        return False
+    time = next(e.time for e in run.events if 'cue' in e.balls and len(e.balls) > 1)
+    ball = scene.balls[target['hit']]
+    if 'direction' in target:
+        away = run.balls[target['hit']].at(time).velocity[:2]
+        angle = np.arctan2(*away[::-1]) - np.arctan2(*target['direction'][::-1])
+        return abs((angle + np.pi) % (2 * np.pi) - np.pi) < np.radians(5.0)
+    if 'at' in target:
+        there = path.at(time).position[:2] - ball
+        touched = ball + scene.ball.radius * there / np.hypot(*there)
+        wanted = np.array(target['at']) - ball
+        wanted = ball + scene.ball.radius * wanted / np.hypot(*wanted)
+        return np.hypot(*(touched - wanted)) <= 0.0051
+    return True
+
+
+TARGETS = [
+    {'pot': '8', 'pocket': 'any'}, {'pot': '8', 'pocket': 'foot_left'},
+    {'pot': '8', 'leave': (.6, 0.), 'radius': .4}, {'rest': (.3, .3), 'radius': .15},
+    {'pass': (.3, .3), 'radius': .03}, {'gate': ((.3, .3), (.3, .4))}, {'hit': '8'},
+    {'hit': '8', 'direction': (1., .3)}, {'hit': '8', 'at': (.46, .2)},
+]
+
+
+@pytest.mark.parametrize('target', TARGETS, ids=lambda target: ' '.join(target))
+def test_every_target_is_reached(target):
+    result = plan(SCENE, target, noise='tournament', budget=BUDGET, seed=1)
+    assert result.status == Status.OK
+    best = result.best
+    assert best is result.ranking[0]
+    low, high = best.interval
+    assert 0.0 < low <= best.success <= high <= 1.0
+    assert result.simulations <= BUDGET
+    assert not best.shot.status.refused
+    # played with fresh errors, it does as well as it says
+    draw = np.random.default_rng(99)
+    noise = result.noise
+    sigmas = [noise.a / SCENE.ball.radius, noise.b / SCENE.ball.radius,
+              np.radians(noise.elevation_deg), np.radians(noise.azimuth_deg), noise.speed]
+    trials = 150
+    strokes = np.array(best.stroke.offsets) + draw.standard_normal((trials, 5)) * sigmas
+    hits = sum(reached(SCENE, target, predict(SCENE, Stroke.from_offsets(*each)))
+               for each in strokes)
+    least, most = wilson(hits, trials, 3.5)
+    assert least <= high
+    assert most >= low
+
+
+def test_the_same_seed_gives_the_same_plan_whatever_plays_it():
+    target = {'pot': '8', 'pocket': 'any'}
+    one = plan(SCENE, target, budget=3000, seed=5)
+    with ThreadPoolExecutor(1) as alone:
+        two = plan(SCENE, target, budget=3000, seed=5, executor=alone)
+    assert [r.stroke for r in one.ranking] == [r.stroke for r in two.ranking]
+    assert [r.success for r in one.ranking] == [r.success for r in two.ranking]
+    assert one.simulations == two.simulations
+    other = plan(SCENE, target, budget=3000, seed=6)
+    assert other.best.stroke != one.best.stroke
+
+
+@pytest.mark.parametrize('budget', [1, 3, 10, 50, 200, 1000])
+def test_never_more_than_the_budget(budget):
+    result = plan(SCENE, {'pot': '8'}, budget=budget)
+    assert result.simulations <= budget
+    assert result.status in (Status.OK, Status.NO_PLAN)
+    assert (result.best is None) == (result.status == Status.NO_PLAN)
+
+
+def test_cancel_gives_the_best_so_far():
+    asked = []
+
+    def cancel():
+        asked.append(1)
+        return len(asked) > 60
+
+    result = plan(SCENE, {'hit': '8'}, cancel=cancel)
+    assert result.status == Status.CANCELLED
+    assert len(asked) == 61
+    assert result.simulations < 61 * 96
+    at_once = plan(SCENE, {'hit': '8'}, cancel=lambda: True)
+    assert (at_once.status, at_once.best, at_once.simulations) == (Status.CANCELLED, None, 0)
+
+
+def test_progress_goes_up_to_the_end():
+    seen = []
+    result = plan(SCENE, {'hit': '8'}, budget=2000, progress=seen.append)
+    counts = [each.simulations for each in seen]
+    assert counts == sorted(counts)
+    assert counts[-1] == result.simulations
+    assert max(np.diff(counts)) <= 96
+    assert seen[-1].budget == 2000
+    assert 0.0 <= seen[-1].success <= 1.0
+
+
+@pytest.mark.parametrize(('changes', 'named'), [
+    ({'target': {'pot': '9'}}, "pot: there is no ball '9'; there are: 8, 1"),
+    ({'target': {'pot': 'cue'}}, 'pot:'),
+    ({'target': {'rest': (3, 0)}}, 'rest: .*on the table'),
+    ({'target': {'rest': (.5, .2)}}, "rest: .*overlaps ball '8'"),
+    ({'target': {'pot': '8', 'leave': (.2, -.3)}}, "leave: .*overlaps ball '1'"),
+    ({'target': {'pot': '8', 'pocket': 'middle'}}, 'pocket: .*foot_left'),
+    ({'target': {'sink': '8'}}, 'must have one of the keys'),
+    ({'target': {'pot': '8', 'rest': (0, 0)}}, 'one of the keys'),
+    ({'target': {'hit': '8', 'directon': (1, 0)}}, 'directon: .*nearest known one is direction'),
+    ({'target': {'hit': '8', 'direction': (0, 0)}}, 'direction: .*must not be zero'),
+    ({'target': {'gate': (1, 2)}}, 'gate: .*two points'), ({'target': 'win'}, 'mapping'),
+    ({'budget': 0}, 'budget: 0'), ({'budget': 2.5}, 'budget'), ({'seed': -1}, 'seed: -1'),
+    ({'noise': 'loud'}, 'noise: .*tournament'), ({'noise': {'a': -1}}, 'noise: a'),
+    ({'constraints': {'speed_min': 3, 'speed_max': 2}}, 'speed_max: 2 .* at least speed_min'),
+    ({'constraints': {'speed': 2}}, 'speed: unknown key'),
+    ({'constraints': {'first_contact': '7'}}, "first_contact: there is no ball '7'"),
+])
+def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
+    goal = {'target': {'pot': '8'}, 'noise': 'tournament', 'budget': 100, **changes}
+    result = plan(SCENE, **goal)
+    assert result.status == Status.INVALID_REQUEST
+    assert result.best is None
+    assert result.ranking == ()
+    assert re.search(named, result.message)
+
+
+def test_limits_that_leave_no_stroke():
+    low = plan(table_with(cue=(-1.2, 0), b8=(0, 0)), {'pot': '8'},
+               constraints={'elevation_max_deg': 1, 'azimuth_range_deg': 30})
+    assert low.status == Status.INVALID_REQUEST
+    assert 'elevation_max_deg: 1 is not allowed' in low.message
+    assert 'at least' in low.message
+
+
+def test_constraints_hold_for_the_plan():
+    limits = {'speed_max': 1.2, 'offset_max': 0.2, 'elevation_min_deg': 8.0,
+              'azimuth_deg': 10.0, 'azimuth_range_deg': 15.0}
+    result = plan(SCENE, {'pot': '8'}, budget=BUDGET, constraints=limits)
+    assert result.status == Status.OK
+    for each in result.ranking:
+        a, b, elevation, azimuth, speed = each.stroke.offsets
+        assert np.hypot(a, b) <= 0.2 + 1e-9
+        assert np.degrees(elevation) >= 8.0 - 1e-9
+        assert abs(np.degrees(azimuth) - 10.0) <= 15.0 + 1e-9
+        assert speed <= 1.2 + 1e-9
+
+
+def test_first_contact_is_legal():
+    """The 8 could be potted at once; if the 1 has to be met first, another way is found."""
+    scene = table_with(cue=(0, -.3), b8=(.5, .2), b1=(.1, .03))
+    free = plan(scene, {'pot': '8'}, budget=BUDGET)
+    bound = plan(scene, {'pot': '8'}, budget=BUDGET, constraints={'first_contact': '1'})
+    assert free.best.shot.table.first_met['cue'] == '8'
+    for each in bound.ranking:
+        assert each.shot.table.first_met['cue'] == '1'
+
+
+def test_a_goal_that_cannot_be_reached_is_no_plan():
+    """A ball in the ring of six others cannot be hit first by a cue that stays low."""
+    ring = {f'b{i}': (.5 + .0572 * np.cos(i * np.pi / 3), .0572 * np.sin(i * np.pi / 3))
+            for i in range(1, 7)}
+    result = plan(table_with(cue=(-.5, 0), b9=(.5, 0), **ring), {'hit': '9'}, budget=1500,
+                  constraints={'elevation_max_deg': 5})
+    assert result.status == Status.NO_PLAN
+    assert result.best is None
+    assert 'no stroke' in result.message
+
+
+def test_raised_cues_have_room_for_their_errors():
+    scene = table_with(cue=(-1.1, .3), b8=(-.9, .3), b1=(-1.1, -.2))
+    limits = limits_of(scene, None, NOISES['tournament'])
+    draw = np.random.default_rng(1)
+    strokes = np.zeros((200, 5))
+    strokes[:, :2] = draw.uniform(-.35, .35, (200, 2))
+    strokes[:, AZIMUTH], strokes[:, SPEED] = draw.uniform(-np.pi, np.pi, 200), 1.0
+    found = raised(scene, limits, strokes)
+    assert np.isfinite(found).all()
+    for change, status in ((0.0, True), (-0.3, True), (-1.2, False)):
+        lower = found.copy()
+        lower[:, ELEVATION] += np.radians(change)
+        normals, velocities = vectors_of(lower)
+        room = refuse(scene, np.array(scene.cue_ball), normals, velocities) == Status.OK
+        room &= lower[:, ELEVATION] >= 0.0
+        assert room.all() if status else room.mean() < 0.3
+    assert (found[:, B] == strokes[:, B]).all()
+
+
+def test_a_problem_can_be_sent_to_another_process():
+    problem = problem_of(SCENE, target_of(SCENE, {'pot': '8'}),
+                         limits_of(SCENE, None, NOISES['tournament']), NOISES['tournament'])
+    again = pickle.loads(pickle.dumps(problem))
+    assert again.names == problem.names == ('cue', '8', '1')
+    assert again.target == problem.target
+    assert [POCKET_NAMES[i] for i in again.pockets] == list(POCKET_NAMES)
+
+
+def test_without_a_table():
+    """An endless cloth: still a place to come to rest, or a ball to hit."""
+    data = Scene.load('pool').to_dict()
+    data['balls'] = {'cue': (0, 0), '3': (.6, .1)}
+    scene = Scene.from_dict(data)
+    assert plan(scene, {'rest': (1.0, .5)}, budget=BUDGET).status == Status.OK
+    assert plan(scene, {'hit': '3', 'direction': (1, 0)}, budget=BUDGET).best.success > 0.9
+    nothing = plan(scene, {'pot': '3'})
+    assert nothing.status == Status.INVALID_REQUEST
+    assert 'no pockets' in nothing.message
+
+
+def test_batches_agree_with_plans():
+    """What predict_batch finds for the planned strokes is what the plan says of them."""
+    result = plan(SCENE, {'pot': '8'}, budget=BUDGET)
+    strokes = np.array([each.stroke.offsets for each in result.ranking])
+    batch = predict_batch(SCENE, *vectors_of(strokes))
+    assert not (batch.status >= Status.MISS).any()
