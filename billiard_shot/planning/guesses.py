@@ -145,7 +145,7 @@ def _reach(problem: Problem) -> float:
 def aimed(problem: Problem, guesses: Guesses) -> Guesses:
     """Raise the cue where it must be, and turn strokes so that the ball starts along the way."""
     strokes = raised(problem.scene, problem.limits, guesses.strokes)
-    playable: NDArray[np.bool_] = ~np.isnan(strokes).any(axis=1)
+    playable = np.flatnonzero(~np.isnan(strokes).any(axis=1))
     strokes, found = strokes[playable], guesses.take(playable)
     # what a strike gives does not depend on speed and azimuth
     kinds, which = np.unique(strokes[:, :3].round(6), axis=0, return_inverse=True)

@@ -4,7 +4,7 @@ Strokes that get better: sample around each, follow what succeeds, and keep thos
 The samples of a round are spread more at first, as widely as a guess may be wrong, and in the end
 exactly as the noise spreads real strokes. Then the mean error of those that succeed is the
 gradient of the chance of success, in the metric of the noise: following it leads to the middle of
-what succeeds (the cross-entropy method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
+what succeeds (cross-entropy method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
 """
 from typing import NamedTuple
 
