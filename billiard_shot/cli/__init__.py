@@ -13,7 +13,9 @@ import sys
 
 import billiard_shot
 
-COMMANDS = ('predict', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper', 'hard-cases')
+COMMANDS = (
+    'predict', 'plan', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper', 'hard-cases',
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

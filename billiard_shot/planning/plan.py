@@ -93,7 +93,7 @@ def plan(
         runner = Runner(problem, budget, pool, progress, cancel)
         finalists, miss, cancelled = search(problem, runner, seed)
     ranking = tuple(
-        RankedStroke(scene, wanted, Stroke.from_offsets(*finalist.stroke.tolist()),
+        RankedStroke(scene, wanted, limits, Stroke.from_offsets(*finalist.stroke.tolist()),
                      finalist.successes, finalist.trials)
         for finalist in finalists if finalist.successes
     )

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from billiard_shot.planning.chance import wilson
 from billiard_shot.planning.kind import kind_of
+from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.predict import predict
@@ -34,6 +35,7 @@ class RankedStroke:
 
     scene: Scene = field(repr=False)
     target: Target = field(repr=False)
+    limits: Limits = field(repr=False)
     stroke: Stroke
     successes: int = field(repr=False)
     trials: int

@@ -1,0 +1,74 @@
+"""A plan on its table: the stroke as it is meant, and where noise lets the balls end."""
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.planning.cloud import Cloud
+from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
+from billiard_shot.study.pictures import save
+from billiard_shot.study.table_picture import (
+    add_legend,
+    draw_balls,
+    draw_cue,
+    draw_trails,
+    table_axes,
+)
+from billiard_shot.study.trails import CUE, trails_of
+from billiard_shot.table.colours import GREEN, VERMILION
+
+PATHS = 60  # ways of the cue ball that are drawn
+
+
+def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
+    """
+    Write a picture of a plan, from above.
+
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, or the file cannot be written.
+
+    """
+    scene, trails = planned.scene, trails_of(planned.shot)
+    a, b, elevation, _, speed = planned.stroke.offsets
+    low, high = planned.interval
+    figure, axes = table_axes(
+        scene, cloud.rests[:, 0],
+        f'{planned.kind}: {100.0 * planned.success:.0f} % of strokes reach the target '
+        f'({100.0 * low:.0f} to {100.0 * high:.0f} %)\na {a:+.2f}, b {b:+.2f} radii, elevation '
+        f'{np.degrees(elevation):.1f} degrees, {speed:.2f} m/s',
+    )
+    _draw_target(axes, planned.target)
+    for way in cloud.paths[:PATHS]:
+        axes.plot(*way.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
+    draw_trails(axes, trails)
+    for reached, colour, label in ((True, GREEN, 'ends, target reached'),
+                                   (False, VERMILION, 'ends, target missed')):
+        moved = cloud.moved & (cloud.success == reached)[:, np.newaxis]
+        axes.plot(*cloud.rests[moved].T, '.', color=colour, markersize=2.5, alpha=0.6,
+                  linestyle='', zorder=3.4, label=label)
+    draw_balls(axes, scene, {name: trails.start(name) for name in trails.balls})
+    ends = {name: trails.end(name) for name in trails.balls if trails.moved(name)}
+    draw_balls(axes, scene, {n: end for n, end in ends.items() if end is not None}, faint=True)
+    draw_cue(axes, scene, planned.stroke, trails.start(CUE))
+    add_legend(figure, axes)
+    save(figure, path)
+
+
+def _draw_target(axes: Any, target: Target) -> None:
+    from matplotlib.patches import Circle
+
+    round_: tuple[tuple[float, float], float] | None = None
+    match target:
+        case Rest():
+            round_ = target.rest, target.radius
+        case Pass():
+            round_ = target.passing, target.radius
+        case Pot() if target.leave is not None:
+            round_ = target.leave, target.radius
+        case Gate():
+            axes.plot(*np.transpose(target.gate), '|-', color=GREEN, linewidth=2.0, zorder=1.4)
+    if round_:
+        axes.add_patch(Circle(*round_, facecolor=GREEN, alpha=0.2, edgecolor=GREEN, zorder=1.4))
