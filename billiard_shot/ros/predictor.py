@@ -6,11 +6,13 @@ from billiard_shot_msgs.srv import PredictShot
 from nav_msgs.msg import Path
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, Scene, Shot
 from billiard_shot.ros import conversions, display, parameters
 from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
 """Seconds from an answer to its path and markers; answers in between share one showing."""
@@ -22,7 +24,8 @@ class Predictor(Node):
 
     Publishes the last shot, latched, from a timer and after the answer: the cue ball's path on
     `~/path` (nav_msgs/msg/Path), the cue and all balls that move on `~/markers`
-    (visualization_msgs/msg/MarkerArray). Subscribes to
+    (visualization_msgs/msg/MarkerArray), and all of it on `~/shot` (std_msgs/msg/String), as
+    the JSON that `billiard_shot.load_shot` reads. Subscribes to
     `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
     `use_table_state`. Its parameters are `parameters.PREDICTOR`.
     """
@@ -37,6 +40,7 @@ class Predictor(Node):
 
         self._path = self.create_publisher(Path, '~/path', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
+        self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._show_timer = self.create_timer(
             SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
@@ -79,6 +83,7 @@ class Predictor(Node):
         shot, response = self._shown
         self._path.publish(display.path_of(response.trajectory, stamp))
         self._markers.publish(display.shot_markers(shot, stamp))
+        self._record.publish(String(data=to_json(shot)))
 
 
 def main(args: Sequence[str] | None = None) -> None:

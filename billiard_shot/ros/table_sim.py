@@ -6,6 +6,7 @@ from time import monotonic
 from billiard_shot_msgs.msg import Strike, TableState
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from billiard_shot import predict
@@ -13,6 +14,7 @@ from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
 
@@ -23,9 +25,10 @@ class TableSim(Node):
 
     The balls lie as the scene has them. They move as a strike on the topic of the parameter
     `strike_topic` (billiard_shot_msgs/msg/Strike) makes them, and stay where they come to rest; a
-    strike while they still move is ignored. Balls that left the table count as pocketed. The
-    service `~/reset` (std_srvs/srv/Trigger) puts all balls back. Its parameters are
-    `cue_parameters.TABLE_SIM`.
+    strike while they still move is ignored. Balls that left the table count as pocketed. What was
+    played goes to `~/shot` (std_msgs/msg/String), latched, as the JSON that
+    `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
+    back. Its parameters are `cue_parameters.TABLE_SIM`.
     """
 
     def __init__(self) -> None:
@@ -38,6 +41,7 @@ class TableSim(Node):
         self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
         self._table = self.create_publisher(TableState, 'table_state', LATCHED)
+        self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._timer = self.create_timer(
             1.0 / self.get_parameter('rate').value, self._move, autostart=False,
             clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -80,6 +84,7 @@ class TableSim(Node):
             self._motions = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
             self._begin = monotonic()
             self._timer.reset()
+            self._record.publish(String(data=to_json(shot)))
 
     def _move(self) -> None:
         time = self._haste * (monotonic() - self._begin)

@@ -16,7 +16,7 @@ import numpy as np
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -28,6 +28,7 @@ from billiard_shot.ros import conversions
 from billiard_shot.ros.client import call
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.player import Player
+from billiard_shot.shot.replay import from_json
 
 SCENE = Scene.load('paper')
 SPACE = '/cell'
@@ -54,11 +55,13 @@ class Cell:
         for name in PATIENT:
             self.start(name)
         self.player = Player(SPACE)
-        self.joints, self.commands, self.angles, self.diagnostics = [], [], [], []
+        self.joints, self.commands, self.angles = [], [], []
+        self.diagnostics, self.shots = [], []
         for kind, topic, heard in (
                 (JointState, f'{SPACE}/joint_states', self.joints),
                 (JointTrajectory, f'{SPACE}/cue_driver/actuation', self.commands),
                 (Float64, f'{SPACE}/cue_driver/incline_angle', self.angles),
+                (String, f'{SPACE}/table_sim/shot', self.shots),
                 (DiagnosticArray, '/diagnostics', self.diagnostics)):
             self.player.create_subscription(kind, topic, heard.append, 100)
         self.estop = self.player.create_publisher(Bool, 'estop', 10)
@@ -145,6 +148,9 @@ def test_the_loop_is_closed(cell):
     assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
     assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
     np.testing.assert_allclose(cell.player.rest(), expected, atol=0.01)
+    played = from_json(cell.shots[-1].data)
+    assert played.stroke.speed == result.strike.speed
+    np.testing.assert_allclose(played.trajectory.rest[:2], cell.player.rest(), atol=1e-9)
     cell.reach(State.DISARMED)
     assert [State(state.state) for state in cell.player.states[1:]] == WAY
     assert all(state.reason for state in cell.player.states)

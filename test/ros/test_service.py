@@ -10,11 +10,13 @@ from geometry_msgs.msg import Point
 from nav_msgs.msg import Path
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import call, PAPER_SHOTS, report, request_for
+from billiard_shot.shot.replay import from_json
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
@@ -119,7 +121,7 @@ def test_path_and_markers_come_after_the_answer(start, node):
     client = node.create_client(PredictShot, '/display/predict_shot')
     assert client.wait_for_service(timeout_sec=60.0)
     arrived = []
-    for kind, topic in ((Path, 'path'), (MarkerArray, 'markers')):
+    for kind, topic in ((Path, 'path'), (MarkerArray, 'markers'), (String, 'shot')):
         node.create_subscription(
             kind, f'/display/predictor/{topic}',
             lambda message, topic=topic: arrived.append((topic, message)), LATCHED)
@@ -127,7 +129,7 @@ def test_path_and_markers_come_after_the_answer(start, node):
 
     future = client.call_async(request_for(*PAPER_SHOTS['massé'], RADIUS))
     future.add_done_callback(lambda future: arrived.append(('answer', future.result())))
-    assert spin_until(node, lambda: len(arrived) == 3)
+    assert spin_until(node, lambda: len(arrived) == 4)
     assert arrived[0][0] == 'answer'
     messages = dict(arrived)
     path, trajectory = messages['path'], messages['answer'].trajectory
@@ -138,6 +140,11 @@ def test_path_and_markers_come_after_the_answer(start, node):
     stamps = [pose.header.stamp.sec + pose.header.stamp.nanosec * 1e-9 for pose in path.poses]
     np.testing.assert_allclose(np.diff(stamps), np.diff(trajectory.times), atol=1e-5)
     assert {marker.ns for marker in messages['markers'].markers} > {'cue', 'paths'}
+    shot = from_json(messages['shot'].data)
+    assert shot.scene == SCENE
+    assert components(messages['answer'].velocity) == shot.velocity.tolist()
+    again = predict(shot.scene, shot.stroke, shot.tolerance, shot.trajectory.at(0.0).position)
+    np.testing.assert_array_equal(again.trajectory.rows, shot.trajectory.rows)
 
     late = []
     node.create_subscription(Path, '/display/predictor/path', late.append, LATCHED)
@@ -146,7 +153,7 @@ def test_path_and_markers_come_after_the_answer(start, node):
     refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
     refused.speed = 0.0
     assert call(node, client, refused).status == Status.INVALID_STROKE
-    assert not spin_until(node, lambda: len(arrived) > 3, seconds=0.5), 'a refusal shows nothing'
+    assert not spin_until(node, lambda: len(arrived) > 4, seconds=0.5), 'a refusal shows nothing'
 
 
 def test_many_calls_leave_nothing_behind(ask, predictor):
