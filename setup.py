@@ -34,7 +34,8 @@ setup(
     packages=[*find_packages(include=[package_name, f'{package_name}.*']),
               f'{package_name}.scenes'],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
-    package_data={package_name: ['py.typed'], f'{package_name}.scenes': ['*.yaml']},
+    package_data={package_name: ['py.typed', 'study/page/*'],
+                  f'{package_name}.scenes': ['*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),

@@ -14,7 +14,8 @@ import sys
 import billiard_shot
 
 COMMANDS = (
-    'predict', 'plan', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper', 'hard-cases',
+    'predict', 'plan', 'view', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper',
+    'hard-cases',
 )
 
 

@@ -1,0 +1,235 @@
+// One light for all: a lamp over the table, as three points; balls and the cue cast its shadows.
+
+const MOST_BALLS = 24;
+
+const LIGHT = `
+  uniform vec3 eye;
+  uniform vec4 lamp;             // its middle (x, y, z) and half its length, along x
+  uniform vec4 balls[${MOST_BALLS}];  // centre and radius
+  uniform int ballCount;
+  uniform vec3 cueTip, cueButt;
+  uniform float cueShade;
+
+  // Part of the light from a point that balls let through; self: the number of the ball itself.
+  float through(vec3 p, vec3 light, int self) {
+    vec3 way = light - p;
+    vec3 d = normalize(way);
+    float part = 1.0;
+    for (int i = 0; i < ballCount; i++) {
+      vec3 to = balls[i].xyz - p;
+      float r = balls[i].w;
+      float along = dot(to, d);
+      if (i == self || along <= 0.0) continue;
+      float wide = 0.12 * along + 0.05 * r;
+      part *= smoothstep(r - wide, r + wide, length(to - along * d));
+    }
+    return part;
+  }
+
+  // Part of the sky that balls leave free.
+  float open(vec3 p, vec3 n, int self) {
+    float part = 1.0;
+    for (int i = 0; i < ballCount; i++) {
+      if (i == self) continue;
+      vec3 to = balls[i].xyz - p;
+      float far2 = dot(to, to);
+      float r = balls[i].w;
+      part *= 1.0 - 0.9 * max(dot(n, to) * inversesqrt(far2), 0.0) * min(r * r / far2, 1.0);
+    }
+    return part;
+  }
+
+  float underCue(vec3 p) {
+    vec3 axis = cueButt - cueTip;
+    float t = clamp(dot((p - cueTip).xy, axis.xy) / max(dot(axis.xy, axis.xy), 1e-6), 0.0, 1.0);
+    vec3 over = cueTip + t * axis;
+    float r = 0.006 + 0.008 * t;
+    float high = max(over.z - p.z, 0.0);
+    float wide = r + 0.25 * high;
+    return 1.0 - cueShade * (r / wide) * (1.0 - smoothstep(0.0, 1.3 * wide, distance(over.xy, p.xy)));
+  }
+
+  vec3 lit(vec3 p, vec3 n, vec3 colour, int self, vec3 sky) {
+    float light = 0.0;
+    for (int k = -1; k <= 1; k++) {
+      vec3 from = lamp.xyz + vec3(float(k) * 0.7 * lamp.w, 0.0, 0.0);
+      vec3 way = from - p;
+      float far2 = dot(way, way) / (lamp.z * lamp.z);
+      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * far2) * through(p, from, self);
+    }
+    return colour * (0.42 * light + sky * open(p, n, self));
+  }
+
+  vec4 shown(vec3 light) {
+    vec3 soft = light * (1.0 + 0.15 * light) / (1.0 + 0.55 * light);
+    return vec4(pow(soft * 1.28, vec3(1.0 / 2.2)), 1.0);
+  }
+
+  float hash(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
+
+  float noise(vec2 p) {
+    vec2 i = floor(p), f = fract(p);
+    f = f * f * (3.0 - 2.0 * f);
+    return mix(mix(hash(i), hash(i + vec2(1, 0)), f.x),
+               mix(hash(i + vec2(0, 1)), hash(i + vec2(1, 1)), f.x), f.y);
+  }
+`;
+
+const SOLID = {
+  vertex: `#version 300 es
+    precision highp float;
+    layout(location = 0) in vec3 place;
+    layout(location = 1) in vec3 normal;
+    layout(location = 2) in vec3 colour;
+    layout(location = 3) in float material;
+    uniform mat4 camera, model;
+    out vec3 p, n, c;
+    flat out int kind;
+    void main() {
+      p = (model * vec4(place, 1.0)).xyz;
+      n = mat3(model) * normal;
+      c = colour;
+      kind = int(material);
+      gl_Position = camera * vec4(p, 1.0);
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec3 p, n, c;
+    flat in int kind;
+    uniform vec3 holes[6];
+    uniform int holeCount;
+    uniform float fade;      // m from the lamp's foot to where an endless cloth ends
+    uniform float opacity;
+    out vec4 colour;
+    ${LIGHT}
+    void main() {
+      if (kind == ${CLOTH} || kind == ${WOOD}) {
+        for (int i = 0; i < holeCount; i++) {
+          if (p.z > -1e-4 && n.z > 0.5 && distance(p.xy, holes[i].xy) < holes[i].z) discard;
+        }
+      }
+      vec3 base = c;
+      vec3 normal = normalize(n);
+      if (dot(normal, eye - p) < 0.0) normal = -normal;
+      if (kind == ${CLOTH} || kind == ${FLOOR}) {
+        base *= 0.9 + 0.12 * noise(p.xy * 900.0) + 0.10 * noise(p.xy * 7.0);
+      }
+      if (kind == ${FLOOR}) {
+        vec2 near = abs(fract(p.xy + 0.5) - 0.5), wide = 1.2 * fwidth(p.xy) + 0.0012;
+        float line = 1.0 - min(smoothstep(vec2(0.0), wide, near).x, smoothstep(vec2(0.0), wide, near).y);
+        base *= 1.0 + 0.5 * line;
+      }
+      if (kind == ${WOOD}) {
+        vec2 grain = abs(p.x) * 0.52 > abs(p.y) ? p.yx : p.xy;
+        float rings = noise(vec2(grain.x * 3.0, grain.y * 130.0)) + noise(vec2(grain.x * 9.0, grain.y * 420.0));
+        base *= 0.72 + 0.28 * rings;
+      }
+      vec3 light = lit(p, normal, base, -1, vec3(0.20)) * underCue(p);
+      if (kind == ${WOOD} || kind == ${PLAIN}) {   // varnish
+        vec3 r = reflect(normalize(p - eye), normal);
+        float up = max(r.z, 1e-3);
+        vec2 q = p.xy + r.xy * (lamp.z - p.z) / up - lamp.xy;
+        float seen = (1.0 - smoothstep(0.6, 1.4, abs(q.x) / lamp.w)) * (1.0 - smoothstep(0.05, 0.5, abs(q.y)));
+        light += 0.05 * seen * step(0.0, r.z) * (kind == ${WOOD} ? 1.0 : 2.0);
+      }
+      colour = shown(light);
+      float there = opacity;
+      if (kind == ${FLOOR}) there *= 1.0 - smoothstep(0.55 * fade, fade, distance(p.xy, lamp.xy));
+      colour *= there;
+    }`,
+};
+
+const BALL = {
+  vertex: `#version 300 es
+    precision highp float;
+    layout(location = 0) in vec3 place;
+    uniform mat4 camera, model;
+    uniform float radius;
+    out vec3 p, n, own;
+    void main() {
+      own = place;
+      n = mat3(model) * place;
+      p = (model * vec4(radius * place, 1.0)).xyz;
+      gl_Position = camera * vec4(p, 1.0);
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec3 p, n, own;
+    uniform vec3 ground;     // colour
+    uniform int look;        // 0: dots, 1: a number, 2: a number and a stripe
+    uniform vec3 dots;       // their colour
+    uniform float cell;      // of the number in the picture of numbers
+    uniform sampler2D numbers;
+    uniform int self;
+    uniform float opacity;
+    out vec4 colour;
+    ${LIGHT}
+    const vec3 WHITE = vec3(0.93, 0.91, 0.84);
+
+    vec3 paint(vec3 o) {
+      float soft = fwidth(o.x) + fwidth(o.y) + fwidth(o.z);
+      if (look == 0) {
+        float far = 1.0;
+        for (int k = 0; k < 3; k++) far = min(far, 1.0 - abs(o[k]));
+        return mix(dots, ground, smoothstep(0.020, 0.020 + 0.2 * soft, far));
+      }
+      vec3 base = look == 2 ? mix(ground, WHITE, smoothstep(0.53, 0.53 + soft, abs(o.z))) : ground;
+      float aside = length(o.yz);
+      base = mix(WHITE, base, smoothstep(0.44, 0.44 + soft, aside));
+      vec2 at = 0.5 + vec2(o.x > 0.0 ? o.y : -o.y, o.z) / 0.88;
+      float ink = aside < 0.44 ? texture(numbers, vec2((cell + at.x) / 16.0, 1.0 - at.y)).a : 0.0;
+      return mix(base, vec3(0.02), ink);
+    }
+
+    void main() {
+      vec3 normal = normalize(n);
+      vec3 base = paint(normalize(own));
+      float down = 0.5 - 0.5 * normal.z;
+      vec3 sky = mix(vec3(0.26), vec3(0.02, 0.11, 0.07), down) * (1.0 - 0.5 * down * down);
+      vec3 light = lit(p, normal, base, self, sky);
+      vec3 view = normalize(p - eye);
+      vec3 r = reflect(view, normal);
+      float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(-view, normal), 0.0), 5.0);
+      vec3 mirror = mix(vec3(0.03, 0.10, 0.07), vec3(0.12, 0.13, 0.15), smoothstep(-0.1, 0.2, r.z));
+      if (r.z > 0.0) {
+        vec2 q = p.xy + r.xy * (lamp.z - p.z) / r.z - lamp.xy;
+        mirror += 16.0 * (1.0 - smoothstep(0.92, 1.08, abs(q.x) / lamp.w))
+                       * (1.0 - smoothstep(0.92, 1.08, abs(q.y) / 0.16));
+      }
+      colour = shown(light + 0.9 * fresnel * mirror) * opacity;
+    }`,
+};
+
+const LINE = {
+  vertex: `#version 300 es
+    precision highp float;
+    layout(location = 0) in vec3 here;
+    layout(location = 1) in vec3 there;
+    layout(location = 2) in float packed;
+    layout(location = 3) in float side;
+    layout(location = 4) in float distance;
+    uniform mat4 camera;
+    uniform vec2 size;       // of the canvas, in pixels
+    uniform float width;     // of lines, in pixels
+    out vec3 c;
+    out float along;
+    void main() {
+      vec4 a = camera * vec4(here, 1.0), b = camera * vec4(there, 1.0);
+      vec2 d = (b.xy / b.w - a.xy / a.w) * size;
+      d = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0);
+      a.xy += side * vec2(-d.y, d.x) * width / size * a.w;
+      gl_Position = a;
+      float n = packed;
+      c = vec3(floor(n / 65536.0), mod(floor(n / 256.0), 256.0), mod(n, 256.0)) / 255.0;
+      along = distance;
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec3 c;
+    in float along;
+    out vec4 colour;
+    void main() {
+      if (along >= 0.0 && fract(along / 0.02) > 0.6) discard;
+      colour = vec4(c, 1.0);
+    }`,
+};

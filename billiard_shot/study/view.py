@@ -1,0 +1,159 @@
+"""
+A shot as one HTML file, with all in it: a table to turn and zoom, balls that move and turn.
+
+The page evaluates the trajectory's own segments, so that what it shows at a time is what
+`Trajectory.at` says; of orientations it has enough to go from one to the next. Its parts are the
+files in `page`, put together here.
+"""
+from importlib.resources import files
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.shot.shot import Shot
+from billiard_shot.study.trails import CUE, Trails, trails_of
+from billiard_shot.study.turning import orientations, product, rotation
+from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
+from billiard_shot.table.motion import CAUSE, Motion, TIME
+from billiard_shot.table.outline import outline_of
+from billiard_shot.table.trajectory import EventKind
+
+SCRIPTS = ('vectors.js', 'meshes.js', 'shaders.js', 'renderer.js', 'player.js')
+# Of paths on a dark green cloth, from the same palette as those of the pictures.
+COLOURS = {Motion.SLIDE: ORANGE, Motion.ROLL: SKY, Motion.FLIGHT: '#ffffff'}
+SWING = 0.3  # m over which the cue is accelerated, at most
+LONGEST = 0.8  # s that it takes, at most
+Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+CUE_LENGTH = 1.47  # m, where the scene does not say
+WORDS = {
+    EventKind.BOUNCE: 'bounces', EventKind.LAND: 'lands', EventKind.ROLL: 'begins to roll',
+    EventKind.SPIN: 'stands and spins', EventKind.SPIN_END: 'side spin is used up',
+    EventKind.REST: 'rests', EventKind.BALL: 'meets', EventKind.CUSHION: 'meets a cushion',
+    EventKind.CLUSTER: 'meets', EventKind.POCKET: 'falls into a pocket',
+    EventKind.OFF: 'leaves the table',
+}
+
+
+def page_of(shot: Shot, title: str) -> str:
+    """
+    Make the page of a shot.
+
+    A shot that was refused is shown as well: nothing moves.
+    """
+    data = json.dumps(view_data(shot, title), ensure_ascii=False, allow_nan=False)
+    parts = {
+        'TITLE': _escaped(title), 'STYLE': _part('style.css'),
+        'DATA': data.replace('<', '\\u003c'),  # no text in it can end the script
+        'SCRIPT': '\n'.join(_part(name) for name in SCRIPTS),
+    }
+    page = _part('page.html')
+    for name, text in parts.items():
+        page = page.replace(f'<!-- {name} -->', text, 1)
+    return page
+
+
+def write_page(shot: Shot, path: Path, title: str) -> None:
+    """Write the page of a shot to a file; ValueError if that cannot be done."""
+    try:
+        path.write_text(page_of(shot, title), encoding='utf-8')
+    except OSError as error:
+        raise ValueError(f'{path}: {error}') from None
+
+
+def view_data(shot: Shot, title: str) -> dict[str, Any]:
+    """Collect all that the page shows, in SI units and the frame `table`."""
+    trails = trails_of(shot)
+    return {
+        'title': title,
+        'message': f'{shot.status.name}: {shot.message}',
+        'radius': shot.scene.ball.radius,
+        'until': trails.until,
+        'table': _table(shot),
+        'cue': _cue(shot, trails),
+        'balls': [_ball(trails, name, number) for number, name in enumerate(trails.balls)],
+        'trails': [
+            {'motion': piece.motion.name.lower(), 'colour': COLOURS[piece.motion],
+             'points': np.round(piece.points, 5).ravel().tolist()}
+            for name in trails.balls for piece in trails.pieces(name) if piece.motion in COLOURS
+        ],
+        'ghosts': [ghost.tolist() for ghost in trails.ghosts],
+        'events': _events(shot, trails),
+    }
+
+
+def _part(name: str) -> str:
+    return (files('billiard_shot.study') / 'page' / name).read_text(encoding='utf-8')
+
+
+def _escaped(text: str) -> str:
+    return text.replace('&', '&amp;').replace('<', '&lt;')
+
+
+def _table(shot: Shot) -> dict[str, Any] | None:
+    if shot.scene.table is None:
+        return None
+    outline = outline_of(shot.scene)
+    return {
+        'size': [shot.scene.table.length, shot.scene.table.width],
+        'cushions': [cushion.tolist() for cushion in outline.cushions],
+        'holes': outline.holes.tolist(), 'back': outline.back.tolist(),
+        'frame': outline.frame.tolist(), 'height': outline.height,
+    }
+
+
+def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
+    """How the cue moves: `swing` m in `time` s up to the ball, then on at `after` m/s."""
+    stroke = shot.stroke.touching(shot.scene.cue.dome / shot.scene.ball.radius)
+    speed = stroke.speed
+    swing = min(SWING, 0.5 * speed * LONGEST)
+    return {
+        'tip': (trails.start(CUE) + shot.scene.ball.radius * np.array(stroke.normal)).tolist(),
+        'direction': [part / speed for part in stroke.velocity],
+        'length': shot.scene.cue.length or CUE_LENGTH,
+        'swing': swing, 'time': 2.0 * swing / speed,
+        'after': 0.0 if shot.status.refused else shot.cue_speed,
+    }
+
+
+def _ball(trails: Trails, name: str, number: int) -> dict[str, Any]:
+    ball = trails.balls[name]
+    times, turns = orientations(ball, trails.until, _first(number))
+    return {
+        'name': name, 'colour': ball_colour(name), 'striped': is_striped(name),
+        # time, motion, position, velocity, acceleration; and the spin with its change
+        'segments': ball.rows[:, TIME:CAUSE].tolist(),
+        'times': np.round(times, 6).tolist(), 'turns': np.round(turns, 5).ravel().tolist(),
+    }
+
+
+def _first(number: int) -> NDArray[np.float64]:
+    """Orientation of a ball to begin with: its number seen from above, each a bit elsewhere."""
+    around = 2.4 * number  # the golden angle: no two balls look the same way
+    # the number, at +x with its head at +z, comes to +z with its head at +x
+    up = product(rotation(math.pi * Z), rotation(-0.5 * math.pi * Y))
+    aside = rotation(0.6 * np.array([math.cos(around), math.sin(around), 0.0]))
+    return product(aside, up)
+
+
+def _events(shot: Shot, trails: Trails) -> list[dict[str, Any]]:
+    events: list[dict[str, Any]] = [{'time': 0.0, 'kind': 'strike', 'text': 'cue strikes'}]
+    if shot.status.refused:
+        return []
+    if shot.table is None:
+        return events + [
+            {'time': mark.time, 'kind': mark.kind, 'text': f'cue ball {WORDS[mark.kind]}'}
+            for mark in trails.marks
+        ]
+    for event in shot.table.events:
+        first = 'cue ball' if event.balls[0] == CUE else event.balls[0]
+        what = f'{first} {WORDS[event.kind]}'
+        if len(event.balls) > 1:
+            what += f' {", ".join(event.balls[1:])}'
+        if event.place:
+            what = f'{what}: {event.place.replace("_", " ")}'
+        events.append({'time': event.time, 'kind': event.kind, 'text': what})
+    return events

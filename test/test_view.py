@@ -1,0 +1,296 @@
+"""The page of a shot: what is in it, and what a browser makes of it."""
+import json
+import re
+
+from browser import Browser, find_browser
+import numpy as np
+import pytest
+
+from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
+from billiard_shot.cli import main
+from billiard_shot.study.turning import orientations, product, rotation, STEP
+from billiard_shot.study.view import page_of, view_data, write_page
+from billiard_shot.table.trajectory import Trajectory
+
+COMBINATION = predict(Scene.load('frozen_combination'),
+                      Stroke.from_offsets(.2, .3, .1, .55, 3))
+MASSE = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
+ONE = np.array([0.0, 0.0, 0.0, 1.0])
+needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromium')
+
+
+# ---- orientations ----
+
+
+def turned(quaternion, vector):
+    """A vector of the ball's frame in the table's."""
+    axis, w = quaternion[:3], quaternion[3]
+    return vector + 2.0 * np.cross(axis, np.cross(axis, vector) + w * vector)
+
+
+def test_products_and_rotations():
+    a, b = np.array([.3, -.2, .9]), np.array([1.1, .4, -.3])
+    vector = np.array([.2, .5, -.7])
+    both = product(rotation(a), rotation(b))
+    assert turned(both, vector) == pytest.approx(turned(rotation(a), turned(rotation(b), vector)))
+    quarter = rotation(np.array([0, 0, np.pi / 2]))
+    assert turned(quarter, np.array([1.0, 0, 0])) == pytest.approx([0, 1, 0])
+    assert rotation(np.zeros(3)) == pytest.approx(ONE)
+
+
+def test_a_rolling_ball_turns_by_the_way_it_goes():
+    scene = Scene.from_dict({'like': 'pool', 'cloth': {'spin_deceleration': 0}})
+    shot = predict(scene, Stroke.from_offsets(0, 0, 0, 0, .5))
+    ball = shot.trajectory
+    times, turns = orientations(ball, ball.duration, ONE)
+    roll = next(event.time for event in ball.events if event.kind == 'roll')
+    begin = turns[np.argmin(np.abs(times - roll))]
+    way = ball.rest[0] - ball.at(roll).position[0]
+    angle = way / scene.ball.radius
+    end = product(rotation(np.array([0, angle, 0])), begin)
+    assert abs(end @ turns[-1]) == pytest.approx(1.0, abs=1e-9)
+    assert angle > 20
+
+
+@pytest.mark.parametrize('shot', [MASSE, COMBINATION])
+def test_orientations_follow_the_spin(shot):
+    """Against steps a hundred times as fine, each about the spin in its middle."""
+    ball = shot.trajectory
+    times, turns = orientations(ball, ball.duration, ONE)
+    assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)))
+    cosines = np.abs((turns[1:] * turns[:-1]).sum(axis=1))
+    assert (2 * np.arccos(cosines.clip(max=1.0)) <= STEP + 1e-9).all()
+    fine = ONE
+    worst = 0.0
+    for a, b, turn in zip(times, times[1:], turns[1:], strict=False):
+        if a > 0.7:
+            break
+        h = (b - a) / 100
+        for spin in ball.at(a + h * (np.arange(100) + 0.5)).spin:
+            fine = product(rotation(h * spin), fine)
+        worst = max(worst, 1.0 - abs(fine @ turn))
+    assert worst < 1e-8
+
+
+def test_turning_is_of_fourth_order():
+    """Of a spin whose axis turns: halving the step makes the error sixteen times as small."""
+    row = np.zeros((2, 18))
+    row[:, 1] = 1
+    row[0, 11:17] = 1.0, 0.5, -2.0, -1.5, 2.0, 1.0
+    row[1, 0], row[1, 1] = 0.8, 0
+    ball = Trajectory(row)
+
+    def end(step, monkey):
+        monkey.setattr('billiard_shot.study.turning.STEP', step)
+        return orientations(ball, 0.8, ONE)[1][-1]
+
+    with pytest.MonkeyPatch.context() as monkey:
+        exact = end(1e-3, monkey)
+        errors = [np.linalg.norm(end(step, monkey) - exact) for step in (.5, .25, .125)]
+    assert errors[0] / errors[1] > 12
+    assert errors[1] / errors[2] > 12
+
+
+# ---- what is in the page ----
+
+
+def test_it_needs_nothing_but_itself():
+    page = page_of(COMBINATION, 'A shot')
+    code = page.replace(json.dumps(view_data(COMBINATION, 'A shot'), ensure_ascii=False), '')
+    assert not re.search(r'https?:|\bsrc=|\bhref=|url\(|@import|\bfetch\(|XMLHttp|WebSocket', code)
+    assert '<!-- ' not in page.replace('<!-- needs', '')
+    assert '<title>A shot</title>' in page
+
+
+def test_no_text_ends_the_script():
+    page = page_of(COMBINATION, '</script><b>&')
+    assert page.count('</script>') == 2
+    assert '<title>&lt;/script>&lt;b>&amp;</title>' in page
+
+
+def test_data_are_those_of_the_shot():
+    data = view_data(COMBINATION, '')
+    assert [ball['name'] for ball in data['balls']] == ['cue', '1', '8']
+    for ball in data['balls']:
+        rows = COMBINATION.table.balls[ball['name']].rows
+        assert ball['segments'] == rows[:, :17].tolist()
+    assert [event['time'] for event in data['events'][1:]] == [
+        event.time for event in COMBINATION.table.events]
+    cue = data['cue']
+    radius = COMBINATION.scene.ball.radius
+    start = COMBINATION.trajectory.at(0).position
+    assert np.linalg.norm(np.array(cue['tip']) - start) == pytest.approx(radius)
+    assert 2 * cue['swing'] / cue['time'] == pytest.approx(COMBINATION.stroke.speed)
+    assert 'falls into a pocket: foot left' in ' '.join(e['text'] for e in data['events'])
+    assert view_data(MASSE, '')['table'] is None
+
+
+def test_a_recorded_shot_gives_the_same_page(tmp_path):
+    save_shot(COMBINATION, tmp_path / 'shot.json')
+    assert page_of(load_shot(tmp_path / 'shot.json'), 'x') == page_of(COMBINATION, 'x')
+
+
+def test_command(tmp_path, capsys):
+    save_shot(MASSE, tmp_path / 'shot.json')
+    page = tmp_path / 'page.html'
+    assert main(['view', str(tmp_path / 'shot.json'), '--to', str(page)]) == 0
+    assert capsys.readouterr().out == f'{page}\n'
+    assert page.read_text() == page_of(MASSE, 'shot')
+    options = ['view', '--scene', 'pool_table', '--elevation-deg', '5', '--title', 'T']
+    assert main([*options, '--speed', '1', '--to', str(page)]) == 0
+    assert '<title>T</title>' in page.read_text()
+    assert main([*options, '--a', '0.99', '--b', '0.9', '--speed', '1', '--to', str(page)]) == 1
+    assert 'MISS' in capsys.readouterr().err
+    assert main([*options, '--speed', '1', '--to', str(tmp_path / 'no' / 'page.html')]) == 2
+    assert 'No such file' in capsys.readouterr().err
+
+
+# ---- what a browser makes of it ----
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory):
+    opened = Browser(tmp_path_factory.mktemp('browser'))
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def page(browser, tmp_path):
+    """Open the combination in the browser; it must have nothing to complain about to the end."""
+    path = tmp_path / 'shot.html'
+    write_page(COMBINATION, path, 'A combination')
+    browser.messages.clear()
+    browser.open(path)
+    browser.settle()
+    yield browser
+    assert browser.messages == []
+    assert browser.requests == [path.as_uri()]
+
+
+@needs_browser
+def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
+    slide = ("(value) => {{ const s = document.getElementById('slider'); s.value = value;"
+             "s.dispatchEvent(new Event('input')); }}")
+    turns = {name: orientations(ball, COMBINATION.table.duration, np.array(
+        view_data(COMBINATION, '')['balls'][i]['turns'][:4]))
+        for i, (name, ball) in enumerate(COMBINATION.table.balls.items())}
+    for time in (-0.05, 0.0, 0.013, 0.2118, 0.3, 0.9, 1.9, 4.3):
+        page.run(f'({slide.format()})({time})')
+        shown = page.run("['cue', '1', '8'].map((name) => view.state(name))")
+        at = page.run('view.time')
+        assert at == pytest.approx(time, abs=1e-9)
+        for (name, ball), state in zip(COMBINATION.table.balls.items(), shown, strict=True):
+            truth = ball.at(max(at, 0.0))
+            assert state['position'] == pytest.approx(truth.position, abs=1e-12)
+            assert state['velocity'] == pytest.approx(truth.velocity, abs=1e-12)
+            assert state['spin'] == pytest.approx(truth.spin, abs=1e-9)
+            assert state['motion'] == truth.motion
+            times, found = turns[name]
+            before = found[max(np.searchsorted(times, at, 'right') - 1, 0)]
+            assert 2 * np.arccos(min(abs(before @ state['turn']), 1.0)) <= STEP + 1e-3
+
+
+@needs_browser
+def test_balls_are_drawn_where_they_are(page, tmp_path):
+    """From above, the pixel at the cue ball's place is white or red; a while later it is cloth."""
+    image = pytest.importorskip('PIL.Image', reason='needs Pillow')
+    page.run("view.look('top'); document.getElementById('paths').click()")
+    pixels = []
+    for time in (0.0, 1.2):
+        page.run(f'view.setTime({time})')
+        x, y = page.run("view.project(view.state('cue').position)")
+        pixels.append((x, y))
+        page.screenshot(tmp_path / f'{time}.png')
+    assert np.hypot(*np.subtract(*pixels)) > 50
+    first, later = (image.open(tmp_path / f'{time}.png').convert('RGB') for time in (0.0, 1.2))
+    for (x, y), there, gone in ((pixels[0], first, later), (pixels[1], later, first)):
+        ball = np.array([there.getpixel((int(x) + i, int(y) + j))
+                         for i in (-2, 0, 2) for j in (-2, 0, 2)])
+        cloth = np.array(gone.getpixel((int(x), int(y))))
+        assert (ball[:, 0] > 120).all()  # white or red
+        assert cloth[1] > 1.5 * cloth[0]  # green
+
+
+@needs_browser
+def test_keys_and_mouse(page):
+    page.run("document.getElementById('canvas').focus()")
+    page.press('End')
+    assert page.run('view.time') == pytest.approx(COMBINATION.table.duration)
+    page.press('Home')
+    begin = page.run('view.time')
+    assert begin < 0
+    page.press('ArrowRight')
+    assert page.run('view.time') == pytest.approx(begin + 0.01)
+    page.press('ArrowRight', modifiers=8)
+    assert page.run('view.time') == pytest.approx(begin + 0.21)
+    page.press('PageDown')
+    times = [event['time'] for event in view_data(COMBINATION, '')['events']]
+    assert page.run('view.time') in times
+    page.press('+')
+    assert page.run("document.getElementById('rate').value") == '2'
+    page.press(' ')
+    assert page.run('view.playing')
+    page.wait_for(f'view.time > {begin + 0.4}')
+    page.press(' ')
+    assert not page.run('view.playing')
+    before = page.run('({ ...view.camera })')
+    page.mouse('mousePressed', 300, 300, button='left', buttons=1, clickCount=1)
+    page.mouse('mouseMoved', 400, 340, button='left', buttons=1)
+    page.mouse('mouseReleased', 400, 340, button='left', clickCount=1)
+    after = page.run('({ ...view.camera })')
+    assert after['azimuth'] == pytest.approx(before['azimuth'] - 0.6)
+    assert after['elevation'] == pytest.approx(before['elevation'] + 0.24)
+    page.mouse('mouseWheel', 300, 300, deltaX=0, deltaY=-200)
+    page.wait_for(f'view.camera.distance < {0.9 * after["distance"]}')
+
+
+@needs_browser
+def test_events_are_listed_and_lead_to_their_times(page):
+    events = view_data(COMBINATION, '')['events']
+    listed = page.run("[...document.querySelectorAll('#events button')].map((b) => b.textContent)")
+    assert len(listed) == len(events)
+    for event, text in zip(events, listed, strict=True):
+        assert text.endswith(event['text'])
+    page.run("document.querySelectorAll('#events button')[5].click()")
+    assert page.run('view.time') == events[5]['time']
+    page.settle()
+    now = page.run("document.querySelector('#events .now').textContent")
+    assert now == f'{events[5]["time"]:.3f}{events[5]["text"]}'
+
+
+@needs_browser
+@pytest.mark.parametrize('name', ['masse', 'break', 'refused', 'carom', 'endless'])
+def test_other_shots_load_without_complaints(browser, tmp_path, name):
+    shot = {
+        'masse': lambda: MASSE,
+        'break': lambda: predict(Scene.load('snooker'), Stroke.from_offsets(0, .1, .1, .1, 4)),
+        'refused': lambda: predict(Scene.load('nine_ball'), Stroke((1, 0, 0), (1, 0, 0))),
+        'carom': lambda: predict(Scene.load('carom'), Stroke.from_offsets(.3, 0, .1, .7, 3)),
+        'endless': lambda: predict(
+            Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}}),
+            Stroke.from_offsets(0, 0, .1, 0, 1)),
+    }[name]()
+    write_page(shot, tmp_path / 'shot.html', name)
+    browser.messages.clear()
+    browser.open(tmp_path / 'shot.html')
+    for view in ('corner', 'player', 'top'):
+        browser.run(f"view.look('{view}'); view.setTime(1.0)")
+        browser.settle()
+    assert browser.messages == []
+    assert browser.run("document.getElementById('trouble').hidden")
+    cue = browser.run("view.state('cue').position")
+    assert cue == pytest.approx(shot.trajectory.at(browser.run('view.time')).position, abs=1e-12)
+
+
+@needs_browser
+def test_without_webgl_it_says_so_and_still_tells_the_rest(browser, tmp_path):
+    write_page(COMBINATION, tmp_path / 'shot.html', 'x')
+    script = browser.call('Page.addScriptToEvaluateOnNewDocument',
+                          source='HTMLCanvasElement.prototype.getContext = () => null')
+    browser.messages.clear()
+    browser.open(tmp_path / 'shot.html')
+    browser.call('Page.removeScriptToEvaluateOnNewDocument', identifier=script['identifier'])
+    assert 'no WebGL 2' in browser.run("document.getElementById('trouble').textContent")
+    assert browser.run("document.querySelectorAll('#events button').length") > 5
+    assert browser.messages == []
