@@ -26,7 +26,7 @@ def find_browser():
 class Browser:
     """A page in a browser of its own; `messages` is all that it said on the console."""
 
-    def __init__(self, folder, width=1200, height=760):
+    def __init__(self, folder, width=1000, height=600):
         to_child, self.send_end = os.pipe()
         self.receive_end, from_child = os.pipe()
 

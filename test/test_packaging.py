@@ -124,10 +124,12 @@ def test_commit_hooks_are_what_lint_runs():
     assert tools == set(re.findall(r'\$\(BIN\)/(\S+)', lint[1]))
 
 
-def test_wheel_has_scenes_and_what_ros_looks_for(wheel):
+def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for scene in scene_names():
         assert f'billiard_shot/scenes/{scene}.yaml' in names
+    for part in ('page.html', 'style.css', 'player.js'):
+        assert f'billiard_shot/study/page/{part}' in names
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
     for name in ('ament_index/resource_index/packages/billiard_shot', 'billiard_shot/package.xml',
                  'billiard_shot/config/predictor.yaml',

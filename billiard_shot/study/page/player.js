@@ -124,7 +124,10 @@ function fitting(follows) {
   return camera.distance;
 }
 
-const panelWidth = () => (element('message').offsetWidth ? 330 : 0);
+const panelWidth = () => {
+  const { offsetWidth } = document.querySelector('aside');
+  return offsetWidth ? offsetWidth + 20 : 0;
+};
 
 // The side panel covers a part of the window: the middle of the rest is where the target is.
 function cameraNow() {
