@@ -22,7 +22,9 @@ from billiard_shot.table.motion import CAUSE, Motion, TIME
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
 
-SCRIPTS = ('vectors.js', 'meshes.js', 'shaders.js', 'renderer.js', 'player.js')
+SCRIPTS = (
+    'vectors.js', 'meshes.js', 'shaders.js', 'renderer.js', 'motion.js', 'camera.js', 'player.js',
+)
 # Of paths on a dark green cloth, from the same palette as those of the pictures.
 COLOURS = {Motion.SLIDE: ORANGE, Motion.ROLL: SKY, Motion.FLIGHT: '#ffffff'}
 SWING = 0.3  # m over which the cue is accelerated, at most
