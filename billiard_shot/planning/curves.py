@@ -9,7 +9,6 @@ far, and turned so, that it goes through the waypoint.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.planning.guesses import Guesses, spread_of
 from billiard_shot.planning.limits import raised
@@ -25,14 +24,15 @@ from billiard_shot.table.trajectory import Trajectory
 SIDES = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b, parts of the largest offset
 HEIGHTS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
-SPEEDS = 10
-SAMPLES = 40  # points of a path
+SPEEDS = 14
+PIECES, STRETCHES, REST = 6, 6, 12  # lines for each of so many stretches of a path, and the rest
+SAMPLES = PIECES * STRETCHES + REST + 1  # points of a path
 ROOM = 0.003  # m that a path should keep from balls
-LOW = 0.3  # radii above the cloth up to which a ball that arrives can still hit one well
+LOW = 0.8  # radii above the cloth up to which a ball that arrives can still hit one well
 
 
 def library(problem: Problem) -> tuple[Rows, Rows]:
-    """Offsets and elevations (n, 3), and paths (n, SAMPLES, 3) [m] of a cue at 1 m/s along +x."""
+    """Offsets and elevations (n, 3), paths (n, SAMPLES, 3) [m] from the start, of a cue at 1 m/s along +x."""
     robot = problem.limits.robot
     low, high = problem.limits.elevations
     kinds = np.array([
@@ -45,7 +45,6 @@ def library(problem: Problem) -> tuple[Rows, Rows]:
     centre = np.array([0.0, 0.0, problem.radius])
     row, log = np.empty((1, at.COLUMNS)), np.empty((0, 12))
     segments = np.empty((40, motion.COLUMNS))
-    steps = np.linspace(0.0, 1.0, SAMPLES) ** 2
     paths, kept = [], []
     for i in range(len(kinds)):
         shoot(
@@ -54,28 +53,36 @@ def library(problem: Problem) -> tuple[Rows, Rows]:
         )
         if row[0, at.STATUS] == Status.OK and row[0, at.SEGMENTS] <= len(segments):
             path = Trajectory(segments[: int(row[0, at.SEGMENTS])].copy())
-            paths.append(path.at(path.duration * steps).position)
+            paths.append(path.at(_times(path)).position - centre)
             kept.append(i)
     return kinds[kept], np.array(paths).reshape(-1, SAMPLES, 3)
+
+
+def _times(path: Trajectory) -> Rows:
+    """Times of SAMPLES points: the first stretches, which are short and curved, densely."""
+    begins = path.rows[: STRETCHES + 1, motion.TIME]
+    ends = np.append(begins, np.full(STRETCHES + 1 - len(begins), path.duration))
+    dense = np.interp(np.arange(STRETCHES * PIECES) / PIECES, np.arange(STRETCHES + 1), ends)
+    return np.append(dense, np.linspace(ends[-1], path.duration, REST + 1))
 
 
 def curved_guesses(problem: Problem, points: list[Waypoint], count: int) -> Guesses:
     """Up to so many strokes for each waypoint whose paths pass all other balls."""
     kinds, paths = library(problem)
     robot = problem.limits.robot
-    speeds = np.geomspace(max(0.6, robot.speed_min), robot.speed_max, SPEEDS)
+    slowest = min(max(0.6, robot.speed_min), robot.speed_max)
+    speeds = np.geomspace(slowest, robot.speed_max, SPEEDS)
     strokes: list[Rows] = [np.empty((0, 5))]
     spreads: list[Rows] = [np.empty(0)]
     ways: list[Rows] = [np.empty(0, np.int64)]
     for number, point in enumerate(points):
-        found, room, spread = [], [], []
+        found, spread = [], []
         for speed in speeds:
             azimuth, gap, cut, length = _through(problem, kinds, paths * speed**2, speed, point)
             fit = np.flatnonzero((gap > 0.0) & (cut > THINNEST))
             found.append(np.column_stack([
                 kinds[fit], azimuth[fit], np.full(len(fit), speed)
             ]))
-            room.append(gap[fit])
             spread.append(np.array([
                 spread_of(problem, point, length, float(cut[i])) for i in fit
             ]))
@@ -83,13 +90,11 @@ def curved_guesses(problem: Problem, points: list[Waypoint], count: int) -> Gues
         good = problem.limits.allows(candidates[:, 3])
         lifted = raised(problem.scene, problem.limits, candidates[good])
         free = np.abs(lifted[:, 2] - candidates[good, 2]) < 1e-9  # others would take another path
-        # an even choice of all speeds and elevations, those with the most room first
-        wide = np.minimum(np.concatenate(room)[good][free], 0.02)
-        order: NDArray[np.int64] = np.argsort(-wide, kind='stable')
-        order = order[: 3 * count][:: max(1, min(3, len(order) // max(count, 1)))][:count]
-        strokes.append(lifted[free][order])
+        lifted = lifted[free]
+        # an even choice of all speeds and elevations
+        order = np.linspace(0, len(lifted) - 1, min(count, len(lifted))).astype(np.int64)
+        strokes.append(lifted[order])
         spreads.append(np.concatenate(spread)[good][free][order])
-        # every one is a way of its own, as far as one knows
         ways.append(np.full(len(order), number, np.int64))
     return Guesses(np.concatenate(strokes), np.concatenate(spreads), np.concatenate(ways))
 
@@ -123,12 +128,11 @@ def _through(
     x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
     y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]
     world = np.stack([x, y, points[..., 2]], axis=2)
-    gap = np.where(gets_there & (there[:, 2] < (1.0 + LOW) * problem.radius), np.inf, -np.inf)
+    gap = np.where(gets_there & (there[:, 2] < LOW * problem.radius), np.inf, -np.inf)
     for other in range(1, len(problem.places)):
         if other == point.struck:
             continue
-        centre = np.array([*problem.places[other], problem.radius])
-        nearest = _distances(world, centre) - 2.0 * problem.radius - ROOM
+        nearest = _distances(world, np.array([*problem.places[other], 0.0])) - 2.0 * problem.radius - ROOM
         gap = np.minimum(gap, nearest)
     inside = (np.abs(x).max(axis=1) <= problem.bed.x) & (np.abs(y).max(axis=1) <= problem.bed.y)
     gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)

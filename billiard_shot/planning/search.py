@@ -28,13 +28,12 @@ from billiard_shot.planning.waypoints import Waypoint, waypoints
 NORMAL_BUDGET = 20_000  # simulations for which the numbers here are made
 GUESSED = 0.3  # part of the budget for the guesses of a stage
 WAYS = 24  # of each kind that are tried
-CURVED = 60  # curved guesses for each waypoint
-CURVED_POINTS = 6
-PER_WAY = 3  # guesses of a way that are improved
-IMPROVED = 24
-FINALISTS = 4
-RACE, RACES = 128, 4  # strokes of each finalist in a race, and races
-FRESH = 600  # strokes of each finalist by which it is judged in the end
+CURVED, CURVED_POINTS = 360, 6  # curved guesses in all, and the waypoints that they are for
+IMPROVED = 36
+RACERS, FINALISTS = 8, 4  # strokes that race, and that are judged in the end
+RACE, RACES = 128, 6  # strokes of each in a race, and races
+AS_GOOD_AS_IT_GETS = 0.98
+FRESH, FRESH_OTHERS = 800, 200  # strokes by which the winner is judged, and the others
 SURE, POOR = 0.5, 0.1  # chances from which on no ways by one, or more, cushions are tried
 
 
@@ -126,7 +125,7 @@ def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Guesses]]
 
 def _bent(problem: Problem, points: list[Waypoint]) -> Guesses:
     points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
-    return fanned(curved_guesses(problem, points, CURVED))
+    return fanned(curved_guesses(problem, points, CURVED // max(1, len(points))))
 
 
 def _within(guesses: Guesses, room: int) -> Guesses:
@@ -139,19 +138,18 @@ def _within(guesses: Guesses, room: int) -> Guesses:
 def _choice(
     guesses: Guesses, miss: Rows, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
-    """The nearest ones, but few of each way; of those that succeed, by how many of the way do."""
-    ways = int(guesses.way.max()) + 1
-    hits = np.bincount(guesses.way, miss == 0.0, ways)
-    order = np.lexsort((draws.permutation(len(miss)), -hits[guesses.way], miss))
-    chosen: list[int] = []
-    taken = np.zeros(ways, np.int64)
-    for i in order:
-        if taken[guesses.way[i]] < PER_WAY:
-            taken[guesses.way[i]] += 1
-            chosen.append(int(i))
-        if len(chosen) == count:
-            break
-    return np.array(chosen, np.int64)
+    """
+    Choose those that succeed, else the nearest ones, in turn from all ways.
+
+    Of ways, those come first of which more guesses succeed.
+    """
+    hits = np.bincount(guesses.way, miss == 0.0)[guesses.way]
+    order = np.lexsort((draws.permutation(len(miss)), miss, guesses.way))
+    way = guesses.way[order]
+    turn = np.empty(len(miss))  # of each guess, among those of its way
+    turn[order] = np.arange(len(miss)) - np.searchsorted(way, way)
+    chosen: NDArray[np.int64] = np.lexsort((miss, -hits, turn, miss > 0.0))[:count]
+    return chosen
 
 
 def _best(found: list[Swarm]) -> Swarm:
@@ -167,28 +165,41 @@ def _judged(
     problem: Problem, runner: Runner, swarm: Swarm, draws: np.random.Generator, effort: float
 ) -> list[Finalist]:
     """Let the best race each other, then judge them by strokes that had no part in the choice."""
-    swarm = swarm.take(_different(problem, swarm.strokes)[:FINALISTS])
-    strokes = swarm.strokes
+    strokes = swarm.strokes[_different(problem, swarm.strokes)[:RACERS]]
+    judging = min(round(effort * (FRESH + (FINALISTS - 1) * FRESH_OTHERS)), runner.left // 2)
+    runner.reserved = judging
     wins, trials = np.zeros(len(strokes)), 0
-    fresh = max(16, min(round(effort * FRESH), runner.left // (2 * max(1, len(strokes)))))
     for _ in range(RACES):
-        race = min(round(effort * RACE), runner.left // max(1, len(strokes)) - fresh)
+        race = min(round(effort * RACE), runner.left // max(1, len(strokes)))
         if len(strokes) < 2 or race < 8:
             break
         wins += _tries(problem, runner, strokes, errors(problem, draws, race))
         trials += race
-        if _clear(wins, trials):
+        order = np.argsort(-wins, kind='stable')
+        strokes, wins = strokes[order], wins[order]
+        racing = _racing(wins, trials)
+        if racing == 1:
             break
-    strokes = strokes[np.argsort(-wins, kind='stable')]
-    count = min(fresh, runner.left // max(1, len(strokes)))
-    if count < 1:
-        return [Finalist(s, round(p * 64), 64) for s, p in
-                zip(strokes, swarm.success, strict=True)]
-    wins = _tries(problem, runner, strokes, errors(problem, draws, count))
-    others = np.argsort(-wins[1:], kind='stable') + 1
-    return [
-        Finalist(strokes[i], int(wins[i]), count) for i in (0, *others)
-    ] if len(strokes) else []
+        if racing >= FINALISTS:
+            strokes, wins = strokes[:racing], wins[:racing]
+    runner.reserved = 0
+    found = []
+    for place, stroke in enumerate(strokes[:FINALISTS]):
+        count = min(round(effort * (FRESH_OTHERS if place else FRESH)), runner.left)
+        if count:
+            noise = errors(problem, draws, count)
+            found.append(Finalist(
+                stroke, int(_tries(problem, runner, stroke[np.newaxis], noise)[0]), count
+            ))
+    return found[:1] + sorted(found[1:], key=lambda each: -each.successes / each.trials)
+
+
+def _racing(wins: Rows, trials: int) -> int:
+    """How many, of those with the most wins first, may still be the best; one that is sure."""
+    low, _ = wilson(wins[0], trials)
+    if low > AS_GOOD_AS_IT_GETS:
+        return 1
+    return sum(wilson(each, trials)[1] >= low for each in wins.tolist())
 
 
 def _different(problem: Problem, strokes: Rows) -> NDArray[np.int64]:
@@ -208,10 +219,3 @@ def _tries(problem: Problem, runner: Runner, strokes: Rows, noise: Rows) -> Rows
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
     success = runner.play(tried).success.reshape(len(strokes), len(noise))
     return success.sum(axis=1).astype(float)
-
-
-def _clear(wins: Rows, trials: int) -> bool:
-    """Whether the leader is surely the best, or so good that it does not matter."""
-    order = np.sort(wins)[::-1]
-    low, _ = wilson(order[0], trials)
-    return low > wilson(order[1], trials)[1] or low > 0.98

@@ -41,8 +41,8 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     there = problem.places[ball]
     if isinstance(problem.target, Hit):
         return [
-            Waypoint(there - 2.0 * radius * push, push, ball, 0.0)
-            for push in _pushes(problem, problem.target)
+            Waypoint(there - 2.0 * radius * push, push, ball, float(order))
+            for order, push in enumerate(_pushes(problem, problem.target))
         ]
     found = []
     for pocket in problem.pockets:
@@ -86,7 +86,8 @@ def _pushes(problem: Problem, target: Hit) -> list[Rows]:
     if target.at is not None:
         return [_unit(there - target.at)]
     ahead = there - problem.cue_ball
-    angles = math.atan2(ahead[1], ahead[0]) + np.arange(ROUND) * (2.0 * math.pi / ROUND)
+    turns = sorted(np.arange(ROUND) - ROUND // 2, key=abs)  # the full hit first
+    angles = math.atan2(ahead[1], ahead[0]) + np.array(turns) * (2.0 * math.pi / ROUND)
     return [np.array([math.cos(angle), math.sin(angle)]) for angle in angles]
 
 
