@@ -32,7 +32,11 @@ LOW = 0.8  # radii above the cloth up to which a ball that arrives can still hit
 
 
 def library(problem: Problem) -> tuple[Rows, Rows]:
-    """Offsets and elevations (n, 3), paths (n, SAMPLES, 3) [m] from the start, of a cue at 1 m/s along +x."""
+    """
+    Offsets and elevations (n, 3), and paths (n, SAMPLES, 3) of a cue at 1 m/s along +x.
+
+    Paths are from the ball's place [m], so that a ball on the cloth has the height 0.
+    """
     robot = problem.limits.robot
     low, high = problem.limits.elevations
     kinds = np.array([
@@ -132,8 +136,8 @@ def _through(
     for other in range(1, len(problem.places)):
         if other == point.struck:
             continue
-        nearest = _distances(world, np.array([*problem.places[other], 0.0])) - 2.0 * problem.radius - ROOM
-        gap = np.minimum(gap, nearest)
+        apart = _distances(world, np.array([*problem.places[other], 0.0]))
+        gap = np.minimum(gap, apart - 2.0 * problem.radius - ROOM)
     inside = (np.abs(x).max(axis=1) <= problem.bed.x) & (np.abs(y).max(axis=1) <= problem.bed.y)
     gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
     step = p1 - p0

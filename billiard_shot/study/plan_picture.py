@@ -36,9 +36,9 @@ def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
     low, high = planned.interval
     figure, axes = table_axes(
         scene, cloud.rests[:, 0],
-        f'{planned.kind}: {100.0 * planned.success:.0f} % of strokes reach the target '
-        f'({100.0 * low:.0f} to {100.0 * high:.0f} %)\na {a:+.2f}, b {b:+.2f} radii, elevation '
-        f'{np.degrees(elevation):.1f} degrees, {speed:.2f} m/s',
+        f'{planned.kind}: {100.0 * planned.success:.0f} % ({100.0 * low:.0f} to '
+        f'{100.0 * high:.0f} %) reach the target; a {a:+.2f}, b {b:+.2f} radii, '
+        f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)
     for way in cloud.paths[:PATHS]:

@@ -1,0 +1,53 @@
+"""Every kind of shot is found where nothing else leads to the target."""
+from layouts import KINDS, table_with
+import numpy as np
+import pytest
+
+from billiard_shot import plan, predict, Stroke
+from billiard_shot.planning.kind import kind_of
+from billiard_shot.planning.targets import Hit, Pot
+
+ONLY = ('kick', 'position', 'curve', 'massé', 'jump')  # without this way there is none at all
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_the_only_way_is_found(kind):
+    scene, target, limits, _ = KINDS[kind]
+    result = plan(scene, target, constraints=limits)
+    assert result.best is not None, result.message
+    assert result.best.success > 0.15
+    for each in result.ranking:
+        assert kind in each.kind.split(', ')
+
+
+@pytest.mark.parametrize('kind', ONLY)
+def test_without_it_there_is_no_way(kind):
+    scene, target, limits, change = KINDS[kind]
+    result = plan(scene, target, constraints={**limits, **change}, budget=3000)
+    assert result.best is None
+
+
+@pytest.mark.parametrize(('numbers', 'target', 'kind'), [
+    ((0, 0, .05, 0, 2), Hit('8'), 'direct'), ((0, 0, .05, .045, 2), Hit('8'), 'cut'),
+    ((0, 0, .05, 2.3, 4), Hit('8'), 'kick'), ((0, 0, .05, .01, 2), Pot('1'), 'combination')])
+def test_names(numbers, target, kind):
+    scene = table_with(cue=(0, 0), b8=(.6, 0), b1=(.9, 0))
+    assert kind in kind_of(predict(scene, Stroke.from_offsets(*numbers)), target)
+
+
+def test_a_jump_flies_over_and_a_massé_goes_around():
+    for kind in ('jump', 'massé', 'curve'):
+        scene, target, limits, _ = KINDS[kind]
+        shot = plan(scene, target, constraints=limits, budget=6000).best.shot
+        met = next(e.time for e in shot.table.events if len(e.balls) > 1)
+        path = shot.trajectory.at(np.linspace(0.0, met - 1e-6, 500)).position
+        height = path[:, 2].max() - scene.ball.radius
+        others = [place for name, place in scene.balls.items()
+                  if name not in ('cue', target['hit'])]
+        apart = min(np.hypot(*(path[:, :2] - place).T).min() for place in others)
+        if kind == 'jump':
+            assert height > 2.0 * scene.ball.radius * 0.9
+            assert apart < 2.0 * scene.ball.radius
+        else:
+            assert height < 2.0 * scene.ball.radius
+            assert apart > 2.0 * scene.ball.radius
