@@ -1,9 +1,10 @@
 """
 Start the nodes: `ros2 launch billiard_shot shot.launch.py scene:=paper simulate:=true`.
 
-Arguments
+Its arguments:
     `params_dir`: folder with a YAML file of parameters per node, default config/ of this package.
     `scene`: name or path of a scene; where given, it wins over the files.
+    `cue`: false leaves out the cue_driver, for scenes whose cue is no mechanical one.
     `simulate`: true starts a simulated mechanism and a simulated table too.
     `rviz`: true starts RViz with a view of the table, the balls, the stroke and what comes of it.
     `autostart`: true configures and activates the cue_driver; false leaves that to somebody else.
@@ -27,15 +28,17 @@ def nodes(context):
                     parameters=[file, *parameters], **options)
 
     view = PathJoinSubstitution([FindPackageShare('billiard_shot'), 'rviz', 'shot.rviz'])
-    simulated = {'condition': IfCondition(LaunchConfiguration('simulate'))}
+    def where(argument):
+        return {'condition': IfCondition(LaunchConfiguration(argument))}
+
     return [
         node('predictor', *scenes),
         node('table_display', *scenes),
-        node('cue_driver', *scenes, {'autostart': autostart}),
-        node('cue_sim', **simulated),
-        node('table_sim', *scenes, **simulated),
+        node('cue_driver', *scenes, {'autostart': autostart}, **where('cue')),
+        node('cue_sim', **where('simulate')),
+        node('table_sim', *scenes, **where('simulate')),
         Node(package='rviz2', executable='rviz2', output='screen', arguments=['-d', view],
-             condition=IfCondition(LaunchConfiguration('rviz'))),
+             **where('rviz')),
     ]
 
 
@@ -46,6 +49,7 @@ def generate_launch_description():
             default_value=PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config'])),
         DeclareLaunchArgument(
             'scene', default_value='', description='Scene, name or path; empty: as in the files'),
+        DeclareLaunchArgument('cue', default_value='true', description='Start the cue_driver'),
         DeclareLaunchArgument(
             'simulate', default_value='false', description='Simulated mechanism and table'),
         DeclareLaunchArgument('rviz', default_value='false', description='Start RViz'),
