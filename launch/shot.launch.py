@@ -28,6 +28,7 @@ def nodes(context):
                     parameters=[file, *parameters], **options)
 
     view = PathJoinSubstitution([FindPackageShare('billiard_shot'), 'rviz', 'shot.rviz'])
+
     def where(argument):
         return {'condition': IfCondition(LaunchConfiguration(argument))}
 

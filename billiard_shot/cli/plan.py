@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
-    """What was said of the target, whether it fits together or not."""
+    """Collect what was said of the target, whether it fits together or not."""
     names = ('pot', 'hit', 'rest', 'pass', 'pocket', 'leave', 'at', 'direction', 'radius',
              'within_deg')
     given = {name: value for name in names if (value := getattr(options, name)) is not None}

@@ -131,14 +131,14 @@ class PathBuilder:
         self._knots[-1] = (t, target.copy(), 0.0 * way, 0.0 * way)
 
     def path(self) -> Path:
-        """What has been written so far."""
+        """Return what has been written so far."""
         times, *rows = zip(*self._knots, strict=True)
         return Path(np.array(times), *(np.array(row) for row in rows))
 
 
 def ramp_times(change: float, acceleration: float, jerk: float) -> tuple[float, float]:
     """
-    Times [s] for which the acceleration rises, and holds, in the quickest change of speed.
+    Find how long the acceleration rises, and holds, in the quickest change of speed [s].
 
     The speed changes by |change| [m/s] at no more than `acceleration` [m/s^2] and `jerk` [m/s^3].
     The whole ramp lasts 2 rise + hold, and covers that times the mean of both speeds.

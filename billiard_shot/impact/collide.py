@@ -112,6 +112,7 @@ def collide(
     Parameters
     ----------
     bodies : sequence of Body
+        All that take part; what cannot move is `Body.fixed()`.
     contacts : sequence of Contact
         All points at which the bodies touch; those that approach begin the collision, the others
         take part when, and only when, the motion closes them.

@@ -61,7 +61,7 @@ class Nodes(NamedTuple):
 
 @frugal
 def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
-    """Forces at the nodes: springs from y, friction from the slip's direction."""
+    """Find the forces at the nodes: springs from y, friction from the slip's direction."""
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.phase == INACTIVE:

@@ -52,6 +52,7 @@ class ImpulseRun:
         The impulse curve I1, I2 [N s] and the elastic energies E1, E2 [J] along it, thinned.
     steps : int
         Steps taken.
+
     """
 
     status: Status
@@ -95,6 +96,7 @@ def two_balls(
     -------
     ImpulseRun
         Velocities along z, up.
+
     """
     _check(step=step, speed=speed, ratio=ratio, upper_mass=masses[0], lower_mass=masses[1])
     upper, lower = 1.0 / masses[0], 1.0 / masses[1]
@@ -149,6 +151,7 @@ def strike(
     -------
     ImpulseRun
         Bodies: the cue, the ball.
+
     """
     n, v_c = np.array(normal, float), np.array(velocity, float)
     if n.shape != (3,) or not 0.0 < np.linalg.norm(n) < np.inf:

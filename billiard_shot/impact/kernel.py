@@ -79,6 +79,7 @@ def solve(
         A row a phase: why it ended (JOIN, END, EMPTY, FLOOR), at which contact, active flags (N),
         impulses (3 N) [N s] and elastic energies (N) [J] at its end. Phases beyond its rows are
         counted only.
+
     """
     count = friction.shape[0]
     speed = 0.0

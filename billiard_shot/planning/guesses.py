@@ -26,7 +26,7 @@ class Guesses(NamedTuple):
     way: NDArray[np.int64]  # (n,) number of the way they take: alike in what happens
 
     def take(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> 'Guesses':
-        """Some of them."""
+        """Pick some of them."""
         return Guesses(self.strokes[which], self.spread[which], self.way[which])
 
 

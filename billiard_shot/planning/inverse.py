@@ -122,7 +122,7 @@ class _Problem(NamedTuple):
         return self.project(x[np.newaxis])[0][0]
 
     def slopes(self, x: Row) -> Row:
-        """Derivatives (6, 3) by difference quotients, towards the middle of what is allowed."""
+        """Find derivatives (6, 3) by differences, towards the middle of what is allowed."""
         step = np.where(x < 0.5 * np.add(*BOUNDS), STEP, -STEP)
         errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
         rise: Row = (errors[1:] - errors[0]).T / step

@@ -37,7 +37,7 @@ class Motions(NamedTuple):
     corners: Rows  # (n, PIECES + 1, 2) m: points of the path, seen from above
 
     def of(self, which: NDArray[np.bool_]) -> 'Motions':
-        """Some of the stretches."""
+        """Pick some of the stretches."""
         fields: Any = (field[which] for field in self[1:])
         return Motions(self.tables, *fields)
 

@@ -68,7 +68,7 @@ def _gate(cue: Motions, ends: Rows) -> Rows:
 def _hit(
     problem: Problem, target: Hit, record: Record, motions: Motions, cue: Motions
 ) -> Rows:
-    """The wanted ball first, then where or whither."""
+    """Meet the wanted ball first, then at the right place, or in the right direction."""
     ball = problem.places[problem.ball]
     reached = record.places[:, 0, 1] == problem.ball
     before = cue.of(cue.time < motions.met(0)[cue.table])

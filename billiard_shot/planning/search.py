@@ -203,7 +203,7 @@ def _racing(wins: Rows, trials: int) -> int:
 
 
 def _different(problem: Problem, strokes: Rows) -> NDArray[np.int64]:
-    """Indices of strokes (n, 5) that are no mere variations of earlier ones."""
+    """Find the strokes (n, 5) that are no mere variations of earlier ones."""
     apart = np.maximum(ALIKE * problem.sigmas, LIKE)
     chosen: list[int] = []
     for i in range(len(strokes)):

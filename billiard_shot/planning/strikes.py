@@ -16,7 +16,7 @@ Rows = NDArray[np.float64]
 
 
 def vectors_of(strokes: Rows) -> tuple[Rows, Rows]:
-    """Unit normals and cue velocities (n, 3) of strokes (n, 5), the arguments of from_offsets."""
+    """Find unit normals and cue velocities (n, 3) of arguments of from_offsets (n, 5)."""
     a, b, elevation, azimuth, speed = strokes.T
     sin_e, cos_e = np.sin(elevation), np.cos(elevation)
     sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)

@@ -35,7 +35,7 @@ class Swarm(NamedTuple):
     miss: Rows  # (n,) mean miss of the better samples
 
     def take(self, which: NDArray[np.int64]) -> 'Swarm':
-        """Some of them."""
+        """Pick some of them."""
         return Swarm(*(field[which] for field in self))
 
 

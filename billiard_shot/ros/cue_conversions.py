@@ -95,7 +95,7 @@ def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
 
 
 def result_of(result: Result, stamp: Time) -> ExecuteShot.Result:
-    """Result message of how an order ended."""
+    """Say in a message how an order ended."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
         message.struck = True

@@ -145,5 +145,5 @@ def faults_of(node: Node) -> Faults:
 
 
 def settings_of(node: Node) -> Settings:
-    """What the controller goes by."""
+    """Read what the controller goes by."""
     return read_into(Settings, node)

@@ -46,7 +46,7 @@ def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
 
 
 def shot_markers(shot: Shot, stamp: Stamp) -> MarkerArray:
-    """The cue as it meets the ball, the way of every ball that moves, faint where it began."""
+    """Show the cue as it meets the ball, and the way of every ball that moves."""
     return markers.array_of(_shot(shot, 1.0), stamp)
 
 

@@ -114,7 +114,7 @@ class Player(Node):
             plan, uuid.uuid4().hex, now.to_msg(), (now + Duration(seconds=VALID)).to_msg())
 
     def predict(self, goal: ExecuteShot.Goal) -> PredictShot.Response:
-        """What the predictor says of the planned stroke."""
+        """Ask the predictor about the planned stroke."""
         request = PredictShot.Request(
             cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True)
         return call(self, self._predict, request)
@@ -132,7 +132,7 @@ class Player(Node):
         return ended.result()
 
     def rest(self, seconds: float = 60.0) -> np.ndarray | None:
-        """Where the cue ball comes to rest (x, y) [m]; None if it goes on moving for too long."""
+        """Wait until the cue ball rests, at (x, y) [m]; None if that takes too long."""
         last, since = None, monotonic()
         deadline = monotonic() + seconds
         while monotonic() < deadline:

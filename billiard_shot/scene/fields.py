@@ -114,7 +114,7 @@ def name(*, absent: bool = False) -> Any:
 
 
 def point(*, absent: bool = False) -> Any:
-    """Field for a point (x, y) on the table [m]; `absent`: as for `name`."""
+    """Make a field for a point (x, y) on the table [m]; `absent`: as for `name`."""
     coordinate = _number_within('m', None, None, None)
 
     def convert(value: object) -> tuple[float, float] | None:

@@ -48,7 +48,9 @@ def predict(
     Parameters
     ----------
     scene : Scene
+        Ball, cue and cloth, with what lies and stands on it.
     stroke : Stroke
+        Where the cue hits the ball, and how it moves.
     tolerance : float
         Largest error of the trajectory [m], above 0; up to the first impact with another ball.
     position : (2,) or (3,) array_like, optional

@@ -20,7 +20,7 @@ def sensitivity_of(
     scene: Scene, stroke: Stroke, position: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """
-    Derivative of the place of rest (x, y) by (a, b, elevation, azimuth, speed), (2, 5).
+    Find the derivative of the place of rest by (a, b, elevation, azimuth, speed), (2, 5).
 
     (a, b) is where the tip touches the ball.
 

@@ -167,7 +167,7 @@ class Stroke:
 def axes(
     elevation: float, azimuth: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Unit vectors to the right, up and along a stroke, as seen by who plays it."""
+    """Find unit vectors to the right, up and along a stroke, as seen by who plays it."""
     level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
     right = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
     vertical = np.array([0.0, 0.0, 1.0])

@@ -51,5 +51,3 @@ def draw(
     figure.legend(handles, labels, loc='outside lower center', ncols=3, frameon=False,
                   fontsize='small', title='method: its error goes with', title_fontsize='small')
     figure.savefig(path, dpi=120)
-
-

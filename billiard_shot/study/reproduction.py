@@ -70,7 +70,7 @@ class VariantStrike(ScipyStrike):
         self.begun: tuple[Vector, float] | None = None  # S2: direction of slip, friction left
 
     def forces_at(self, normal: Vector, u: Vector) -> Vector:
-        """Forces; with WHOLE_SLIP, in S2, along the slip that S2 began with."""
+        """Find the forces; with WHOLE_SLIP, in S2, along the slip that S2 began with."""
         force = super().forces_at(normal, u)
         if self.begun is not None and self.active == [False, True]:
             force[4:] = -self.mu[1] * normal[1] * self.begun[0]
@@ -118,7 +118,7 @@ class VariantStrike(ScipyStrike):
 
 
 def label(variant: Variant) -> str:
-    """What a variant changes, in words."""
+    """Say what a variant changes."""
     return '; '.join(MEANING[part] for part in variant) or 'as written'
 
 

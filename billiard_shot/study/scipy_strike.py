@@ -84,7 +84,7 @@ class ScipyStrike:
         return self.u0 + self.w @ state[2:]
 
     def forces_at(self, normal: Vector, u: Vector) -> Vector:
-        """Forces from the normal ones: sliding first, then what keeps the others still."""
+        """Find all forces from the normal ones: sliding first, then what keeps others still."""
         force = np.zeros(6)
         stuck = []
         for j in (0, 1):

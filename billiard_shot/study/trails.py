@@ -78,7 +78,7 @@ class Trails:
         return self.balls[name].at(0.0).position
 
     def end(self, name: str) -> NDArray[np.float64] | None:
-        """Centre of a ball in the end (3,) [m]; None if it is in a pocket or off the table."""
+        """Find the centre of a ball in the end (3,) [m]; None if in a pocket or off the table."""
         state = self.balls[name].at(self.until)
         return None if Motion(int(state.motion)) in GONE else state.position
 
@@ -143,7 +143,7 @@ def _piece(ball: Trajectory, motion: Motion, times: list[NDArray[np.float64]]) -
 
 
 def _times(segment: Segment, end: float) -> NDArray[np.float64]:
-    """Times at which a segment has to be drawn so that straight lines follow its curve."""
+    """Choose times at which to draw a segment so that straight lines follow its curve."""
     duration = end - segment.start
     size = float(np.linalg.norm(segment.acceleration))
     bend = float(np.linalg.norm(np.cross(segment.velocity, segment.acceleration)))

@@ -107,7 +107,7 @@ def impulses_of(course: Course) -> Vector:
 
 
 def _turns(course: Course, part: slice) -> list[str]:
-    """Ends of compression within a state, in order of time."""
+    """Find the ends of compression within a state, in order of time."""
     found = []
     for j in (0, 1):
         approach = course.velocities[part, 3 * j]
@@ -118,7 +118,7 @@ def _turns(course: Course, part: slice) -> list[str]:
 
 
 def _ends(course: Course, part: slice, after: slice | None) -> list[str]:
-    """Ends of restitution with which a state ends."""
+    """Find the ends of restitution with which a state ends."""
     active = course.active[part][-1]
     then = course.active[after][0] if after else np.zeros_like(active)
     return [f'R{j + 1}' for j in (0, 1) if active[j] and not then[j]]

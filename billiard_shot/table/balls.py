@@ -37,7 +37,7 @@ def meeting(
 def normal_of(
     a: NDArray[np.float64], b: NDArray[np.float64]
 ) -> tuple[float, float, float, float]:
-    """Unit vector from ball b to ball a, and the distance of their centres [m]."""
+    """Find the unit vector from ball b to ball a, and the distance of their centres [m]."""
     x = a[POSITION] - b[POSITION]
     y = a[POSITION + 1] - b[POSITION + 1]
     z = a[POSITION + 2] - b[POSITION + 2]

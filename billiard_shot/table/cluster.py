@@ -159,4 +159,3 @@ def _surface_velocity(
     lever = point - ball[POSITION : POSITION + 3]
     turning: NDArray[np.float64] = np.cross(ball[ANGULAR : ANGULAR + 3], lever)
     return ball[VELOCITY : VELOCITY + 3] + turning
-

@@ -15,7 +15,7 @@ from billiard_shot.table.surface import Surface
 def touch_edge(
     furniture: Furniture, bed: Bed, radius: float, ball: NDArray[np.float64], what: int
 ) -> tuple[float, float, float, bool]:
-    """Normal at which a ball touches a nose, facing or arc, and whether the ball lies."""
+    """Find the normal where a ball touches a nose, facing or arc, and whether the ball lies."""
     x, y, away = edge_at(bed, what, ball[POSITION], ball[POSITION + 1])
     if ball[HEIGHT] == radius:
         shift = bed.reach - away  # rounding; or pressed in by its motion on the cloth

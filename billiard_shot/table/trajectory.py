@@ -172,7 +172,7 @@ class Trajectory:
 
 
 def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]:
-    """What happened between two segments."""
+    """Tell what happened between two segments."""
     if cause != Cause.OWN:
         yield EventKind(cause.name.lower())
         return

@@ -18,5 +18,5 @@ class ShotLook(Look):
     double_hit: float | None  # s, when the cue catches the ball again
 
     def impulse(self, contact: int) -> NDArray[np.float64]:
-        """Normal and two tangential impulses of a contact in the strike (3,) [N s]."""
+        """Return the normal and two tangential impulses of a contact in the strike (3,) [N s]."""
         return self.impulses[contact]

@@ -15,7 +15,7 @@ class TableContact(Gate[ShotLook]):
     changes: ClassVar = {OFF: {'table': False}}
 
     def seen(self, look: ShotLook) -> Seen:
-        """The impact itself closes the contact, or leaves it open."""
+        """See whether the impact closes the contact, or leaves it open."""
         push = look.impulse(TABLE)[0]
         if push > 0.0:
             return Seen(True, f'the ball is pressed onto the cloth, with {push:.3g} N s')
@@ -30,7 +30,7 @@ class EndMass(Gate[ShotLook]):
     changes: ClassVar = {OFF: {'softness': 0.0}}
 
     def seen(self, look: ShotLook) -> Seen:
-        """The cue says so."""
+        """Ask the cue."""
         cue = look.scene.cue
         if cue.guided:
             return Seen(False, 'the cue is guided: its tip cannot move sideways')
@@ -45,7 +45,7 @@ class TipCurvature(Gate[ShotLook]):
     changes: ClassVar = {OFF: {'dome': 0.0}}
 
     def seen(self, look: ShotLook) -> Seen:
-        """The cue and the stroke say so."""
+        """Ask the cue and the stroke."""
         dome, radius = look.scene.cue.dome, look.scene.ball.radius
         if dome == 0.0:
             return Seen(False, 'the tip is a point: the cue has no dome')
@@ -67,7 +67,7 @@ class DoubleHit(Gate[ShotLook]):
     changes: ClassVar = {}  # it is found afterwards, in the motion
 
     def seen(self, look: ShotLook) -> Seen:
-        """The motion of the ball decides, and the speed left to the cue."""
+        """See how the ball moves, and how fast the cue follows."""
         if look.double_hit is not None:
             return Seen(True, f'the cue has the ball again at {look.double_hit:.3g} s')
         if look.cue_speed <= 0.0:

@@ -15,7 +15,7 @@ class Flight(Gate[Look]):
     changes: ClassVar = {OFF: {'flight': surface.OFF}, ON: {'flight': surface.ON}}
 
     def seen(self, look: Look) -> Seen:
-        """A ball that rises, and not too little."""
+        """Look for a ball that rises, and not too little."""
         up = float(look.velocity[2])
         rise = f'the ball rises by {_rise(look, up)}'
         if up > 0.0 and _flies(look.trajectory, first=True):

@@ -17,7 +17,7 @@ class Slide(Gate[Look]):
     changes: ClassVar = {OFF: {'sliding': math.inf}}
 
     def seen(self, look: Look) -> Seen:
-        """A ball that slips."""
+        """Look for a ball that slips."""
         return _seen(look, look.that_do(Motion.SLIDE), 'slip on the cloth')
 
 
@@ -29,7 +29,7 @@ class Roll(Gate[Look]):
     changes: ClassVar = {OFF: {'rolling': 0.0}}
 
     def seen(self, look: Look) -> Seen:
-        """A ball that rolls."""
+        """Look for a ball that rolls."""
         return _seen(look, look.that_do(Motion.ROLL), 'come to roll')
 
 
@@ -41,7 +41,7 @@ class SpinDecay(Gate[Look]):
     changes: ClassVar = {OFF: {'spin_deceleration': 0.0}}
 
     def seen(self, look: Look) -> Seen:
-        """A ball that spins about the vertical, on a cloth that slows it."""
+        """Look for a ball that spins about the vertical, on a cloth that slows it."""
         turning = [name for name, ball in look.trajectories.items()
                    if np.any(ball.rows[:, VERTICAL_SPIN])]
         if turning and look.scene.cloth.spin_deceleration == 0.0:

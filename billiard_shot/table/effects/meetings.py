@@ -75,7 +75,7 @@ class Throw(Gate[Look]):
     changes: ClassVar = {OFF: {'friction_fast': 0.0, 'friction_slow': 0.0}}
 
     def seen(self, look: Look) -> Seen:
-        """The fastest slip in which two balls met."""
+        """Find the fastest slip in which two balls met."""
         balls = look.scene.contacts.ball_ball
         if balls.friction_fast == balls.friction_slow == 0.0:
             return Seen(False, 'balls have no friction on each other')
