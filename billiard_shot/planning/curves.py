@@ -63,7 +63,7 @@ def library(problem: Problem) -> tuple[Rows, Rows]:
 
 
 def _times(path: Trajectory) -> Rows:
-    """Times of SAMPLES points: the first stretches, which are short and curved, densely."""
+    """Choose times of SAMPLES points: the first stretches, short and curved, densely."""
     begins = path.rows[: STRETCHES + 1, motion.TIME]
     ends = np.append(begins, np.full(STRETCHES + 1 - len(begins), path.duration))
     dense = np.interp(np.arange(STRETCHES * PIECES) / PIECES, np.arange(STRETCHES + 1), ends)
