@@ -128,6 +128,14 @@ TABLE_SIM = (
               limits=(1e-3, 1e6)),
 )
 
+TABLE_DISPLAY = (
+    Parameter(
+        'scene', 'paper',
+        'Table, and balls until table_state has come in: name of a bundled scene, or path of a '
+        'YAML file.', check=Scene.load),
+    MECHANISM, JOINT_NAMES,
+)
+
 
 def read_into(kind: type, node: Node) -> Any:
     """Dataclass whose fields are the node's parameters of the same names."""

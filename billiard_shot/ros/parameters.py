@@ -77,15 +77,6 @@ PREDICTOR = (
     ),
 )
 
-TABLE_DISPLAY = (
-    Parameter(
-        'scene', 'paper',
-        'Table, and balls until table_state has come in: name of a bundled scene, or path of a '
-        'YAML file.', check=Scene.load,
-    ),
-)
-
-
 def declare(node: Node, parameters: Iterable[Parameter]) -> None:
     """
     Declare `parameters`, and refuse bad values from now on.

@@ -1,14 +1,25 @@
-"""The node `table_display`: shows the table, and the balls where they lie now."""
+"""The node `table_display`: shows the table, the balls where they lie now, the mechanical cue."""
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
+from builtin_interfaces.msg import Time as Stamp
+import numpy as np
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from sensor_msgs.msg import JointState
 from visualization_msgs.msg import MarkerArray
 
-from billiard_shot.ros import parameters, table_markers
+from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
 from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.running import LATCHED, run
 from billiard_shot.scene import Scene
+
+PICTURES = 1 / 30
+"""Seconds between two pictures of a cue that moves."""
+
+STILL = 1e-5
+"""Change of the joints [m, rad] that is none: encoders tremble."""
 
 
 class TableDisplay(Node):
@@ -17,22 +28,30 @@ class TableDisplay(Node):
 
     `~/table`: bed, cushions, rails and pockets of the scene. `~/balls`: the balls where the topic
     `table_state` (billiard_shot_msgs/msg/TableState) has them and, until it has come in, where the
-    scene has them. Its parameters are `parameters.TABLE_DISPLAY`.
+    scene has them. `~/cue`: the mechanical cue where `joint_states` (sensor_msgs/msg/JointState)
+    have it, if there is one. Its parameters are `cue_parameters.TABLE_DISPLAY`.
     """
 
     def __init__(self) -> None:
         super().__init__('table_display')
         self._table = self.create_publisher(MarkerArray, '~/table', LATCHED)
         self._balls = self.create_publisher(MarkerArray, '~/balls', LATCHED)
-        parameters.declare(self, parameters.TABLE_DISPLAY)
+        self._cue = self.create_publisher(MarkerArray, '~/cue', LATCHED)
+        parameters.declare(self, cue_parameters.TABLE_DISPLAY)
         self.add_post_set_parameters_callback(lambda _: self._show())
+        self._joints = self._shown = np.full(6, np.nan)
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
+        self.create_subscription(JointState, 'joint_states', self._hear_joints, 50)
+        self.create_timer(
+            PICTURES, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info('ready: shows the table')
 
     def _show(self) -> None:
-        """Show the scene, as the parameter names it."""
+        """Show the scene, as the parameters have it."""
         scene = Scene.load(self.get_parameter('scene').value)
+        self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
+        self._names = self.get_parameter('joint_names').value
         self._radius = scene.ball.radius
         self._table.publish(table_markers.furniture_markers(scene, self._now()))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
@@ -44,7 +63,23 @@ class TableDisplay(Node):
     def _publish_balls(self, balls: table_markers.Places) -> None:
         self._balls.publish(table_markers.ball_markers(balls, self._radius, self._now()))
 
-    def _now(self):
+    def _hear_joints(self, message: JointState) -> None:
+        joints = cue_conversions.joints_of(message, self._names)
+        if joints:
+            self._joints, _ = joints
+
+    def _show_cue(self) -> None:
+        if np.array_equal(self._joints, self._shown, equal_nan=True) or (
+                np.abs(self._joints - self._shown).max() < STILL):
+            return
+        self._shown = self._joints
+        try:
+            self._cue.publish(
+                table_markers.cue_markers(self._mechanism, self._joints, self._now()))
+        except ValueError as error:
+            self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
+
+    def _now(self) -> Stamp:
         return self.get_clock().now().to_msg()
 
 

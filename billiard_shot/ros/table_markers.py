@@ -7,12 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
+from billiard_shot.cue.mechanism import BASE_X, BASE_Y, BASE_Z, Mechanism
+from billiard_shot.cue.placing import tip_of
 from billiard_shot.ros import markers
 from billiard_shot.scene import Scene
 from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.outline import outline_of
 
 CLOTH, CUSHION, WOOD, HOLE, TEXT = '#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff'
+STEEL = '#a9b3bd'
+SHAFT = 0.01  # m, radius of the mechanical cue; for the eye only
 THICKNESS = 0.03  # m, of the bed
 ENDLESS = 8.0  # m, side of the square that stands for a cloth without end
 LIFT = 5e-4  # m by which what lies on something else is drawn above it
@@ -48,6 +52,28 @@ def ball_markers(balls: Places, radius: float, stamp: Stamp) -> MarkerArray:
         shown += [markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
                   markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT))]
     return markers.array_of(shown, stamp)
+
+
+def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], stamp: Stamp) -> MarkerArray:
+    """
+    Show the mechanical cue where its joints (6,) put it, as long as it reaches behind its pivot.
+
+    Raises
+    ------
+    ValueError
+        If there is no such place: a joint is out of its range, or not known.
+
+    """
+    if not np.isfinite(joints).all():
+        raise ValueError('joint_states: a position is not known')
+    tip = tip_of(mechanism, joints)
+    end = tip.position - (mechanism.reach + mechanism.stroke.most) * tip.along
+    pivot = joints[[BASE_X, BASE_Y, BASE_Z]]
+    steel = markers.colour(STEEL)
+    return markers.array_of([
+        markers.cone('mechanical cue', tip.position, end, (SHAFT, SHAFT), steel),
+        markers.ball('pivot', pivot, 2 * SHAFT, steel),
+    ], stamp)
 
 
 def places_of(table: TableState, radius: float) -> Places:

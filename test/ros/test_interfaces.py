@@ -26,7 +26,7 @@ def test_status_constants_are_the_status_enum():
 @pytest.mark.parametrize(('node', 'declared'), [
     ('predictor', parameters.PREDICTOR), ('cue_driver', cue_parameters.CUE_DRIVER),
     ('cue_sim', cue_parameters.CUE_SIM), ('table_sim', cue_parameters.TABLE_SIM),
-    ('table_display', parameters.TABLE_DISPLAY)])
+    ('table_display', cue_parameters.TABLE_DISPLAY)])
 def test_parameter_files_hold_the_defaults(node, declared):
     """config/: every parameter, with the value that the node has without the file."""
     file = Path(__file__).resolve().parents[2] / 'config' / f'{node}.yaml'
