@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+import billiard_shot
 from billiard_shot.cli import main
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -155,7 +156,9 @@ def test_pages_build_without_warnings(tmp_path):
     for node in ('predictor', 'cue_driver', 'table_display'):
         assert f'id="{node.replace("_", "-")}"' in (
             tmp_path / 'reference' / 'parameters.html').read_text()
-    assert 'billiard_shot.predict' in (tmp_path / 'reference' / 'api.html').read_text()
+    named = (tmp_path / 'reference' / 'api.html').read_text()
+    for name in billiard_shot.__all__:
+        assert f'id="billiard_shot.{name}"' in named, 'docs/reference/api.md lacks it'
 
 
 UNIT = re.compile('metre|second|radian|no unit|no frame|pose of the tip')
