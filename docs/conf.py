@@ -20,6 +20,8 @@ default_role = 'code'
 html_theme = 'furo'
 html_title = 'billiard_shot'
 html_show_sphinx = False
+html_static_path = ['_static']
+html_css_files = ['wide.css']
 html_math_renderer = 'mathml'
 
 myst_enable_extensions = ['dollarmath']
