@@ -1,5 +1,6 @@
 """Between messages and the library: pure functions, each way, and the checks of every request."""
 from array import array
+from dataclasses import replace
 import math
 from typing import Any
 
@@ -9,7 +10,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot import Shot, Stroke
+from billiard_shot import Scene, Shot, Stroke
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.status import Status
 
@@ -101,6 +102,28 @@ def ball_of(
     if balls[0].pocketed:
         raise _invalid(f'use_table_state: table_state says that ball {CUE_BALL!r} is pocketed')
     return _resting(f'table_state ball {CUE_BALL!r} position', balls[0].position, radius)
+
+
+def scene_of(scene: Scene, table: TableState) -> Scene:
+    """
+    Put the balls of a table state in place of those of a scene.
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, with the ball and what is wrong with its place.
+
+    """
+    balls: dict[str, tuple[float, float]] = {}
+    for ball in table.balls:
+        if ball.id in balls:
+            raise _invalid(f'use_table_state: table_state has ball {ball.id!r} twice')
+        if not ball.pocketed:
+            balls[ball.id] = ball.position.x, ball.position.y
+    try:
+        return replace(scene, balls=balls)
+    except ValueError as error:
+        raise _invalid(f'use_table_state: table_state: {error}') from None
 
 
 def check_common(request: PredictShot.Request) -> None:

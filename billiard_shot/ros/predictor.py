@@ -44,7 +44,7 @@ class Predictor(Node):
         self._show_timer = self.create_timer(
             SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        warm_up(self._scene)
+        warm_up(self._scene, other_balls=True)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
@@ -64,10 +64,13 @@ class Predictor(Node):
             conversions.check_common(request)
             ball = conversions.ball_of(request, self._scene.ball.radius, self._table)
             stroke = conversions.stroke_of(request, ball)
+            scene = self._scene
+            if request.use_table_state:
+                scene = conversions.scene_of(scene, self._table)
         except conversions.BadRequestError as error:
             return conversions.refusal(error.status, str(error))
         shot = predict(
-            self._scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
+            scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
             self._shown = shot, response

@@ -113,6 +113,29 @@ def test_ball_from_the_table_state(ask, node):
     assert answer_comes('pocketed', BallState(id='cue', pocketed=True))
     assert answer_comes('has 0 balls', other)
     assert answer_comes('below the cloth', BallState(id='cue', position=Point(z=-1.0)))
+    assert answer_comes("ball '8' twice", cue, other, other)
+    assert answer_comes('overlaps', cue, BallState(id='8', position=Point(x=0.41, y=0.1)))
+    node.destroy_publisher(publisher)
+
+
+def test_other_balls_of_the_table_state_are_met(ask, node):
+    """A ball in the way of the cue ball stops it; without the table state it rolls on."""
+    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    far = conversions.vectors(ask(request).trajectory.positions)[-1]
+    way = far[:2] / np.hypot(*far[:2])
+    publisher = node.create_publisher(TableState, 'table_state', LATCHED)
+    publisher.publish(TableState(balls=[
+        BallState(id='cue'),
+        BallState(id='8', position=Point(x=float(0.2 * way[0]), y=float(0.2 * way[1])))]))
+    request.use_table_state = True
+
+    def stopped():
+        positions = conversions.vectors(ask(request).trajectory.positions)
+        return len(positions) and np.hypot(*positions[-1][:2]) < 0.5 * np.hypot(*far[:2])
+
+    assert spin_until(node, stopped)
+    assert [effect.simulated for effect in ask(request).effects if effect.name == 'ball_ball'] == [
+        True]
     node.destroy_publisher(publisher)
 
 
