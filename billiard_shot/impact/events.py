@@ -129,7 +129,7 @@ def first_event(
                 x = impulse_root(m, s, j, scale, order, end)
                 if x != NO_ROOT:
                     end, event, contact = x, END, j
-        elif c.light:
+        elif c.light or c.idle:
             x = first_root(s.y[j], order, -1.0, -c.faint, POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j

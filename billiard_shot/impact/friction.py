@@ -263,7 +263,7 @@ def settle(m: Model, s: State, room: Room) -> None:
         pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
         c.pinned = False
         force[3 * j] = c.stiffness * pressed**m.exponent
-        if c.friction == 0.0:
+        if c.friction == 0.0 or c.idle:
             c.grip = FRICTIONLESS
             continue
         slip = slip_speed(s, j)

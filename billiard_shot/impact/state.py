@@ -27,6 +27,7 @@ _FIELDS = np.dtype(
         ('pinned', np.int64),  # 1: sticking beyond its own cone, others help to hold it
         ('light', np.int64),  # 1: the force is negligible (exponent > 1: not analytic at 0)
         ('faint', np.float64),  # compression up to which it is
+        ('idle', np.int64),  # 1: without friction until it presses enough to say how it slides
         ('toward_x', np.float64),  # direction of sliding
         ('toward_y', np.float64),
         ('rate', np.float64),  # y' = -rate u_n

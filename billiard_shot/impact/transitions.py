@@ -101,6 +101,7 @@ def join(s: State, j: int, known: bool) -> None:
     s.y[j, 0] = 0.0
     c.rate = 1.0
     c.begun = s.impulse[3 * j]
+    c.idle = 0
     if known:
         s.u[3 * j, 0] = 0.0
         c.still = True

@@ -151,13 +151,33 @@ def give_up(m: Model, s: State) -> None:
 
 @frugal
 def calm(s: State, tolerance: float) -> None:
-    """Take back the slips that were to begin: they do not. What slips in earnest goes on."""
+    """
+    Take back the slips that were to begin, but could not. What slips in earnest goes on.
+
+    Where many contacts join at once the springs load one after the other, as ever higher powers of
+    time: the first is under way before anything can be said of the last. Those wait.
+    """
     for j in range(len(s.contact)):
         c = s.contact[j]
-        if c.young and slip_speed(s, j) <= tolerance:
+        if c.young and s.y[j, 0] < c.faint:
+            c.idle = 1
+            c.onset = 0
+        elif c.young and slip_speed(s, j) <= tolerance:
             stop_slip(s, j)
             c.onset = 0
         c.young = 0
+
+
+@frugal
+def wakes(s: State) -> bool:
+    """Whether a contact that waited for friction has come to press in earnest."""
+    awake = False
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.idle and s.y[j, 0] >= (1.0 - 1e-9) * c.faint:
+            c.idle = 0
+            awake = True
+    return awake
 
 
 @frugal
@@ -267,6 +287,7 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             unsettled = unsettled or (not m.straight and has_stopped(m, s))
             if young:
                 mature(m, s, scale)
+        unsettled = wakes(s) or unsettled
         if event in (JOIN, END, EMPTY):
             if moved:
                 record(m, s, log, phases, event, j)

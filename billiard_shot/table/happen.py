@@ -45,6 +45,7 @@ from billiard_shot.table.world import (
     energy_of,
     log_event,
     near_others,
+    PAUSED,
     place_at,
     schedule_rail,
     World,
@@ -156,7 +157,7 @@ def bump(
 @fused
 def pause(w: World, time: float, ball: int, other: int) -> None:
     """Stop for an impact of three bodies or more."""
-    w.pause[0], w.pause[1], w.pause[2], w.pause[3] = 1.0, time, ball, other
+    w.pause[0], w.pause[1], w.pause[2], w.pause[3] = PAUSED, time, ball, other
 
 
 @fused

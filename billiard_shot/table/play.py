@@ -27,15 +27,11 @@ from billiard_shot.table.motion import (
 from billiard_shot.table.rails import NOTHING
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.surface import Surface
-from billiard_shot.table.world import (
-    lend_world,
-    schedule_meetings,
-    World,
-)
+from billiard_shot.table.world import GIVEN_UP, lend_world, PAUSED, schedule_meetings, World
 
 OK = int(Status.OK)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
-PAUSED = -1
+WAITING = -1
 TABLE_OFF = int(Status.OFF_TABLE)
 INVALID_REQUEST = int(Status.INVALID_REQUEST)
 
@@ -85,12 +81,15 @@ def play(
     """
     Play until nothing moves, or only endlessly, or several bodies meet.
 
-    Return when that is, and the status: of the table, or PAUSED.
+    Return when that is, and the status: of the table, or WAITING.
     """
     diameter = 2.0 * surface.radius
     now = w.pause[1]
+    if w.pause[0] == GIVEN_UP:
+        w.pause[0] = 0.0
+        return now, BUDGET_EXCEEDED
     resume(
-        surface, furniture, bed, w, CLUSTER if w.pause[0] > 0.0 else START, now, tolerance, hop
+        surface, furniture, bed, w, CLUSTER if w.pause[0] == PAUSED else START, now, tolerance, hop
     )
     while True:
         time, i, j = next_event(w)
@@ -105,8 +104,8 @@ def play(
             meet_table(surface, furniture, bed, w, i, tolerance, hop)
         else:
             meet_ball(surface, furniture, bed, w, i, j, now, tolerance, hop)
-        if w.pause[0] > 0.0:
-            return now, PAUSED
+        if w.pause[0] == PAUSED:
+            return now, WAITING
         schedule_meetings(w, i, now, diameter, furniture.pairs)
         if j not in (NOTHING, i):
             schedule_meetings(w, j, now, diameter, furniture.pairs)
@@ -194,11 +193,11 @@ def play_tables(
     laid_out = lay_out(furniture, surface.radius)
     bed, w = lend_bed(laid_out), lend_world(world)
     while table < states.shape[0]:
-        if w.pause[0] > 0.0 or set_up(surface, w, states, table):
+        if w.pause[0] != 0.0 or set_up(surface, w, states, table):
             summary[table, 0], summary[table, 1] = play(
                 surface, furniture, bed, w, tolerance, hop, limit
             )
-            if w.pause[0] > 0.0:
+            if w.pause[0] == PAUSED:
                 break
         else:
             summary[table, 0], summary[table, 1] = 0.0, INVALID_REQUEST
