@@ -22,7 +22,7 @@ endif
 .PHONY: help setup demo test lint docs bench clean
 
 help:
-	@echo 'make demo   four shots through a real ROS 2: what came back'
+	@echo 'make demo   shots predicted and played through a real ROS 2: what came of them'
 	@echo 'make test   lint, types, layers, and all tests'
 	@echo 'make lint   the first three of these alone'
 	@echo 'make docs   the pages as HTML, in docs/_build/html'
@@ -83,5 +83,6 @@ bench: setup
 	done; exit $$status
 
 clean:
-	rm -rf $(VENV) build install log dist docs/_build *.egg-info .hypothesis .*_cache
+	rm -rf $(VENV) build install log dist docs/_build docs/reference/interfaces.md \
+	    docs/reference/parameters.md *.egg-info .hypothesis .*_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
