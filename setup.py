@@ -60,6 +60,7 @@ setup(
         'console_scripts': [
             'billiard-shot = billiard_shot.cli:main',
             'predictor = billiard_shot.ros.predictor:main',
+            'planner = billiard_shot.ros.planner:main',
             'cue_driver = billiard_shot.ros.cue_driver:main',
             'cue_sim = billiard_shot.ros.cue_sim:main',
             'table_sim = billiard_shot.ros.table_sim:main',

@@ -34,6 +34,7 @@ def nodes(context):
 
     return [
         node('predictor', *scenes),
+        node('planner', *scenes),
         node('table_display', *scenes),
         node('cue_driver', *scenes, {'autostart': autostart}, **where('cue')),
         node('cue_sim', **where('simulate')),

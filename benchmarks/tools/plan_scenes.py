@@ -4,6 +4,7 @@ import math
 import numpy as np
 
 from billiard_shot import predict_batch, Scene
+from billiard_shot.planning.limits import limits_of, raised
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
@@ -17,6 +18,7 @@ POCKETS = {  # the middle of the mouth
 POOL = Scene.load('pool').to_dict()
 TABLE = Scene.load('pool_table').to_dict()
 RADIUS = POOL['ball']['radius']
+TOURNAMENT = NOISES['tournament']
 
 
 def table(balls):
@@ -76,6 +78,73 @@ def blocked_scene(draw):
             continue
 
 
+def position_scene(draw):
+    """A pot, and a place for the cue ball to which some stroke that pots brings it."""
+    while True:
+        scene, target = pot_scene(draw, int(draw.integers(4)), int(draw.integers(3)))
+        count = 400
+        strokes = np.zeros((count, 5))
+        strokes[:, 0] = draw.uniform(-0.3, 0.3, count)
+        strokes[:, 1] = draw.uniform(-0.4, 0.4, count)
+        strokes[:, 3] = ghost_azimuth(scene, target) + 0.01 * draw.standard_normal(count)
+        strokes[:, 4] = draw.uniform(0.6, 3.0, count)
+        good, rest = measured(scene, target, lifted(scene, strokes, TOURNAMENT), 1e-3)
+        if good.sum() >= 5:
+            place = rest[draw.choice(np.flatnonzero(good))]
+            return scene, target, tuple(place.tolist())
+
+
+def ghost_azimuth(scene, target):
+    """Direction from the cue ball to the ghost ball [rad]."""
+    ball = np.array(scene.balls['8'])
+    line = np.array(POCKETS[target['pocket']]) - ball
+    way = ball - 2.0 * RADIUS * line / np.hypot(*line) - scene.cue_ball[:2]
+    return math.atan2(way[1], way[0])
+
+
+def lifted(scene, strokes, noise):
+    """Strokes with the cue as low as there is room for it."""
+    return raised(scene, limits_of(scene, None, noise), strokes)
+
+
+def baseline(scene, target, noise, budget, seed):
+    """Best stroke at the ghost ball, hit in the middle: the whole budget goes to its speed."""
+    speeds = np.geomspace(0.4, 4.5, 12)
+    strokes = np.zeros((len(speeds), 5))
+    strokes[:, 3], strokes[:, 4] = ghost_azimuth(scene, target), speeds
+    strokes = lifted(scene, strokes, noise)
+    count = budget // len(speeds)
+    draw = np.random.default_rng(seed)
+    played = strokes[:, None] + draw.standard_normal((1, count, 5)) * sigmas(noise)
+    good, _ = measured(scene, target, played.reshape(-1, 5), 1e-3)
+    return strokes[good.reshape(len(speeds), count).sum(axis=1).argmax()]
+
+
+def brute_force(scene, target, noise, count, seed):
+    """Random strokes all over, the successful ones tried under noise; the best chance found."""
+    draw = np.random.default_rng(seed)
+    hits = []
+    for begin in range(0, count, 20_000):
+        size = min(20_000, count - begin)
+        strokes = np.empty((size, 5))
+        radius, angle = 0.5 * np.sqrt(draw.random(size)), 2.0 * np.pi * draw.random(size)
+        strokes[:, 0], strokes[:, 1] = radius * np.cos(angle), radius * np.sin(angle)
+        strokes[:, 2] = np.radians(draw.uniform(0.35, 85.0, size))
+        strokes[:, 3] = draw.uniform(-np.pi, np.pi, size)
+        strokes[:, 4] = draw.uniform(0.1, 4.5, size)
+        hits.append(strokes[measured(scene, target, strokes, 1e-3)[0]])
+    found = np.concatenate(hits)
+    for tries, kept in ((16, 60), (100, 10), (1000, 1)):
+        if not len(found):
+            return 0.0
+        played = found[:, None] + draw.standard_normal((1, tries, 5)) * sigmas(noise)
+        good, _ = measured(scene, target, played.reshape(-1, 5), 1e-3)
+        chances = good.reshape(len(found), tries).mean(axis=1)
+        order = np.argsort(-chances, kind='stable')[:kept]
+        found, chances = found[order], chances[order]
+    return float(chances[0])
+
+
 def sigmas(noise):
     """Standard deviations of a, b (ball radii), elevation, azimuth (rad), speed (m/s)."""
     return np.array([noise.a / RADIUS, noise.b / RADIUS, math.radians(noise.elevation_deg),
@@ -100,6 +169,3 @@ def noisy(stroke, noise, count, seed):
     """Strokes (count, 5) as they are played."""
     draw = np.random.default_rng(seed)
     return np.array(stroke) + draw.standard_normal((count, 5)) * sigmas(noise)
-
-
-TOURNAMENT = NOISES['tournament']

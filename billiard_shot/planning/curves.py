@@ -7,6 +7,7 @@ offsets and elevation serves for all speeds and directions: that of 1 m/s along 
 far, and turned so, that it goes through the waypoint.
 """
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,12 +32,15 @@ ROOM = 0.003  # m that a path should keep from balls
 LOW = 0.8  # radii above the cloth up to which a ball that arrives can still hit one well
 
 
-def library(problem: Problem) -> tuple[Rows, Rows]:
-    """
-    Offsets and elevations (n, 3), and paths (n, SAMPLES, 3) of a cue at 1 m/s along +x.
+class Library(NamedTuple):
+    """Strikes of a cue at 1 m/s along +x, and the ways of the ball on an endless cloth."""
 
-    Paths are from the ball's place [m], so that a ball on the cloth has the height 0.
-    """
+    kinds: Rows  # (n, 3) offsets and elevations
+    paths: Rows  # (n, SAMPLES, 3) m from where the ball lay: on the cloth, its height is 0
+
+
+def library(problem: Problem) -> Library:
+    """Play strikes of all kinds within the limits."""
     robot = problem.limits.robot
     low, high = problem.limits.elevations
     kinds = np.array([
@@ -59,7 +63,7 @@ def library(problem: Problem) -> tuple[Rows, Rows]:
             path = Trajectory(segments[: int(row[0, at.SEGMENTS])].copy())
             paths.append(path.at(_times(path)).position - centre)
             kept.append(i)
-    return kinds[kept], np.array(paths).reshape(-1, SAMPLES, 3)
+    return Library(kinds[kept], np.array(paths).reshape(-1, SAMPLES, 3))
 
 
 def _times(path: Trajectory) -> Rows:
@@ -70,41 +74,31 @@ def _times(path: Trajectory) -> Rows:
     return np.append(dense, np.linspace(ends[-1], path.duration, REST + 1))
 
 
-def curved_guesses(problem: Problem, points: list[Waypoint], count: int) -> Guesses:
-    """Up to so many strokes for each waypoint whose paths pass all other balls."""
-    kinds, paths = library(problem)
+def curved_guesses(problem: Problem, strikes: Library, point: Waypoint, count: int) -> Guesses:
+    """Up to so many strokes whose paths lead to a waypoint past all other balls."""
     robot = problem.limits.robot
     slowest = min(max(0.6, robot.speed_min), robot.speed_max)
-    speeds = np.geomspace(slowest, robot.speed_max, SPEEDS)
-    strokes: list[Rows] = [np.empty((0, 5))]
-    spreads: list[Rows] = [np.empty(0)]
-    ways: list[Rows] = [np.empty(0, np.int64)]
-    for number, point in enumerate(points):
-        found, spread = [], []
-        for speed in speeds:
-            azimuth, gap, cut, length = _through(problem, kinds, paths * speed**2, speed, point)
-            fit = np.flatnonzero((gap > 0.0) & (cut > THINNEST))
-            found.append(np.column_stack([
-                kinds[fit], azimuth[fit], np.full(len(fit), speed)
-            ]))
-            spread.append(np.array([
-                spread_of(problem, point, length, float(cut[i])) for i in fit
-            ]))
-        candidates = np.concatenate(found)
-        good = problem.limits.allows(candidates[:, 3])
-        lifted = raised(problem.scene, problem.limits, candidates[good])
-        free = np.abs(lifted[:, 2] - candidates[good, 2]) < 1e-9  # others would take another path
-        lifted = lifted[free]
-        # an even choice of all speeds and elevations
-        order = np.linspace(0, len(lifted) - 1, min(count, len(lifted))).astype(np.int64)
-        strokes.append(lifted[order])
-        spreads.append(np.concatenate(spread)[good][free][order])
-        ways.append(np.full(len(order), number, np.int64))
-    return Guesses(np.concatenate(strokes), np.concatenate(spreads), np.concatenate(ways))
+    found, spreads = [], []
+    for speed in np.geomspace(slowest, robot.speed_max, SPEEDS):
+        paths = strikes.paths * speed**2
+        azimuth, gap, cut, length = _through(problem, paths, point)
+        fit = np.flatnonzero((gap > 0.0) & (cut > THINNEST))
+        found.append(np.column_stack([
+            strikes.kinds[fit], azimuth[fit], np.full(len(fit), speed)
+        ]))
+        spreads.append(np.array([spread_of(problem, point, length, float(cut[i])) for i in fit]))
+    strokes, spread = np.concatenate(found), np.concatenate(spreads)
+    allowed = problem.limits.allows(strokes[:, 3])
+    strokes, spread = strokes[allowed], spread[allowed]
+    lifted = raised(problem.scene, problem.limits, strokes)
+    free = np.flatnonzero(np.abs(lifted[:, 2] - strokes[:, 2]) < 1e-9)  # others: another path
+    # an even choice of all speeds and elevations
+    free = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(np.int64)]
+    return Guesses(lifted[free], spread[free], np.zeros(len(free), np.int64))
 
 
 def _through(
-    problem: Problem, kinds: Rows, paths: Rows, speed: float, point: Waypoint
+    problem: Problem, paths: Rows, point: Waypoint
 ) -> tuple[Rows, Rows, Rows, float]:
     """
     Turn paths (n, SAMPLES, 3) so that they go through a waypoint.

@@ -52,28 +52,27 @@ def joined(parts: list[Guesses]) -> Guesses:
     )
 
 
-def ways_to(problem: Problem, points: list[Waypoint], cushions: int) -> list[Way]:
-    """Ways to waypoints by up to so many cushions, the surest first."""
+def ways_to(problem: Problem, point: Waypoint, cushions: int) -> list[Way]:
+    """Ways to a waypoint by up to so many cushions."""
     found = []
-    for point in points:
-        for via in sequences(cushions):
-            path = reflected(problem, problem.cue_ball, point.place, via)
-            if path is None or not clear(problem, path, (0, point.struck)):
-                continue
-            legs = np.diff(path, axis=0)
-            if not np.hypot(*legs.T).all():
-                continue
-            length = float(np.hypot(*legs.T).sum())
-            arrival = legs[-1] / np.hypot(*legs[-1])
-            cut = float(arrival @ point.push) if point.struck else 1.0
-            if cut < THINNEST or (point.struck and _through(problem, path, point)):
-                continue
-            found.append(Way(
-                float(np.arctan2(legs[0, 1], legs[0, 0])), length,
-                spread_of(problem, point, length, cut) * (CUSHION if via else 1.0),
-                (length + point.after) / cut * CUSHION ** len(via),
-            ))
-    return sorted(found, key=lambda way: way.cost)
+    for via in sequences(cushions):
+        path = reflected(problem, problem.cue_ball, point.place, via)
+        if path is None or not clear(problem, path, (0, point.struck)):
+            continue
+        legs = np.diff(path, axis=0)
+        if not np.hypot(*legs.T).all():
+            continue
+        length = float(np.hypot(*legs.T).sum())
+        arrival = legs[-1] / np.hypot(*legs[-1])
+        cut = float(arrival @ point.push) if point.struck else 1.0
+        if cut < THINNEST or (point.struck and _through(problem, path, point)):
+            continue
+        found.append(Way(
+            float(np.arctan2(legs[0, 1], legs[0, 0])), length,
+            spread_of(problem, point, length, cut) * (CUSHION if via else 1.0),
+            (length + point.after) / cut * CUSHION ** len(via),
+        ))
+    return found
 
 
 def spread_of(problem: Problem, point: Waypoint, length: float, cut: float) -> float:

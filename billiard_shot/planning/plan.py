@@ -3,7 +3,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-from contextlib import nullcontext
 import os
 from time import perf_counter
 from typing import Any
@@ -87,11 +86,13 @@ def plan(
     except ValueError as error:
         return PlanResult(Status.INVALID_REQUEST, str(error), (), 0, 0.0, scene.noise)
     problem = problem_of(scene, wanted, limits, spread)
-    threads = nullcontext(executor) if executor else ThreadPoolExecutor(os.cpu_count() or 1)
-    with threads as pool:
-        assert pool is not None
-        runner = Runner(problem, budget, pool, progress, cancel)
+    threads = ThreadPoolExecutor(os.cpu_count() or 1)
+    try:
+        runner = Runner(problem, budget, executor or threads, progress, cancel)
         finalists, miss, cancelled = search(problem, runner, seed)
+    finally:
+        # strokes that are being played when it is cancelled are not waited for
+        threads.shutdown(wait=False, cancel_futures=True)
     ranking = tuple(
         RankedStroke(scene, wanted, limits, Stroke.from_offsets(*finalist.stroke.tolist()),
                      finalist.successes, finalist.trials)

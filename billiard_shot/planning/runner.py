@@ -14,7 +14,8 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Rows
 
 RESERVE = 0.2  # part of the budget that is kept to judge the best strokes by
-PART = 96  # strokes played at a stretch: some 10 ms, after which `cancel` is asked
+PATIENCE = 0.02  # s between two looks whether to end
+PART = 64  # strokes played at a stretch: some 7 ms, after which `cancel` is asked
 
 
 class Submits(Protocol):
@@ -61,6 +62,16 @@ class Runner:
         if self._cancel and self._cancel():
             raise StoppedError
 
+    def _result(self, future: Future[Outcomes]) -> Outcomes:
+        """Wait for strokes to be played, but no longer than until the search is to end."""
+        while True:
+            try:
+                return future.result(timeout=PATIENCE)
+            except TimeoutError:
+                if future.done():
+                    raise
+                self.look()
+
     def play(self, strokes: Rows) -> Outcomes:
         """Play strokes (n, 5), all or as many as the budget allows: the first ones."""
         self.look()
@@ -70,7 +81,7 @@ class Runner:
         results = []
         try:
             for part, future in zip(parts, futures, strict=True):
-                results.append(future.result())
+                results.append(self._result(future))
                 self.played += len(part)
                 self.look()
         except BaseException:

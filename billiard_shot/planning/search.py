@@ -1,21 +1,24 @@
 """The search: guesses, the surest of them improved, and the best ones compared under noise."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import chain
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.chance import errors, wilson
-from billiard_shot.planning.curves import curved_guesses
+from billiard_shot.planning.curves import curved_guesses, library
 from billiard_shot.planning.guesses import (
     fanned,
     Guesses,
     guesses_along,
     joined,
     random_guesses,
+    Way,
     ways_to,
 )
 from billiard_shot.planning.limits import AZIMUTH
@@ -36,6 +39,8 @@ AS_GOOD_AS_IT_GETS = 0.98
 FRESH, FRESH_OTHERS = 800, 200  # strokes by which the winner is judged, and the others
 SURE, POOR = 0.5, 0.1  # chances from which on no ways by one, or more, cushions are tried
 
+
+cost_of = attrgetter('cost')
 
 # Strokes are alike that differ by less than so many standard deviations, and than this, in all of
 # a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
@@ -91,25 +96,21 @@ def search(problem: Problem, runner: Runner, seed: int) -> tuple[list[Finalist],
 
 def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Guesses]]:
     """Kinds of guesses, the usual ones first."""
-    room = max(1, round(GUESSED * runner.budget))
+    room = max(1, round(GUESSED * min(runner.budget, NORMAL_BUDGET)))
 
     def usual() -> Guesses:
         points = waypoints(problem, 0)
-        direct = ways_to(problem, points, 0)[:WAYS]
+        ways = [ways_to(problem, point, 0) for point in points]
+        blocked = [point for point, found in zip(points, ways, strict=True) if not found]
+        direct = sorted(chain.from_iterable(ways), key=cost_of)[:WAYS]
         parts = [fanned(guesses_along(problem, direct))]
-        blocked = [point for point in points if not ways_to(problem, [point], 0)]
-        parts.append(_bent(problem, blocked))
-        return _within(joined(parts), room)
+        return _within(joined([*parts, *_bent(problem, runner, blocked)]), room)
 
     def cushions() -> Guesses:
-        kicks = ways_to(problem, waypoints(problem, 0), 1)[:WAYS]
-        banks = ways_to(problem, waypoints(problem, 1), 0)[:WAYS]
-        return _within(fanned(guesses_along(problem, kicks + banks)), room)
+        return _within(_round_about(problem, runner, ((0, 1), (1, 0)), WAYS), room)
 
     def more() -> Guesses:
-        kicks = ways_to(problem, waypoints(problem, 0), 2)[: 2 * WAYS]
-        banks = ways_to(problem, waypoints(problem, 2), 1)[: 2 * WAYS]
-        return _within(fanned(guesses_along(problem, kicks + banks)), room)
+        return _within(_round_about(problem, runner, ((0, 2), (2, 1)), 2 * WAYS), room)
 
     yield usual
     if problem.scene.table is not None:
@@ -123,9 +124,29 @@ def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Guesses]]
         tried += room
 
 
-def _bent(problem: Problem, points: list[Waypoint]) -> Guesses:
+def _round_about(
+    problem: Problem, runner: Runner, cushions: Sequence[tuple[int, int]], count: int
+) -> Guesses:
+    """Ways with up to so many cushions after and before the meeting of balls, `count` of each."""
+    chosen: list[Way] = []
+    for after, before in cushions:
+        ways: list[Way] = []
+        for point in waypoints(problem, after):
+            runner.look()
+            ways += ways_to(problem, point, before)
+        chosen += sorted(ways, key=cost_of)[:count]
+    return fanned(guesses_along(problem, chosen))
+
+
+def _bent(problem: Problem, runner: Runner, points: list[Waypoint]) -> list[Guesses]:
     points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
-    return fanned(curved_guesses(problem, points, CURVED // max(1, len(points))))
+    if not points:
+        return []
+    strikes, found = library(problem), []
+    for point in points:
+        runner.look()
+        found.append(fanned(curved_guesses(problem, strikes, point, CURVED // len(points))))
+    return found
 
 
 def _within(guesses: Guesses, room: int) -> Guesses:
@@ -165,7 +186,8 @@ def _judged(
     problem: Problem, runner: Runner, swarm: Swarm, draws: np.random.Generator, effort: float
 ) -> list[Finalist]:
     """Let the best race each other, then judge them by strokes that had no part in the choice."""
-    strokes = swarm.strokes[_different(problem, swarm.strokes)[:RACERS]]
+    strokes = swarm.strokes[(swarm.success > 0.0) | (swarm.miss == 0.0)]
+    strokes = strokes[_different(problem, strokes)[:RACERS]]
     judging = min(round(effort * (FRESH + (FINALISTS - 1) * FRESH_OTHERS)), runner.left // 2)
     runner.reserved = judging
     wins, trials = np.zeros(len(strokes)), 0

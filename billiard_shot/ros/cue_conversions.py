@@ -46,7 +46,7 @@ def goal_of(plan: ShotPlan, nonce: str, stamp: Time, expiry: Time) -> ExecuteSho
     """Goal to play a plan, made at `stamp`, until `expiry`."""
     message = Plan(
         header=Header(frame_id=FRAME, stamp=stamp), shot_id=plan.shot_id,
-        cue_pose=_pose(plan.position, plan.quaternion), speed=plan.speed,
+        cue_pose=pose_of(plan.position, plan.quaternion), speed=plan.speed,
         elevation=plan.elevation, seal=plan.seal,
         balls=[BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in
                plan.balls.items()],
@@ -108,7 +108,7 @@ def strike_message(strike: MeasuredStrike, stamp: Time) -> Strike:
     """Message of a measured strike."""
     return Strike(
         header=Header(frame_id=FRAME, stamp=stamp), shot_id=strike.shot_id, speed=strike.speed,
-        cue_pose=_pose(strike.tip.position, strike.tip.quaternion))
+        cue_pose=pose_of(strike.tip.position, strike.tip.quaternion))
 
 
 def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
@@ -125,9 +125,9 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     """
     turn, point = strike.cue_pose.orientation, strike.cue_pose.position
     position, quaternion = (point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w)
-    along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
+    along = np.array(Stroke.frompose_of(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
-    return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
+    return Stroke.frompose_of((x, y, z), quaternion, strike.speed, ball)
 
 
 def state_message(controller: Controller, stamp: Time) -> CueState:
@@ -259,7 +259,8 @@ def _duration(seconds: float) -> Duration:
     return Duration(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
 
 
-def _pose(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
+def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
+    """Message of a position [m] and a quaternion x y z w."""
     x, y, z = map(float, position)
     return Pose(
         position=Point(x=x, y=y, z=z),

@@ -6,11 +6,12 @@ import yaml
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Status
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import cue_parameters, parameters, plan_parameters
 from billiard_shot.table.motion import Motion
 
 
@@ -24,7 +25,8 @@ def test_status_constants_are_the_status_enum():
 
 
 @pytest.mark.parametrize(('node', 'declared'), [
-    ('predictor', parameters.PREDICTOR), ('cue_driver', cue_parameters.CUE_DRIVER),
+    ('predictor', parameters.PREDICTOR), ('planner', plan_parameters.PLANNER),
+    ('cue_driver', cue_parameters.CUE_DRIVER),
     ('cue_sim', cue_parameters.CUE_SIM), ('table_sim', cue_parameters.TABLE_SIM),
     ('table_display', cue_parameters.TABLE_DISPLAY)])
 def test_parameter_files_hold_the_defaults(node, declared):
@@ -34,6 +36,11 @@ def test_parameter_files_hold_the_defaults(node, declared):
         parameter.name: parameter.default for parameter in declared}
     for parameter in declared:
         assert parameter.description.endswith('.')
+
+
+def test_plan_constants_are_of_the_status_enum():
+    assert constants(PlanShot.Result) == {
+        name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')}
 
 
 def test_motion_constants_are_the_motion_codes():

@@ -1,0 +1,155 @@
+"""
+Plans: how good, how honest, how fast.
+
+Seeded scenes: pots in bins of cut angle and distance, at half, normal and twice the noise of the
+computer pool tournaments, measured by fresh strokes and compared with a player who aims at the
+ghost ball and hits the middle; balls that only a curve, massé or jump reaches, compared with brute
+force; pots that leave the cue ball at a place.
+
+    python benchmarks/plan.py [--full]
+
+`--full`: 200 pots at each noise, 50 blocked balls against a million strokes each, 100 places; that
+takes hours. Otherwise a small sample of each.
+"""
+import argparse
+from collections import defaultdict
+import os
+from time import perf_counter
+
+import numpy as np
+from tools.plan_scenes import (
+    baseline,
+    blocked_scene,
+    brute_force,
+    CUTS,
+    LENGTHS,
+    measured,
+    noisy,
+    position_scene,
+    pot_scene,
+    TOURNAMENT,
+)
+from tools.timing import Report
+
+from billiard_shot import plan
+
+BINS = len(CUTS) - 1, len(LENGTHS) - 1
+FRESH = 1000  # strokes by which a plan is measured
+
+
+class Clock:
+    """Times, simulations and use of cores of plans."""
+
+    def __init__(self):
+        self.seconds, self.simulations, self.cores = [], [], []
+
+    def plan(self, *arguments, **options):
+        """Plan, and take the time."""
+        begin, busy = perf_counter(), os.times()
+        result = plan(*arguments, **options)
+        took, now = perf_counter() - begin, os.times()
+        self.seconds.append(took)
+        self.simulations.append(result.simulations)
+        self.cores.append((now.user + now.system - busy.user - busy.system) / took)
+        return result
+
+
+def pots(report, clock, count, factor, seed):
+    """Said and measured success, and the baseline's."""
+    noise = TOURNAMENT.times(factor)
+    draw = np.random.default_rng(seed)
+    said, found, base, bins = [], [], [], defaultdict(list)
+    for i in range(count):
+        place = i % BINS[0], i // BINS[0] % BINS[1]
+        scene, target = pot_scene(draw, *place)
+        result = clock.plan(scene, target, noise=noise, seed=i)
+        said.append(result.best.success if result.best else 0.0)
+        found.append(0.0)
+        if result.best:
+            strokes = noisy(result.best.stroke.offsets, noise, FRESH, 10_000 + i)
+            found[-1] = measured(scene, target, strokes)[0].mean()
+        stroke = baseline(scene, target, noise, result.simulations, 20_000 + i)
+        strokes = noisy(stroke, noise, FRESH, 30_000 + i)
+        base.append(measured(scene, target, strokes)[0].mean())
+        bins[place].append((found[-1], base[-1]))
+    said, found, base = np.array(said), np.array(found), np.array(base)
+    name = f'{count} pots at {factor:g} x noise: '
+    error = 100.0 * (said - found)
+    report.row(f'{name}said minus measured, mean size', np.abs(error).mean(), 'points', 3.0)
+    report.row(f'{name}bias', abs(error.mean()), 'points', max(0.5, 200.0 / count**0.5 / 10.0))
+    report.row(f'{name}success, mean', 100.0 * found.mean(), '%')
+    report.row(f"{name}the baseline's", 100.0 * base.mean(), '%')
+    gains = {place: 100.0 * np.subtract(*np.mean(each, axis=0)) for place, each in bins.items()}
+    middle = [gain for place, gain in gains.items()
+              if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
+    report.row(f'{name}worst bin over the baseline', min(gains.values()), 'points', -1e-9)
+    report.row(f'{name}bins where it has 20 to 80 %, mean', np.mean(middle), 'points', -10.0)
+    print('    points over the baseline, cut down, distance across:')
+    for cut in range(BINS[0]):
+        row = (f'{gains.get((cut, length), np.nan):+7.1f}' for length in range(BINS[1]))
+        print(f'    {CUTS[cut]:3d} to {CUTS[cut + 1]:2d} degrees', *row)
+
+
+def blocked(report, clock, count, strokes):
+    """Plans against brute force where only a curve, massé or jump does."""
+    draw = np.random.default_rng(3)
+    reachable, planned, ratios = 0, 0, []
+    for i in range(count):
+        scene, target = blocked_scene(draw)
+        best = brute_force(scene, target, TOURNAMENT, strokes, i)
+        result = clock.plan(scene, target, noise=TOURNAMENT, seed=i)
+        if best == 0.0:
+            continue
+        reachable += 1
+        if result.best:
+            played = noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i)
+            ratios.append(measured(scene, target, played)[0].mean() / best)
+            planned += ratios[-1] >= 0.9
+    name = f'{count} blocked balls, brute force of {strokes:.0e}: '
+    report.row(f'{name}it finds a way in', reachable, '')
+    report.row(f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%',
+               -90.0)
+    report.row(f'{name}success over its, median', float(np.median(ratios)), '')
+
+
+def positions(report, clock, count):
+    """How far from where it should be the cue ball is left."""
+    draw = np.random.default_rng(11)
+    distances = []
+    for i in range(count):
+        scene, target, place = position_scene(draw)
+        result = clock.plan(
+            scene, {**target, 'leave': place, 'radius': 0.1}, noise=TOURNAMENT, seed=i)
+        if result.best is None:
+            distances.append(np.inf)
+            continue
+        good, rest = measured(
+            scene, target, noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i))
+        distances.append(np.median(np.hypot(*(rest[good] - place).T)))
+    report.row(f'{count} pots with a place for the cue ball: distance, median of medians',
+               1e3 * float(np.median(distances)), 'mm', 100.0)
+
+
+def main():
+    """Run everything."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
+    parser.add_argument('--full', action='store_true')
+    full = parser.parse_args().full
+    report, clock, others = Report('Plans'), Clock(), Clock()
+    plan(*pot_scene(np.random.default_rng(0), 0, 0), budget=500)  # compiled, loaded
+    pots(report, clock, 200 if full else 30, 1.0, 7)
+    for factor in (0.5, 2.0):
+        pots(report, others, 200 if full else 15, factor, 8)
+    blocked(report, clock, 50 if full else 3, 1_000_000 if full else 60_000)
+    positions(report, clock, 100 if full else 8)
+    report.row('time to a plan, median', float(np.median(clock.seconds)), 's', 1.0)
+    report.row('the same, 95 %', float(np.percentile(clock.seconds, 95)), 's', 3.0)
+    rate = np.sum(clock.simulations) / np.sum(clock.seconds)
+    report.row('strokes simulated a second', rate, '1/s')
+    cores = np.average(clock.cores, weights=clock.seconds)
+    report.row('cores used', cores, '', -0.85 * (os.cpu_count() or 1))
+    report.end()
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,200 @@
+"""The node `planner`: searches which stroke reaches a target, and shows the last plan."""
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+import threading
+
+from billiard_shot_msgs.action import PlanShot
+from billiard_shot_msgs.msg import RankedPlan, TableState
+import rclpy
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.task import Future
+from visualization_msgs.msg import MarkerArray
+import yaml
+
+from billiard_shot import plan, PlanResult, Scene, Status
+from billiard_shot.planning.runner import Progress
+from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
+from billiard_shot.ros.plan_conversions import Task
+from billiard_shot.ros.running import LATCHED, run
+from billiard_shot.scene import Noise, Robot
+
+LOOK = 0.02
+"""Seconds between two looks at a search."""
+
+TELL = 0.1
+"""Seconds between two feedbacks at least."""
+
+
+@dataclass(slots=True, eq=False)
+class Search:
+    """A search that goes on in a thread of its own."""
+
+    task: Task
+    goal: ServerGoalHandle | None  # None: what the node plans by itself
+    ended: Future | None
+    stop: threading.Event = field(default_factory=threading.Event)
+    preempted: bool = False
+    progress: Progress | None = None
+    told: int = 0
+    result: PlanResult | None = None
+    thread: threading.Thread | None = None
+
+    def begin(self) -> None:
+        """Start the thread."""
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+
+    def _run(self) -> None:
+        task = self.task
+        self.result = plan(
+            task.scene, task.target, task.noise, task.budget, task.seed, task.constraints,
+            self._see, lambda: self.stop.is_set() or not rclpy.ok())
+
+    def _see(self, progress: Progress) -> None:
+        self.progress = progress
+
+
+class Planner(Node):
+    """
+    Node with the action `plan_shot` (billiard_shot_msgs/action/PlanShot).
+
+    Publishes the last plan, latched: its best stroke on `~/best`
+    (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
+    (visualization_msgs/msg/MarkerArray). Plans for its parameter `target` as it starts, unless
+    `plan_at_start` is false. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState),
+    latched, for goals that do not say where the balls are. A new goal preempts the one that is
+    being planned. Its parameters are `plan_parameters.PLANNER`.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('planner')
+        parameters.declare(self, plan_parameters.PLANNER)
+        self.add_post_set_parameters_callback(lambda _: self._configure())
+        self._configure()
+        self._table: TableState | None = None
+        self._search: Search | None = None
+        self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
+        self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
+        self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(LOOK, self._look, clock=steady, autostart=False)
+        self._looks = 0
+        warm_up(self._default)
+        self._server = ActionServer(
+            self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel)
+        self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
+        if self.get_parameter('plan_at_start').value:
+            self._start(Search(self._default, None, None))
+
+    def _configure(self) -> None:
+        """Take over the parameters, all checked by now."""
+        scene = Scene.load(self.get_parameter('scene').value)
+        limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
+        own = asdict(Robot())
+        self._default = Task(
+            scene, yaml.safe_load(self.get_parameter('target').value),
+            scene.noise.times(self.get_parameter('noise_times').value),
+            {name: value for name, value in limits.items() if value != own[name]},
+            self.get_parameter('budget').value, self.get_parameter('seed').value)
+
+    def _keep_table(self, message: TableState) -> None:
+        self._table = message
+
+    async def _execute(self, goal: ServerGoalHandle) -> PlanShot.Result:
+        balls = None if self._table is None else self._table.balls
+        try:
+            task = plan_conversions.task_of(goal.request, self._default, balls)
+        except ValueError as error:
+            return self._refuse(goal, str(error))
+        while self._search:  # and all that came before this one
+            self._search.preempted = True
+            self._search.stop.set()
+            if self._search.ended is None:
+                self._search.ended = Future(executor=self.executor)
+            await self._search.ended
+        if goal.is_cancel_requested:
+            goal.canceled()
+            return PlanShot.Result(
+                status=int(Status.CANCELLED), message='cancelled before it began')
+        search = Search(task, goal, Future(executor=self.executor))
+        self._start(search)
+        await search.ended
+        result = search.result
+        if goal.is_cancel_requested:
+            goal.canceled()
+        elif result.status == Status.OK:
+            goal.succeed()
+        else:
+            goal.abort()
+        message = plan_conversions.result_of(result, task, self.get_clock().now().to_msg())
+        if search.preempted:
+            message.message = f'preempted by a newer goal; {message.message}'
+        return message
+
+    def _refuse(self, goal: ServerGoalHandle, why: str) -> PlanShot.Result:
+        self.get_logger().warning(f'refused: {why}')
+        goal.abort()
+        return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=why)
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        if self._search and self._search.goal is goal:
+            self._search.stop.set()
+        return CancelResponse.ACCEPT
+
+    def _start(self, search: Search) -> None:
+        self._search = search
+        search.begin()
+        self._timer.reset()
+
+    def _look(self) -> None:
+        """Tell how far the search has come; when it has ended, show and tell that."""
+        search = self._search
+        if search is None:
+            self._timer.cancel()
+            return
+        if search.thread.is_alive():
+            self._tell(search)
+            return
+        self._search = None
+        self._timer.cancel()
+        self._show(search.result)
+        if search.ended:
+            search.ended.set_result(None)
+
+    def _tell(self, search: Search) -> None:
+        self._looks += 1
+        now = search.progress
+        if search.goal and now and self._looks * LOOK >= TELL and now.simulations > search.told:
+            self._looks, search.told = 0, now.simulations
+            search.goal.publish_feedback(PlanShot.Feedback(
+                simulations=now.simulations, budget=now.budget, success=now.success))
+
+    def _show(self, result: PlanResult | None) -> None:
+        if result is None:
+            return
+        self.get_logger().info(f'{result.status.name}: {result.message}')
+        if result.ranking:
+            stamp = self.get_clock().now().to_msg()
+            self._best.publish(plan_conversions.ranked_message(result.ranking[0], stamp))
+            self._markers.publish(display.plan_markers(
+                [each.shot for each in result.ranking],
+                [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking], stamp))
+
+
+def warm_up(task: Task) -> None:
+    """Plan a little, so that compiling or loading the library does not fall to a goal."""
+    table = Scene.load('blocked')
+    plan(table, {'pot': '8'}, Noise(), budget=300)
+    plan(task.scene, task.target, task.noise, 50, task.seed, task.constraints)
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Run the node."""
+    run(Planner, 'planner', args)
+
+
+if __name__ == '__main__':
+    main()
