@@ -14,7 +14,7 @@ import sys
 import billiard_shot
 
 COMMANDS = (
-    'predict', 'plan', 'view', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper',
+    'predict', 'plan', 'atlas', 'view', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper',
     'hard-cases',
 )
 

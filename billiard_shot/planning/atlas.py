@@ -171,7 +171,7 @@ def compute_atlas(
 
 
 def _known(chart: Chart, file: Path) -> dict[tuple[int, int], float | None]:
-    """What a file has of a chart; a last line that was not finished does not count."""
+    """Read what a file has of a chart; a last line that was not finished does not count."""
     if not file.exists() or not file.stat().st_size:
         return {}
     lines = file.read_text(encoding='utf-8').splitlines(keepends=True)

@@ -123,7 +123,7 @@ def target_of(target: Target) -> dict[str, Any] | None:
 
 
 def result_of(result: PlanResult, task: Task | None, stamp: Time) -> PlanShot.Result:
-    """Result of an action."""
+    """Make the result of an action."""
     balls = {} if task is None else {CUE_BALL: task.scene.cue_ball[:2], **task.scene.balls}
     radius = 0.0 if task is None else task.scene.ball.radius
     return PlanShot.Result(
@@ -144,4 +144,3 @@ def ranked_message(planned: RankedStroke, stamp: Time) -> RankedPlan:
         cue_pose=pose_of(tip.position, tip.quaternion), speed=speed, elevation=elevation,
         azimuth=azimuth, a=a, b=b, success=planned.success, success_low=low, success_high=high,
         trials=planned.trials, trajectory=trajectory_message(planned.shot.trajectory, SAMPLES))
-
