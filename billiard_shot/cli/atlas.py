@@ -50,8 +50,8 @@ def run(options: argparse.Namespace) -> int:
     balls = {options.pot: (0.0, 0.0), **scene.balls}
     scene = Scene.from_dict({**scene.to_dict(), 'balls': balls})
     chart = Chart(
-        scene, {'pot': options.pot, 'pocket': options.pocket}, options.pot, *options.grid,
-        NOISES[options.noise], options.budget, options.seed,
+        scene, {'pot': options.pot, 'pocket': options.pocket}, options.pot, options.grid[0],
+        options.grid[1], NOISES[options.noise], options.budget, options.seed,
     )
     total = len(chart.places) ** 2
     with _executor(options) as executor, reporting('places', total) as report:
