@@ -85,7 +85,7 @@ def test_what_is_imported_is_declared():
         for tag in ('exec_depend', 'test_depend')}
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'numba': 'python3-numba',
             'yaml': 'python3-yaml'}
-    extras = {'matplotlib', 'mujoco'}
+    extras = {'distributed', 'matplotlib', 'mujoco'}
     needed = imported(*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')) - extras
     assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
     programs = {'rviz2'}
