@@ -30,7 +30,7 @@ from billiard_shot.impact.state import (
 from billiard_shot.impact.transitions import part, slide_against, transition
 from billiard_shot.status import Status
 
-MAX_STEPS = 20_000
+MAX_STEPS = 10_000  # a contact
 IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
 MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
@@ -41,6 +41,7 @@ STRICTER = 0.1  # tolerance of implicit steps, whose errors count for more, agai
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
+AHEAD = 1e3  # then those become implicit that would not allow steps longer by this
 
 OK = int(Status.OK)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
@@ -86,15 +87,20 @@ def explicit_step(
 
 
 @frugal
+def turning(m: Model, s: State, j: int) -> float:
+    """How fast a contact's own friction can change its slip."""
+    c = s.contact[j]
+    own = max(s.effective[3 * j + 1, 3 * j + 1], s.effective[3 * j + 2, 3 * j + 2])
+    return float(own * c.friction * c.stiffness * s.y[j, 0] ** m.exponent)
+
+
+@frugal
 def mature(m: Model, s: State, length: float) -> None:
     """Release from implicit steps the contacts that an explicit step of like length follows."""
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.young:
-            n = 3 * j
-            turning = max(s.effective[n + 1, n + 1], s.effective[n + 2, n + 2])
-            turning *= c.friction * c.stiffness * s.y[j, 0] ** m.exponent
-            c.young = slip_speed(s, j) < 0.1 * length * turning
+            c.young = slip_speed(s, j) < 0.1 * length * turning(m, s, j)
 
 
 @frugal
@@ -213,11 +219,11 @@ def is_jammed(s: State) -> bool:
 
 
 @frugal
-def slow_down(s: State) -> None:
-    """Let all that slides continue in implicit steps."""
+def slow_down(m: Model, s: State, length: float) -> None:
+    """Let what slides too slowly for explicit steps of a length continue in implicit ones."""
     for j in range(len(s.contact)):
         c = s.contact[j]
-        c.young = c.grip == SLIDING
+        c.young = c.grip == SLIDING and slip_speed(s, j) < 0.1 * length * turning(m, s, j)
 
 
 @inlined
@@ -234,7 +240,8 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
     unsettled = True
     young = 0
     spent = 0
-    while spent < MAX_STEPS and phases < MAX_PHASES:
+    budget = MAX_STEPS * len(s.contact)
+    while spent < budget and phases < MAX_PHASES:
         spent += 1 + IMPLICIT * young * young
         if unsettled:
             settle(m, s, room)
@@ -306,5 +313,5 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             creeping = creeping + 1 if event == NOTHING and x == end and scale < CREEP else 0
             if creeping >= CREEP_STEPS and not m.straight:
                 creeping = 0
-                slow_down(s)
+                slow_down(m, s, AHEAD * scale)
     return BUDGET_EXCEEDED, phases, spent

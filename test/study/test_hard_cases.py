@@ -19,7 +19,7 @@ CASES = [(family.name, member, law) for family in FAMILIES.values()
 GAPS = {
     ('stiffness ratio', '1e-8, stacked'), ('stiffness ratio', '1e-8, slanted'),
     ('stiffness ratio', '1e-8, masse'), ('stiffness ratio', '1e8, stacked'),
-    ('stiffness ratio', '1e8, masse'),
+    ('stiffness ratio', '1e8, masse'), ('mass ratio', '1e6, masse'),
     ('grazing strokes', 'level, top, n.c = -1e-3'), ('grazing strokes', 'level, top, n.c = -1e-6'),
     ('grazing strokes', 'level, top, n.c = -1e-9'),
     ('grazing strokes', 'level, top, n.c = -1e-12'),

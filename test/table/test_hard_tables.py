@@ -6,6 +6,7 @@ import pytest
 from tables import ENDLESS, play, POOL, R, rolling, scene_with, state
 from test_clusters import SMOOTH
 
+from billiard_shot import predict_batch, Scene, Stroke
 from billiard_shot.impact import collide
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
@@ -160,3 +161,15 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch):
     many = simulate_batch(ENDLESS, [free, frozen, free])
     assert list(many.status) == [Status.OK, Status.BUDGET_EXCEEDED, Status.OK]
     assert many.rest[2, 0] == pytest.approx(expected.rest['cue'], abs=1e-12)
+
+
+def test_frozen_racks_are_broken_from_anywhere():
+    """Thirty-one contacts with friction, hit off the middle, under Hertz's law."""
+    draw = np.random.default_rng(3)
+    scene = Scene.from_dict({'like': 'eight_ball', 'exponent': 1.5,
+                             'rack': {'game': 'eight_ball', 'gap': 0.0}})
+    low, high = (-0.2, -0.2, 0.06, -0.08, 2), (0.2, 0.3, 0.2, 0.08, 9)
+    strokes = [Stroke.from_offsets(*draw.uniform(low, high)) for _ in range(20)]
+    batch = predict_batch(scene, [each.normal for each in strokes],
+                          [each.velocity for each in strokes])
+    assert set(batch.status.tolist()) <= {Status.OK, Status.OFF_TABLE, Status.MISCUE}
