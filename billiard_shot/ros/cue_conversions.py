@@ -125,9 +125,9 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     """
     turn, point = strike.cue_pose.orientation, strike.cue_pose.position
     position, quaternion = (point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w)
-    along = np.array(Stroke.frompose_of(position, quaternion, 1.0, ball).velocity)
+    along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
-    return Stroke.frompose_of((x, y, z), quaternion, strike.speed, ball)
+    return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
 
 
 def state_message(controller: Controller, stamp: Time) -> CueState:
