@@ -1,9 +1,10 @@
 """
 Every node in a process of its own, clients in others, and nobody else on the wire: `make demo`.
 
-First the predictor answers for the shots of the paper, then the mechanical cue, simulated like the
-table, plays shots, and what comes of them is compared with what was predicted. The ROS domain is a
-private one, so that neither a robot nor a second demo can get in between.
+First the predictor answers for the shots of the paper. Then the mechanical cue, simulated like the
+table, plays shots, and what comes of them is compared with what was predicted; in the end the
+planner says what to play. The ROS domain is a private one, so that neither a robot nor a second
+demo can get in between.
 """
 import contextlib
 import os
@@ -19,6 +20,7 @@ NODES = {
     'cue_driver': ('-p', 'autostart:=true', '--log-level', 'warn'),
     'cue_sim': ('--log-level', 'warn'),
     'table_sim': ('-p', 'haste:=4.0', '--log-level', 'warn'),
+    'planner': ('-p', 'scene:=paper', '-p', 'plan_at_start:=false', '--log-level', 'warn'),
 }
 """Nodes, and what they are started with."""
 
@@ -70,7 +72,8 @@ def main() -> None:
             print('The mechanical cue and the table, simulated: predicted, executed, compared.\n',
                   flush=True)
             with running(list(NODES), environment):
-                failed = run_client('player', environment)
+                failed = run_client('player', environment) or run_client(
+                    'plan_player', environment)
     sys.exit(failed)
 
 
