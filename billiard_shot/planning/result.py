@@ -28,8 +28,8 @@ class RankedStroke:
     interval : (float, float)
         That holds the true chance in 95 % of all cases (Wilson).
     trials : int
-        Simulated strokes with noise that this rests on. They had no part in choosing the stroke,
-        unless the search was cancelled or its budget too small for that.
+        Simulated strokes with errors that this rests on. They had no part in choosing the stroke
+        unless the search was cancelled, which can flatter it, or was still widely spread.
 
     """
 

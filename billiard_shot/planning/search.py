@@ -83,15 +83,17 @@ def search(problem: Problem, runner: Runner, seed: int) -> tuple[list[Finalist],
             nearest = min(nearest, float(miss.min()))
             chosen = _choice(guesses, miss, max(4, round(effort * IMPROVED)), draws)
             found.append(swarm_of(guesses.take(chosen), miss[chosen]))
-            found[-1] = improve(problem, runner, found[-1], draws, effort)
+            for better in improve(problem, runner, found[-1], draws, effort):
+                found[-1] = better
             if runner.left <= 0:
                 break
         runner.reserved = 0
         return _judged(problem, runner, _best(found), draws, effort), nearest, False
     except StoppedError:
         best = _best(found)
-        known = zip(best.strokes, best.success, strict=True)
-        return [Finalist(stroke, round(64 * part), 64) for stroke, part in known], nearest, True
+        best = best.take(_different(problem, best.strokes)[:FINALISTS])
+        known = zip(best.strokes, best.success, best.samples.tolist(), strict=True)
+        return [Finalist(stroke, round(part * n), n) for stroke, part, n in known], nearest, True
 
 
 def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Guesses]]:
@@ -174,19 +176,21 @@ def _choice(
 
 
 def _best(found: list[Swarm]) -> Swarm:
-    """Join what the stages found, the most successful first."""
+    """Join what the stages found, the most surely successful first."""
     if not found:
         nothing = np.empty((0, 5)), np.empty((0, 5)), np.empty(0), np.empty(0)
-        return Swarm(*nothing)
+        return Swarm(*nothing, np.empty(0, np.int64))
     swarm = Swarm(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-    return swarm.take(np.lexsort((swarm.miss, -swarm.success)))
+    known = zip(swarm.success.tolist(), swarm.samples.tolist(), strict=True)
+    surely = np.array([wilson(part * n, n)[0] for part, n in known])
+    return swarm.take(np.lexsort((swarm.miss, -surely)))
 
 
 def _judged(
     problem: Problem, runner: Runner, swarm: Swarm, draws: np.random.Generator, effort: float
 ) -> list[Finalist]:
     """Let the best race each other, then judge them by strokes that had no part in the choice."""
-    strokes = swarm.strokes[(swarm.success > 0.0) | (swarm.miss == 0.0)]
+    strokes = swarm.strokes[swarm.success > 0.0]
     strokes = strokes[_different(problem, strokes)[:RACERS]]
     judging = min(round(effort * (FRESH + (FINALISTS - 1) * FRESH_OTHERS)), runner.left // 2)
     runner.reserved = judging

@@ -6,7 +6,8 @@ exactly as the noise spreads real strokes. Then the mean error of those that suc
 gradient of the chance of success, in the metric of the noise: following it leads to the middle of
 what succeeds (cross-entropy method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
 """
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,10 +34,12 @@ class Swarm(NamedTuple):
     spread: Rows  # (n, 5) by which they may be wrong, as standard deviations
     success: Rows  # (n,) part of the last samples that succeeded
     miss: Rows  # (n,) mean miss of the better samples
+    samples: NDArray[np.int64]  # (n,) how many samples that rests on
 
     def take(self, which: NDArray[np.int64]) -> 'Swarm':
         """Pick some of them."""
-        return Swarm(*(field[which] for field in self))
+        fields: Any = (field[which] for field in self)
+        return Swarm(*fields)
 
 
 def swarm_of(guesses: Guesses, miss: Rows) -> Swarm:
@@ -45,12 +48,14 @@ def swarm_of(guesses: Guesses, miss: Rows) -> Swarm:
     spread = np.empty_like(strokes)
     spread[:, :2], spread[:, ELEVATION] = OFFSETS, RAISE
     spread[:, AZIMUTH], spread[:, SPEED] = guesses.spread, FASTER * strokes[:, SPEED]
-    return Swarm(strokes, spread, np.zeros(len(strokes)), miss)
+    success = (miss == 0.0).astype(float)
+    return Swarm(strokes, spread, success, miss, np.ones(len(strokes), np.int64))
 
 
-def improve(problem: Problem, runner: Runner, swarm: Swarm, draw: np.random.Generator,
-            effort: float) -> Swarm:
-    """Go through all rounds, or as far as the budget goes."""
+def improve(
+    problem: Problem, runner: Runner, swarm: Swarm, draw: np.random.Generator, effort: float
+) -> Iterator[Swarm]:
+    """Go through all rounds, or as far as the budget goes; what is known after each."""
     for width, kept, samples in ROUNDS:
         count = max(4, round(effort * samples))
         if runner.left < len(swarm.strokes) * count:
@@ -60,7 +65,7 @@ def improve(problem: Problem, runner: Runner, swarm: Swarm, draw: np.random.Gene
         swarm = _round(problem, runner, swarm, draw.standard_normal((count, 5)), width)
         swarm = swarm.take(_order(swarm)[: max(4, round(kept * len(swarm.strokes)))])
         runner.best = max(runner.best, float(swarm.success[0])) if width == 0.0 else runner.best
-    return swarm
+        yield swarm
 
 
 def _order(swarm: Swarm) -> NDArray[np.int64]:
@@ -90,4 +95,6 @@ def _round(
     strokes = raised(problem.scene, problem.limits, problem.limits.inside(moved))
     blocked = np.isnan(strokes).any(axis=1)
     strokes[blocked] = swarm.strokes[blocked]
-    return Swarm(strokes, swarm.spread, success.mean(axis=1), best)
+    return Swarm(
+        strokes, swarm.spread, success.mean(axis=1), best, np.full(count, samples, np.int64)
+    )

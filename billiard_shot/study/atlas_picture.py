@@ -23,8 +23,9 @@ def draw_atlas(chart: Chart, chances: NDArray[np.float64], path: Path) -> None:
     table, places = chart.scene.table, chart.places
     assert table is not None
     half = 0.5 * table.length, 0.5 * table.width
-    width = 11.0
-    figure, _ = new_figure(0, width, width * half[1] / half[0] + 1.0)
+    width = 11.0  # inches, two of them for the bar
+    row = (width - 2.0) / chart.columns * half[1] / half[0]
+    figure, _ = new_figure(0, width, chart.rows * (row + 0.1) + 0.8)
     grid = figure.subplots(chart.rows, chart.columns, squeeze=False)
     for i, (x, y) in enumerate(places):
         column, row = divmod(i, chart.rows)
