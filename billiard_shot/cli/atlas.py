@@ -1,97 +1,151 @@
-"""`billiard-shot atlas`: how surely a target is reached from where."""
+"""`billiard-shot atlas`: how surely balls are potted, from everywhere on the table."""
 import argparse
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import AbstractContextManager
+from concurrent.futures import BrokenExecutor
+import math
 import os
 from pathlib import Path
-from typing import Any
+import sys
+from time import perf_counter
 
 import numpy as np
 
 from billiard_shot import Scene
-from billiard_shot.cli.layout import table
-from billiard_shot.cli.progress import reporting
-from billiard_shot.planning.atlas import Chart, compute_atlas
+from billiard_shot.cli.layout import numbers, table
+from billiard_shot.cli.progress import progress
+from billiard_shot.cli.workers import LOCAL, working
+from billiard_shot.planning.atlas import (
+    append,
+    Atlas,
+    atlas,
+    AtlasRequest,
+    begin,
+    places_of,
+)
+from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.study.atlas_picture import draw_atlas
 from billiard_shot.study.pictures import require_matplotlib
+from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'how surely a ball is potted, over a grid of places of the cue ball and of the ball'
+HELP = 'how surely balls are potted from where, on a map'
+INTERRUPTED = 130  # exit code, as shells have it for Ctrl-C
+SURE, EVEN = 0.9, 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, ball, grid, work."""
+    """Scene, balls, places, player, search, workers, output."""
     parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
-    parser.add_argument('--pot', default='8', metavar='BALL',
-                        help='ball that is put everywhere and to be potted (%(default)s)')
-    parser.add_argument('--pocket', default='any', help='(%(default)s)')
-    parser.add_argument('--grid', type=int, nargs=2, default=(6, 3), metavar=('COLUMNS', 'ROWS'),
-                        help='places along and across the table, for each of the balls (6 3)')
-    parser.add_argument('--noise', default='tournament', choices=[*NOISES], help='(%(default)s)')
-    parser.add_argument('--budget', type=int, default=3000, metavar='N',
-                        help='most strokes simulated for each pair of places (%(default)d)')
-    parser.add_argument('--seed', type=int, default=1, metavar='N', help='(%(default)d)')
-    parser.add_argument('--file', type=Path, default=Path('atlas.jsonl'), metavar='FILE',
-                        help='keeps what is done; an atlas that is there already goes on '
-                             '(%(default)s)')
-    parser.add_argument('--dask', metavar='ADDRESS',
-                        help='of the scheduler of a Dask cluster that does the work; `local` '
-                             'starts one here (needs the extra dask)')
-    parser.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
-                        help='processes here (%(default)d)')
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw it')
+    what = parser.add_argument_group('what')
+    what.add_argument('--ball', action='append', metavar='NAME', default=[],
+                      help='to be potted, may be repeated (the only one of the scene)')
+    what.add_argument('--pocket', action='append', choices=['any', *POCKET_NAMES],
+                      help='may be repeated (any)')
+    where = parser.add_argument_group('where')
+    where.add_argument('--cue-grid', type=_grid, default=NORMAL_GRID, metavar='NxM',
+                       help='places of the cue ball along length and width of the table '
+                            f'({"x".join(map(str, NORMAL_GRID))})')
+    where.add_argument('--ball-grid', type=_grid, metavar='NxM',
+                       help='places of the ball that is to be potted (where the scene has it)')
+    where.add_argument('--ball-at', action='append', type=float, nargs=2, metavar=('X', 'Y'),
+                       default=[], help='one such place, may be repeated (m)')
+    search = parser.add_argument_group('search')
+    search.add_argument('--noise', metavar='NAME', choices=[*NOISES],
+                        help=f'{", ".join(NOISES)} (the noise of the scene)')
+    search.add_argument('--noise-times', type=float, default=1.0, metavar='FACTOR',
+                        help='makes it larger or smaller (%(default)g)')
+    search.add_argument('--budget', type=int, default=NORMAL_BUDGET, metavar='N',
+                        help='most strokes that are simulated for each place (%(default)d)')
+    search.add_argument('--seed', type=int, default=1, metavar='N', help='(%(default)d)')
+    work = parser.add_argument_group('work')
+    work.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
+                      help='processes that share it (%(default)d); the result is the same')
+    work.add_argument('--dask', metavar='ADDRESS',
+                      help=f'of a Dask scheduler that has it done, or {LOCAL}: one for this run')
+    output = parser.add_argument_group('output')
+    output.add_argument('--output', type=Path, metavar='FILE.jsonl',
+                        help='a line of JSON for each place; what is there is not done again')
+    output.add_argument('--picture', type=Path, metavar='FILE.png', help='the maps')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute, print, draw."""
+    """Plan everywhere, print a line for each map; 2 if the request makes no sense."""
     if options.picture:
         require_matplotlib()  # before the work, not after it
+    if options.workers < 1:
+        raise ValueError(f'--workers: {options.workers} is not allowed; it must be at least 1')
     scene = Scene.load(options.scene)
-    balls = {options.pot: (0.0, 0.0), **scene.balls}
-    scene = Scene.from_dict({**scene.to_dict(), 'balls': balls})
-    chart = Chart(
-        scene, {'pot': options.pot, 'pocket': options.pocket}, options.pot, options.grid[0],
-        options.grid[1], NOISES[options.noise], options.budget, options.seed,
-    )
-    total = len(chart.places) ** 2
-    with _executor(options) as executor, reporting('places', total) as report:
-        chances = compute_atlas(chart, executor, options.file, report)
-    by_ball = np.array([_mean(row) for row in chances]).reshape(options.grid)
-    print('Mean chance in %, over the places of the cue ball, with the ball at')
-    x = [place[0] for place in chart.places[:: options.grid[1]]]
-    y = [place[1] for place in chart.places[: options.grid[1]]]
-    rows = [('y (m)', 'x (m)', *(f'{each:+.2f}' for each in x))]
-    rows += [(f'{y[j]:+.2f}', '', *(f'{100.0 * each:5.1f}' for each in by_ball[:, j]))
-             for j in reversed(range(len(y)))]
-    print(table(rows))
-    print(f'{np.isfinite(chances).sum()} pairs of places, in {options.file}')
+    request = _request(options, scene)
+    places = places_of(scene, request)
+    chances = begin(options.output, scene, request) if options.output else []
+    done = {chance.place for chance in chances}
+    missing = [place for place in places if place not in done]
+    start = perf_counter()
+    try:
+        with working(options.workers, options.dask) as executor:
+            results = atlas(scene, request, missing, executor)
+            for chance in progress(results, 'places', len(missing)):
+                chances.append(chance)
+                if options.output:
+                    append(options.output, chance)
+    except KeyboardInterrupt:
+        return _stopped('interrupted', options, len(chances), len(places), INTERRUPTED)
+    except BrokenExecutor as error:
+        return _stopped(f'a worker died ({error})', options, len(chances), len(places), 1)
+    made = Atlas(scene, request, chances)
+    print(_as_text(made))
+    again = f', {len(done)} of them from {options.output}' if done else ''
+    new = sum(chance.simulations for chance in chances[len(done):])
+    print(f'{len(places)} places{again}; {new} strokes simulated in '
+          f'{perf_counter() - start:.1f} s')
     if options.picture:
-        draw_atlas(chart, chances, options.picture)
+        draw_atlas(made, options.picture)
     return 0
 
 
-def _mean(chances: Any) -> float:
-    known = chances[np.isfinite(chances)]
-    return float(known.mean()) if len(known) else float('nan')
+def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
+    if not 0.0 <= options.noise_times < math.inf:
+        raise ValueError(f'--noise-times: {options.noise_times!r} is not allowed; it must be at '
+                         'least 0')
+    noise = NOISES[options.noise] if options.noise else scene.noise
+    pockets = options.pocket or ['any']
+    return AtlasRequest(
+        ball=tuple(options.ball),
+        pocket=POCKET_NAMES if 'any' in pockets else tuple(pockets),
+        cue_grid=options.cue_grid, ball_grid=options.ball_grid,
+        ball_at=tuple((x, y) for x, y in options.ball_at),
+        noise=noise.times(options.noise_times), budget=options.budget, seed=options.seed,
+    )
 
 
-def _executor(options: argparse.Namespace) -> AbstractContextManager[Any]:
-    """Start processes here, or a Dask cluster, or find one."""
-    if options.workers < 1:
-        raise ValueError(f'--workers: {options.workers} is not allowed; it must be at least 1')
-    if options.dask is None:
-        return ProcessPoolExecutor(options.workers)
+def _stopped(why: str, options: argparse.Namespace, done: int, places: int, code: int) -> int:
+    """Say what is left of a run that did not come to its end."""
+    kept = f'; the same command goes on with {options.output}' if options.output else ''
+    print(f'{why}: {done} of {places} places are done{kept}', file=sys.stderr)
+    return code
+
+
+def _as_text(made: Atlas) -> str:
+    rows: list[tuple[str, ...]] = [
+        ('ball', 'at x y', 'places', 'succeeds', '95 % sure', f'at least {SURE:.0%}',
+         f'at least {EVEN:.0%}', 'no stroke'),
+        ('', '(m)', '', '(%, mean)', '(±, mean)', *3 * ('(% of places)',)),
+    ]
+    for each in made.maps:
+        success = np.array([chance.success for chance in each.chances])
+        rows.append((
+            each.ball, numbers(each.ball_place, 3), str(len(success)),
+            *('-' if part != part else f'{100.0 * part:.1f}' for part in (
+                each.mean, each.doubt, (success >= SURE).mean(), (success >= EVEN).mean(),
+                (success == 0.0).mean())),
+        ))
+    return table(rows)
+
+
+def _grid(text: str) -> tuple[int, int]:
     try:
-        import distributed
-    except ImportError:
-        raise ValueError(
-            "--dask: needs an extra: pip install 'billiard_shot[dask]'"
+        along, across = (int(each) for each in text.lower().split('x'))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f'{text!r} is not allowed; it must be two whole numbers, such as 24x12'
         ) from None
-    library: Any = distributed  # it has no types
-    where: Any = options.dask
-    if where == 'local':
-        where = library.LocalCluster(
-            n_workers=options.workers, threads_per_worker=1, dashboard_address=None
-        )
-    client: AbstractContextManager[Any] = library.Client(where)
-    return client
+    return along, across

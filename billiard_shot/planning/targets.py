@@ -35,7 +35,8 @@ def _segment() -> Any:
     return dataclasses.field(metadata={TAKES: convert})
 
 
-def _pocket() -> Any:
+def pocket_field() -> Any:
+    """Make a field for a pocket's name, several of them, or any; all of their names."""
     allowed = f'{ANY}, or of {", ".join(POCKET_NAMES)} one or a list'
 
     def convert(value: object) -> tuple[str, ...]:
@@ -166,7 +167,7 @@ class Pot:
     """
 
     pot: str = name()
-    pocket: tuple[str, ...] = _pocket()
+    pocket: tuple[str, ...] = pocket_field()
     leave: Point | None = point(absent=True)
     radius: float = number('m', above=0, default=0.1)
 

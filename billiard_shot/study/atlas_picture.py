@@ -1,18 +1,29 @@
-"""An atlas as a picture: for each place of the object ball, chances from all over the table."""
+"""An atlas from above: from where on the table a ball is potted, and how surely."""
+from __future__ import annotations
+
+import math
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from billiard_shot.planning.atlas import Atlas, Map
+from billiard_shot.planning.atlas.places import borders, grid
+from billiard_shot.scene.placing import CUE_BALL
+from billiard_shot.study.pictures import require_matplotlib, save
+from billiard_shot.study.table_picture import draw_balls, draw_table
+from billiard_shot.table.colours import VERMILION
+from billiard_shot.table.outline import outline_of
 
-from billiard_shot.planning.atlas import Chart
-from billiard_shot.study.pictures import new_figure, save
+# Even in lightness, for any kind of colour vision, and in grey (van der Walt and Smith, 2015).
+COLOURS = 'viridis'
+LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
+RING = 1.9  # ball radii: around the ball that is to be potted
+LIGHT = 0.6  # success from which on the colours are light, so that lines are black
+WIDTH, NARROW = 9.0, 4.0  # inches: of a picture, and at least of each map where there are many
 
 
-def draw_atlas(chart: Chart, chances: NDArray[np.float64], path: Path) -> None:
+def draw_atlas(atlas: Atlas, path: Path) -> None:
     """
-    Write a picture of an atlas: a small table for each place of the object ball, where it lies.
-
-    In it, each place of the cue ball has the colour of its chance of success.
+    Write a picture of an atlas: a map of the table for each place of the ball to be potted.
 
     Raises
     ------
@@ -20,29 +31,70 @@ def draw_atlas(chart: Chart, chances: NDArray[np.float64], path: Path) -> None:
         If there is no matplotlib, or the file cannot be written.
 
     """
-    table, places = chart.scene.table, chart.places
-    assert table is not None
-    half = 0.5 * table.length, 0.5 * table.width
-    width = 11.0  # inches, two of them for the bar
-    row = (width - 2.0) / chart.columns * half[1] / half[0]
-    figure, _ = new_figure(0, width, chart.rows * (row + 0.1) + 0.8)
-    grid = figure.subplots(chart.rows, chart.columns, squeeze=False)
-    for i, (x, y) in enumerate(places):
-        column, row = divmod(i, chart.rows)
-        axes = grid[chart.rows - 1 - row, column]
-        picture = axes.imshow(
-            chances[i].reshape(chart.columns, chart.rows).T, origin='lower', vmin=0.0, vmax=1.0,
-            extent=(-half[0], half[0], -half[1], half[1]), cmap='viridis',
-        )
-        axes.plot(x, y, 'o', color='white', markeredgecolor='black', markersize=4)
-        axes.set(xticks=[], yticks=[], facecolor='#cccccc')
-    for name, (u, v) in chart.scene.balls.items():
-        if name not in ('cue', chart.ball):
-            for axes in grid.flat:
-                axes.plot(u, v, 'o', color='black', markersize=4)
-    figure.colorbar(picture, ax=grid, shrink=0.8, label='chance of success')
-    figure.suptitle(
-        f'From where the cue ball reaches the target; ball {chart.ball} is the white dot',
-        fontsize='medium',
+    require_matplotlib()
+    from matplotlib.figure import Figure
+
+    maps, half = atlas.maps, outline_of(atlas.scene).frame
+    columns = _columns(atlas, len(maps))
+    rows = math.ceil(len(maps) / columns)
+    width = max(WIDTH, NARROW * columns)
+    height = rows * ((width / columns - 0.5) * half[1] / half[0] + 0.6) + 0.7
+    figure = Figure(figsize=(width, height), layout='constrained')
+    for place, each in enumerate(maps):
+        axes = figure.add_subplot(rows, columns, 1 + place)
+        axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
+        image = _draw_map(axes, atlas, each)
+    bar = figure.colorbar(
+        image, ax=figure.axes, location='bottom', fraction=0.05, aspect=50, pad=0.02,
+        label='chance of the best stroke found, by where the cue ball lies (%)',
+        ticks=[0.0, *LEVELS, 1.0], format=lambda part, _: f'{100 * part:.0f}',
     )
+    for level in LEVELS:
+        bar.ax.axvline(level, color=_ink(level), linewidth=0.8)
     save(figure, path)
+
+
+def _columns(atlas: Atlas, maps: int) -> int:
+    """How many maps side by side: as the balls lie, if they fill a grid."""
+    along, across = atlas.request.ball_grid or (0, 0)
+    if along * across * len(atlas.request.ball) == maps:
+        return along
+    return math.ceil(math.sqrt(0.5 * maps))  # tables are about twice as long as wide
+
+
+def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
+    """Draw one map; return what its colours are of."""
+    from matplotlib.patches import Circle
+
+    scene, radius, counts = atlas.scene, atlas.scene.ball.radius, atlas.request.cue_grid
+    assert scene.table is not None  # an atlas without a table is refused
+    draw_table(axes, scene)
+    image = axes.pcolormesh(
+        *borders(scene.table, radius, counts), drawn.success, cmap=COLOURS, vmin=0.0, vmax=1.0,
+        zorder=0.25,
+    )
+    if min(counts) > 1:
+        x, y = zip(*grid(scene.table, radius, counts), strict=True)
+        lines = axes.contour(
+            x[: counts[0]], y[:: counts[0]], drawn.success, levels=LEVELS, linewidths=0.8,
+            colors=[_ink(level) for level in LEVELS], zorder=1,
+        )
+        axes.clabel(lines, fmt=lambda level: f'{100 * level:.0f}', fontsize='x-small')
+    others = {name: there for name, there in scene.balls.items() if name != CUE_BALL}
+    draw_balls(axes, scene, {**others, drawn.ball: drawn.ball_place})
+    axes.add_patch(Circle(drawn.ball_place, RING * radius, fill=False, edgecolor=VERMILION,
+                          linewidth=1.5, zorder=5))
+    at = ', '.join(f'{round(each, 3):g}' for each in drawn.ball_place)
+    said = f'{100.0 * drawn.mean:.0f} % on average' if drawn.chances else 'nothing is done'
+    if any(chance.stroke for chance in drawn.chances):
+        said += f', each ± {100.0 * drawn.doubt:.0f} %'
+    axes.set_title(f'ball {drawn.ball} at ({at}) m: {said}', fontsize='small', loc='left')
+    axes.set_xlabel('x (m)', fontsize='x-small')
+    axes.set_ylabel('y (m)', fontsize='x-small')
+    axes.tick_params(labelsize='x-small')
+    return image
+
+
+def _ink(success: float) -> str:
+    """Colour of lines that can be seen on that of a chance."""
+    return 'black' if success > LIGHT else 'white'

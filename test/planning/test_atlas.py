@@ -1,111 +1,410 @@
-"""The atlas: the same whatever computes it, and it goes on where it was interrupted."""
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-import multiprocessing
+"""An atlas: the same whoever makes it, and never the same work twice."""
+from concurrent.futures import ThreadPoolExecutor
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
 
-from layouts import table_with
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from layouts import cloth_with, table_with
 import numpy as np
 import pytest
 
+from billiard_shot import plan, Scene, Status
 from billiard_shot.cli import main
-from billiard_shot.planning.atlas import chance_at, Chart, compute_atlas, InPlace
-from billiard_shot.planning.plan import NOISES
+from billiard_shot.cli.workers import working
+from billiard_shot.planning.atlas import (
+    append,
+    Atlas,
+    atlas,
+    AtlasRequest,
+    begin,
+    load_atlas,
+    Place,
+    places_of,
+    survey,
+)
+from billiard_shot.planning.atlas.places import borders, grid, scene_at
+from billiard_shot.scene import Noise
 
-
-def chart_of(**changes):
-    numbers = {'columns': 2, 'rows': 2, 'noise': NOISES['tournament'], 'budget': 150, 'seed': 3}
-    scene = table_with(cue=(-.6, 0), b8=(.5, .2), b1=(.635, -.3175))
-    return Chart(scene, {'pot': '8'}, '8', **{**numbers, **changes})
+SCENE = table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.3))
+SMALL = AtlasRequest(ball='8', cue_grid=(3, 2), budget=120)
 
 
 @pytest.fixture(scope='module')
-def alone(tmp_path_factory):
-    return compute_atlas(chart_of(), InPlace(), tmp_path_factory.mktemp('atlas') / 'a.jsonl')
+def alone():
+    """What one thread makes of the small request."""
+    return {chance.place: chance for chance in atlas(SCENE, SMALL)}
 
 
-def test_chances_are_those_of_single_places(alone):
-    chart = chart_of()
-    places = chart.places
-    assert alone.shape == (4, 4)
-    assert np.isnan(np.diag(alone)).all()  # two balls in one place
-    assert np.isnan(alone[places.index((.635, -.3175))]).all()  # where ball 1 lies
-    known = alone[np.isfinite(alone)]
-    assert ((known >= 0.0) & (known <= 1.0)).all()
-    assert known.max() > 0.3
-    assert alone[0, 1] == chance_at(chart, places[1], places[0])
+def as_set(chances):
+    found = {chance.place: chance for chance in chances}
+    assert len(found) > 0
+    return found
 
 
-def test_processes_give_the_same(alone, tmp_path):
-    with ProcessPoolExecutor(2, multiprocessing.get_context('spawn')) as workers:
-        assert np.array_equal(
-            compute_atlas(chart_of(), workers, tmp_path / 'a.jsonl'), alone, equal_nan=True)
+@given(st.integers(1, 40), st.integers(1, 25))
+@settings(max_examples=30)
+def test_a_grid_fills_the_room_for_balls(columns, rows):
+    table, radius = SCENE.table, SCENE.ball.radius
+    places = np.array(grid(table, radius, (columns, rows)))
+    x, y = borders(table, radius, (columns, rows))
+    assert (x[-1], y[-1]) == (table.length / 2 - radius, table.width / 2 - radius)
+    assert np.ptp(np.diff(x)) < 1e-12
+    assert len(set(map(tuple, places))) == columns * rows
+    assert np.allclose(places[:columns, 0], (x[1:] + x[:-1]) / 2, atol=1e-6)
+    assert np.allclose(places[::columns, 1], (y[1:] + y[:-1]) / 2, atol=1e-6)
 
 
-def test_a_dask_cluster_gives_the_same(alone, tmp_path):
-    distributed = pytest.importorskip('distributed')
-    options = {'threads_per_worker': 1, 'dashboard_address': None, 'processes': True}
-    with (distributed.LocalCluster(n_workers=2, **options) as cluster,
-          distributed.Client(cluster) as client):
-        found = compute_atlas(chart_of(), client, tmp_path / 'a.jsonl')
-    assert np.array_equal(found, alone, equal_nan=True)
+def test_places_are_all_those_where_the_balls_have_room():
+    request = AtlasRequest(ball='8', cue_grid=(31, 17), ball_grid=(3, 3))
+    places = set(places_of(SCENE, request))
+    own = grid(SCENE.table, SCENE.ball.radius, (3, 3))
+    every = {Place('8', there, here) for there in own
+             for here in grid(SCENE.table, SCENE.ball.radius, (31, 17))}
+    assert 0 < len(every - places) < 0.05 * len(every)
+    for place in list(places)[::40]:
+        assert scene_at(SCENE, place).balls == {
+            'cue': place.cue_place, '8': place.ball_place, '1': (.2, -.3)}
+    for place in every - places:
+        with pytest.raises(ValueError, match='overlaps'):
+            scene_at(SCENE, place)
 
 
-def test_it_goes_on_where_it_was_interrupted(alone, tmp_path):
-    file = tmp_path / 'a.jsonl'
-    done = []
+def test_racked_balls_stay_where_they_are():
+    scene = Scene.load('nine_ball')
+    request = AtlasRequest(ball='1', ball_at=[(-.5, .3)], cue_grid=(2, 2))
+    moved = scene_at(scene, places_of(scene, request)[0])
+    assert moved.balls['1'] == (-.5, .3)
+    assert moved.balls['9'] == scene.balls['9']
 
-    class EnoughError(Exception):
+
+def test_a_place_is_a_plan(alone):
+    place = next(place for place, chance in alone.items() if chance.stroke)
+    result = plan(scene_at(SCENE, place), {'pot': '8'}, budget=SMALL.budget,
+                  seed=survey._seed(SMALL.seed, place))
+    chance = alone[place]
+    assert chance.stroke == result.best.stroke.offsets
+    assert (chance.success, chance.interval) == (result.best.success, result.best.interval)
+    assert (chance.kind, chance.message) == (result.best.kind, result.message)
+    assert chance.simulations == result.simulations <= SMALL.budget
+
+
+def test_a_part_of_it_is_the_same_as_in_the_whole(alone):
+    some = list(alone)[::-2]
+    assert list(atlas(SCENE, SMALL, some)) == [alone[place] for place in some]
+    # A finer grid has the places of a coarser one in it.
+    finer = AtlasRequest(ball='8', cue_grid=(9, 6), budget=SMALL.budget)
+    common = set(places_of(SCENE, finer)) & set(alone)
+    assert len(common) >= 3
+    assert as_set(atlas(SCENE, finer, common)) == {place: alone[place] for place in common}
+
+
+def test_seeds_and_places_draw_different_numbers(alone):
+    seeds = {survey._seed(seed, place) for seed in (1, 2) for place in alone}
+    assert len(seeds) == 2 * len(alone)
+    other = as_set(atlas(SCENE, AtlasRequest(ball='8', cue_grid=(3, 2), budget=120, seed=2)))
+    assert set(other) == set(alone)
+    assert other != alone
+
+
+def test_who_plays_counts():
+    place = Place('8', (.5, .2), (-.9, -.3))
+
+    def success(**changes):
+        chances = atlas(SCENE, AtlasRequest(ball='8', budget=600, **changes), [place])
+        return next(chances).success
+
+    assert success(noise=Noise().times(0.0)) == 1.0
+    assert success(noise=Noise().times(0.5)) > success() > success(noise=Noise().times(3.0))
+
+
+def test_near_and_straight_is_surer_than_far_and_thin():
+    request = AtlasRequest(ball='8', ball_at=[(1., .4)], budget=600, pocket='foot_left')
+    scene = table_with(cue=(0, 0))
+    near, far = (Place('8', (1., .4), here) for here in ((.75, .21), (1.1, -.5)))
+    best, worst = atlas(scene, request, [near, far])
+    assert best.interval[0] > worst.interval[1]
+
+
+def test_where_the_cue_has_no_room():
+    data = SCENE.to_dict()
+    data['robot'] = {'elevation_max_deg': 3, 'azimuth_deg': 0, 'azimuth_range_deg': 20}
+    low = Scene.from_dict(data)
+    near, free = (Place('8', (.5, .2), (x, 0.)) for x in (-1.2, 0.))
+    chances = as_set(atlas(low, SMALL, [near, free]))
+    assert chances[near].status == Status.INVALID_REQUEST
+    assert 'elevation_max_deg' in chances[near].message
+    assert (chances[near].success, chances[near].interval) == (0.0, (0.0, 1.0))
+    assert chances[free].status == Status.OK
+
+
+def test_threads_and_processes_make_the_same(alone):
+    with ThreadPoolExecutor(3) as threads:
+        assert as_set(atlas(SCENE, SMALL, executor=threads)) == alone
+    with working(2, None) as processes:
+        assert as_set(atlas(SCENE, SMALL, executor=processes)) == alone
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings('ignore::DeprecationWarning')
+def test_a_dask_cluster_makes_the_same(alone):
+    distributed = pytest.importorskip('distributed', reason='needs Dask, an extra')
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None,
+    ) as cluster:
+        with working(1, cluster.scheduler_address) as executor:
+            assert as_set(atlas(SCENE, SMALL, executor=executor)) == alone
+        with distributed.Client(cluster) as client:
+            done = client.run(lambda dask_worker: dask_worker.state.executed_count)
+    assert len(done) == 2
+    assert min(done.values()) > 0  # both had a part in it
+
+
+def test_without_dask_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with pytest.raises(ValueError, match=r"pip install 'billiard_shot\[dask\]'"), \
+            working(1, 'local'):
         pass
 
-    def report(count):
-        done.append(count)
-        if count == 5:
-            raise EnoughError
 
-    with pytest.raises(EnoughError):
-        compute_atlas(chart_of(), InPlace(), file, report)
-    with file.open('a') as out:
-        out.write('[3, 1, 0.')  # it was killed as it wrote
-    computed = []
+class Threads(ThreadPoolExecutor):
+    """Counts what is under way."""
 
-    class Counting(InPlace):
-        def submit(self, work, /, *arguments):
-            computed.append(arguments)
-            return super().submit(work, *arguments)
+    def __init__(self):
+        super().__init__(2)
+        self.futures = []
 
-    again = compute_atlas(chart_of(), Counting(), file)
-    assert np.array_equal(again, alone, equal_nan=True)
-    assert len(computed) == 16 - 5
-    before = file.read_text()
-    with ThreadPoolExecutor(1) as nobody:
-        compute_atlas(chart_of(), nobody, file)
-    assert file.read_text() == before
+    def submit(self, work, /, *arguments):
+        self.futures.append(super().submit(work, *arguments))
+        return self.futures[-1]
 
 
-def test_another_atlas_is_not_mixed_in(tmp_path):
-    file = tmp_path / 'a.jsonl'
-    compute_atlas(chart_of(columns=1, rows=1), InPlace(), file)
-    with pytest.raises(ValueError, match='of another atlas'):
-        compute_atlas(chart_of(columns=1, rows=1, seed=4), InPlace(), file)
-    file.write_text('{"scene\n')
-    with pytest.raises(ValueError, match='line 1'):
-        compute_atlas(chart_of(columns=1, rows=1), InPlace(), file)
+def test_what_is_handed_out_ahead_is_bounded_and_given_back(alone, monkeypatch):
+    monkeypatch.setattr(survey, 'AHEAD', 3)
+    monkeypatch.setattr(survey, 'chance_at', lambda scene, request, place: place)
+    places = [Place('8', (.5, .2), (0., .01 * i)) for i in range(20)]
+    with Threads() as threads:
+        results = atlas(SCENE, SMALL, places, threads)
+        first = [next(results) for _ in range(5)]
+        assert len(threads.futures) <= 5 + 3
+        assert len(set(first)) == 5
+        results.close()
+    assert len(threads.futures) <= 5 + 3
+    with Threads() as threads:
+        assert set(atlas(SCENE, SMALL, places, threads)) == set(places)
+
+
+def test_what_goes_wrong_in_a_worker_is_said(monkeypatch):
+    monkeypatch.setattr(survey, 'chance_at', lambda *_: 1 / 0)
+    with ThreadPoolExecutor(1) as threads, pytest.raises(ZeroDivisionError):
+        list(atlas(SCENE, SMALL, executor=threads))
 
 
 @pytest.mark.parametrize(('changes', 'named'), [
-    ({'columns': 0}, 'columns: 0'), ({'budget': 0}, 'budget: 0')])
-def test_bad_charts(changes, named):
+    ({'ball': 'cue'}, "ball: 'cue' is not allowed"), ({'ball': ['8', '8']}, 'ball: .*different'),
+    ({'ball': 8}, 'ball: 8'), ({'pocket': 'middle'}, 'pocket: .*foot_left'),
+    ({'cue_grid': (0, 3)}, 'cue_grid: .*at least 1'), ({'cue_grid': None}, 'cue_grid: None'),
+    ({'cue_grid': (2.5, 3)}, 'cue_grid'), ({'ball_grid': 3}, 'ball_grid: 3'),
+    ({'ball_at': [(0, math.nan)]}, 'ball_at: .*finite'), ({'ball_at': 1}, 'ball_at: 1'),
+    ({'ball_at': [(0, 0)], 'ball_grid': (2, 2)}, 'ball_grid: .*not allowed together'),
+    ({'budget': 0}, 'budget: 0'), ({'seed': -1}, 'seed: -1'), ({'noise': 'loud'}, 'noise'),
+])
+def test_a_request_that_makes_no_sense(changes, named):
     with pytest.raises(ValueError, match=named):
-        chart_of(**changes)
+        AtlasRequest(**changes)
 
 
-def test_command(tmp_path, capsys):
-    file, picture = tmp_path / 'a.jsonl', tmp_path / 'a.png'
-    arguments = ['atlas', 'pool_table', '--grid', '2', '1', '--budget', '150', '--workers', '2',
-                 '--file', str(file), '--picture', str(picture)]
-    assert main(arguments) == 0
-    shown = capsys.readouterr().out
-    assert '2 pairs of places' in shown
-    assert picture.stat().st_size > 5000
-    assert main(arguments) == 0
-    assert capsys.readouterr().out == shown
-    assert main(['atlas', 'pool_table', '--pocket', 'nowhere']) == 2
+@pytest.mark.parametrize(('scene', 'changes', 'named'), [
+    (SCENE, {}, 'ball: missing; there are: 8, 1'),
+    (SCENE, {'ball': '7'}, "ball: there is no ball '7'; there are: 8, 1; ball_at or ball_grid"),
+    (Scene.load('pool_table'), {}, 'ball: missing; the scene has none'),
+    (cloth_with(cue=(0, 0), b8=(1, 0)), {'ball': '8'}, 'pocket: the scene has no pockets'),
+    (Scene.load('carom'), {'ball': 'red'}, 'pocket: the scene has no pockets'),
+    (SCENE, {'ball': '8', 'ball_at': [(2, 0)]}, r'ball_at: \(2.0, 0.0\) .*cushions'),
+    (SCENE, {'ball': '8', 'ball_at': [(.2, -.29)]},
+     r"ball_at: \(0.2, -0.29\) .*overlaps ball '1' by 47.1 mm"),
+    (table_with(cue=(-.5, 0), b8=(0, .03)), {'ball': '8', 'cue_grid': (1, 1)},
+     r'cue_grid: \(1, 1\) is not allowed'),
+])
+def test_a_request_that_does_not_fit_the_scene(scene, changes, named):
+    with pytest.raises(ValueError, match=named):
+        places_of(scene, AtlasRequest(**changes))
+
+
+def test_the_only_ball_need_not_be_named():
+    scene = table_with(cue=(0, 0), b3=(.5, .2))
+    assert {place.ball for place in places_of(scene, AtlasRequest(cue_grid=(2, 2)))} == {'3'}
+
+
+def test_a_file_gives_back_what_was_put_into_it(alone, tmp_path):
+    file = tmp_path / 'atlas.jsonl'
+    assert begin(file, SCENE, SMALL) == []
+    for chance in alone.values():
+        append(file, chance)
+    assert begin(file, SCENE, SMALL) == list(alone.values())
+    made = load_atlas(file)
+    assert made.scene == SCENE
+    assert (made.request.ball, made.request.noise) == (('8',), SCENE.noise)
+    assert list(made.chances) == list(alone.values())
+    # Others read it without this library.
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    assert lines[0]['cue_grid'] == [3, 2]
+    assert all(low <= line['success'] <= high
+               for line in lines[1:] for low, high in [line['interval']])
+
+
+def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
+    file = tmp_path / 'atlas.jsonl'
+    begin(file, SCENE, SMALL)
+    first, second, *_ = alone.values()
+    append(file, first)
+    kept = file.read_bytes()
+    append(file, second)
+    file.write_bytes(file.read_bytes()[:-20])
+    assert begin(file, SCENE, SMALL) == [first]
+    assert file.read_bytes() == kept
+
+
+@pytest.mark.parametrize(('scene', 'request_', 'named'), [
+    (SCENE, {'budget': 500}, 'budget: there it is 120, asked for is 500'),
+    (SCENE, {'seed': 3}, 'seed: there it is 1, asked for is 3'),
+    (SCENE, {'cue_grid': (4, 4)}, r'cue_grid: there it is \[3, 2\], asked for is \[4, 4\]'),
+    (SCENE, {'pocket': 'foot_left'}, 'pocket: there it is'), (SCENE, {'ball': '1'}, 'ball: '),
+    (SCENE, {'ball_grid': (1, 1)}, r'ball_grid: there it is not given, asked for is \[1, 1\]'),
+    (SCENE, {'noise': Noise(a=0.001)}, 'noise.a: there it is 0.0005, asked for is 0.001'),
+    (table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.25)), {},
+     r'scene.balls.1: there it is \[0.2, -0.3\], asked for is \[0.2, -0.25\]'),
+])
+def test_a_file_of_another_atlas_is_refused(scene, request_, named, tmp_path):
+    file = tmp_path / 'atlas.jsonl'
+    begin(file, SCENE, SMALL)
+    before = file.read_bytes()
+    other = AtlasRequest(**{'ball': '8', 'cue_grid': (3, 2), 'budget': 120, **request_})
+    with pytest.raises(ValueError, match=f'holds another atlas.*{named}'):
+        begin(file, scene, other)
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize('text', ['my notes', '{}\n', '[1]\n', '{"atlas": 9, "scene": {}}\n'])
+def test_a_file_of_something_else_is_left_alone(text, tmp_path):
+    file = tmp_path / 'atlas.jsonl'
+    file.write_text(text)
+    for read in (lambda: begin(file, SCENE, SMALL), lambda: load_atlas(file)):
+        with pytest.raises(ValueError, match=r'atlas\.jsonl.* is not allowed'):
+            read()
+    assert file.read_text() == text
+
+
+def test_a_broken_line_is_named(tmp_path):
+    file = tmp_path / 'atlas.jsonl'
+    begin(file, SCENE, SMALL)
+    with file.open('a') as open_file:
+        open_file.write('{"ball": "8"}\n')
+    with pytest.raises(ValueError, match='line 2 is no place'):
+        begin(file, SCENE, SMALL)
+
+
+def test_files_that_cannot_be(tmp_path, alone):
+    missing = tmp_path / 'nowhere' / 'atlas.jsonl'
+    for act in (lambda: begin(missing, SCENE, SMALL), lambda: load_atlas(missing),
+                lambda: append(missing, next(iter(alone.values())))):
+        with pytest.raises(ValueError, match='nowhere'):
+            act()
+
+
+def test_maps_are_on_the_grid(alone):
+    made = Atlas(SCENE, SMALL, list(alone.values())[1:])
+    (drawn,) = made.maps
+    assert drawn.success.shape == (2, 3)
+    first = next(iter(alone))
+    assert first.cue_place == min(grid(SCENE.table, SCENE.ball.radius, (3, 2)))
+    assert np.isnan(drawn.success[0, 0])
+    assert np.isnan(drawn.success).sum() == 1
+    assert drawn.success[1, 2] == alone[max(alone)].success
+    assert drawn.mean == pytest.approx(np.nanmean(drawn.success))
+
+
+def test_maps_stand_as_on_the_table():
+    request = AtlasRequest(ball='8', cue_grid=(2, 1), ball_grid=(2, 2))
+    corners = [each.ball_place for each in Atlas(SCENE, request, []).maps]
+    assert [(x > 0, y > 0) for x, y in corners] == [
+        (False, True), (True, True), (False, False), (True, False)]
+
+
+COMMAND = ['atlas', 'pool_table', '--ball', '8', '--ball-at', '.6', '0', '--cue-grid', '3x2',
+           '--budget', '120']
+
+
+def test_the_command_goes_on_where_it_was(tmp_path, capsys):
+    file = tmp_path / 'a.jsonl'
+    command = [*COMMAND, '--workers', '1', '--output', str(file)]
+    assert main(command) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    assert out.splitlines()[2].split()[:4] == ['8', '0.600', '0.000', '6']
+    whole = file.read_text().splitlines(keepends=True)
+    assert len(whole) == 7
+    file.write_text(''.join(whole[:4]))
+    assert main(command) == 0
+    assert '6 places, 3 of them from' in capsys.readouterr().out
+    assert file.read_text().splitlines(keepends=True) == whole
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    picture = tmp_path / 'a.png'
+    assert main([*command, '--picture', str(picture)]) == 0
+    assert '; 0 strokes simulated' in capsys.readouterr().out
+    assert picture.stat().st_size > 10_000
+    assert main([*command, '--seed', '2']) == 2
+    assert 'seed: there it is 1, asked for is 2' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('arguments', 'text'), [
+    (['--workers', '0'], '--workers: 0 is not allowed'),
+    (['--noise-times', '-1'], '--noise-times: -1.0 is not allowed'),
+    (['--budget', '0'], 'budget: 0 is not allowed'),
+    (['--ball', 'cue'], "ball: ('8', 'cue') is not allowed"),
+    (['--dask', 'tcp://'], '--dask: '),
+])
+def test_wrong_input_of_the_command(arguments, text, capsys):
+    assert main([*COMMAND, *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ''
+    assert err.startswith('billiard-shot: ')
+    assert text in err
+
+
+def test_a_grid_that_is_none(capsys):
+    with pytest.raises(SystemExit):
+        main([*COMMAND, '--ball-grid', '3'])
+    assert "'3' is not allowed; it must be two whole numbers" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == 'win32', reason='no process groups there')
+def test_ctrl_c_leaves_a_file_to_go_on_with(tmp_path):
+    """Of a whole process group, as a terminal sends it; then in other processes to the end."""
+    file = tmp_path / 'a.jsonl'
+    command = [sys.executable, '-m', 'billiard_shot.cli', *COMMAND, '--cue-grid', '5x4',
+               '--output', str(file)]
+    first = subprocess.Popen([*command, '--workers', '2'], stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while first.poll() is None and (not file.exists() or file.read_bytes().count(b'\n') < 4):
+        time.sleep(0.02)
+    os.killpg(first.pid, signal.SIGINT)
+    out, err = first.communicate(timeout=60)
+    assert (first.returncode, out) == (130, '')
+    assert err.startswith('interrupted: ')
+    assert err.count('\n') == 1
+    kept = file.read_bytes()
+    assert 4 <= kept.count(b'\n') < 21
+    again = subprocess.run([*command, '--workers', '1'], capture_output=True, text=True,
+                           check=True)
+    assert 'of them from' in again.stdout
+    assert file.read_bytes().startswith(kept)
+    fresh = tmp_path / 'b.jsonl'
+    assert main([*COMMAND, '--cue-grid', '5x4', '--workers', '1', '--output', str(fresh)]) == 0
+    assert sorted(file.read_text().splitlines()) == sorted(fresh.read_text().splitlines())

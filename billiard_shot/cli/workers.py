@@ -1,0 +1,88 @@
+"""Who does the work of long commands: this process, several, or a Dask cluster."""
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+import logging
+from multiprocessing import active_children, get_context
+import signal
+from typing import Any
+
+LOCAL = 'local'
+
+
+@contextmanager
+def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
+    """
+    Provide an executor while the block runs.
+
+    Parameters
+    ----------
+    workers : int
+        Processes; with one, none beside this one.
+    dask : str, optional
+        Address of a Dask scheduler; `local`: a cluster of so many workers on this machine.
+
+    Yields
+    ------
+    Executor or None
+        None: this process does it.
+
+    Raises
+    ------
+    ValueError
+        If there is no Dask, or no scheduler at the address.
+
+    """
+    if dask is not None:
+        with _dask(workers, dask) as executor:
+            yield executor
+    elif workers == 1:
+        yield None
+    else:
+        with _processes(workers) as executor:
+            yield executor
+
+
+@contextmanager
+def _processes(workers: int) -> Iterator[Executor]:
+    # Fresh processes: a copy of one with threads can hang.
+    others = active_children()
+    pool = ProcessPoolExecutor(workers, get_context('spawn'), _ignore_ctrl_c)
+    try:
+        yield pool
+    except BaseException:
+        for worker in {*active_children()} - {*others}:
+            worker.terminate()  # what they have begun is lost, but nobody waits for it
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _ignore_ctrl_c() -> None:
+    """Leave it to the first process: in a terminal it reaches all of them."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _dask(workers: int, address: str) -> Iterator[Executor]:
+    try:
+        import distributed
+    except ImportError:
+        raise ValueError(
+            "--dask: needs Dask, an extra: pip install 'billiard_shot[dask]'"
+        ) from None
+    library: Any = distributed  # its types are in parts only
+    if address == LOCAL:
+        with library.LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=None,
+            silence_logs=logging.ERROR,  # at Ctrl-C it warns of what is meant
+        ) as cluster, library.Client(cluster) as client:
+            client.run(_ignore_ctrl_c)
+            yield client.get_executor()
+        return
+    try:
+        client = library.Client(address, timeout=10)
+    except (OSError, ValueError) as error:
+        raise ValueError(f'--dask: {address}: {error}') from error
+    with client:
+        yield client.get_executor()

@@ -1,0 +1,168 @@
+"""What an atlas is to show: which balls, where they and the cue ball lie, and who plays."""
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from __future__ import annotations
+
+from collections.abc import Iterator
+import dataclasses
+from dataclasses import dataclass, replace
+from itertools import product
+import math
+from typing import Any, ClassVar
+
+from billiard_shot.planning.targets import pocket_field, Point
+from billiard_shot.scene import Noise, Scene
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import point, section, TAKES, whole_number
+from billiard_shot.scene.mistakes import InputError, Mistake, refused
+from billiard_shot.scene.placing import CUE_BALL, no_place, ROUNDING
+
+NORMAL_BUDGET = 2000  # simulations of each place
+NORMAL_GRID = (24, 12)
+
+
+def _names() -> Any:
+    allowed = "the name of a ball, such as '8', or a list of different ones, without the cue ball"
+
+    def convert(value: object) -> tuple[str, ...]:
+        given = (value,) if isinstance(value, str) else value
+        if not isinstance(given, tuple | list) or not all(
+            isinstance(each, str) and each not in ('', CUE_BALL) for each in given
+        ) or len(set(given)) < len(given):
+            raise refused(value, allowed)
+        return tuple(given)
+
+    return dataclasses.field(default=(), metadata={TAKES: convert})
+
+
+def _grid(default: tuple[int, int] | None) -> Any:
+    allowed = 'two whole numbers, at least 1: along the length and along the width'
+
+    def convert(value: object) -> tuple[int, int] | None:
+        if value is None and default is None:
+            return None
+        if not isinstance(value, tuple | list) or len(value) != 2 or not all(
+            isinstance(each, int) and not isinstance(each, bool) and each >= 1 for each in value
+        ):
+            raise refused(value, allowed)
+        return value[0], value[1]
+
+    return dataclasses.field(default=default, metadata={TAKES: convert})
+
+
+def _points() -> Any:
+    place = point().metadata[TAKES]
+
+    def convert(value: object) -> tuple[Point, ...]:
+        if not isinstance(value, tuple | list):
+            raise refused(value, 'a list of points, [[x, y], ...] (m)')
+        return tuple(place(each) for each in value)
+
+    return dataclasses.field(default=(), metadata={TAKES: convert})
+
+
+def _one_or_the_other(request: Any) -> Iterator[Mistake]:
+    if request.ball_at and request.ball_grid:
+        yield Mistake(('ball_grid',), f'{request.ball_grid} is not allowed together with ball_at')
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasRequest:
+    """
+    What an atlas is to show.
+
+    Parameters
+    ----------
+    ball : str or sequence of str
+        Balls to be potted, each in a map of its own; by default the only one of the scene beside
+        the cue ball. One that is not in the scene is put there by `ball_at` or `ball_grid`.
+    pocket : str or sequence of str
+        Where they may fall: names of pockets, or `any`.
+    cue_grid : (int, int)
+        Places of the cue ball, along the length of the table and along its width: the middles of
+        that many fields of equal size, into which the room that cushions leave a ball is divided.
+    ball_grid : (int, int), optional
+        Places of the ball to be potted, in the same way.
+    ball_at : sequence of (x, y)
+        Places of the ball to be potted [m]. Without `ball_grid` and `ball_at` it lies where the
+        scene has it.
+    noise : Noise, optional
+        By default the scene's.
+    budget : int
+        Most strokes that are simulated for each place, at least 1; at least some hundreds are
+        needed.
+    seed : int
+        At least 0. The random numbers of a place depend on it and on the place, on nothing else.
+
+    Raises
+    ------
+    ValueError
+        Naming every wrong field, its value and what is allowed.
+
+    """
+
+    RULES: ClassVar = (_one_or_the_other,)
+    ball: tuple[str, ...] = _names()
+    pocket: tuple[str, ...] = pocket_field()
+    cue_grid: tuple[int, int] = _grid(NORMAL_GRID)
+    ball_grid: tuple[int, int] | None = _grid(None)
+    ball_at: tuple[Point, ...] = _points()
+    noise: Noise | None = section(Noise, absent=True)
+    budget: int = whole_number(least=1, default=NORMAL_BUDGET)
+    seed: int = whole_number(least=0, default=1)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def settled(scene: Scene, request: AtlasRequest) -> AtlasRequest:
+    """
+    Fill in what a request leaves to the scene.
+
+    Raises
+    ------
+    ValueError
+        If the request does not fit the scene.
+
+    """
+    full = replace(
+        request, ball=request.ball or _object_balls(scene), noise=request.noise or scene.noise,
+    )
+    mistakes = [*_no_pockets(scene), *_wrong_balls(scene, request), *_wrong_places(scene, full)]
+    if mistakes:
+        raise InputError(mistakes, 'atlas')
+    return full
+
+
+def _object_balls(scene: Scene) -> tuple[str, ...]:
+    return tuple(name for name in scene.balls if name != CUE_BALL)
+
+
+def _no_pockets(scene: Scene) -> Iterator[Mistake]:
+    if scene.table is None or not scene.table.pockets:
+        yield Mistake(('pocket',), 'the scene has no pockets; it needs a table with some')
+
+
+def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
+    there = _object_balls(scene)
+    listed = f'there are: {", ".join(there)}' if there else 'the scene has none'
+    if not request.ball and len(there) != 1:
+        yield Mistake(('ball',), f'missing; {listed}')
+    if not request.ball_at and not request.ball_grid:
+        for name in request.ball:
+            if name not in there:
+                yield Mistake(('ball',), (
+                    f'there is no ball {name!r}; {listed}; ball_at or ball_grid put one there'
+                ))
+
+
+def _wrong_places(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
+    for place in request.ball_at if scene.table else ():
+        if why := no_place(scene.table, *place, scene.ball.radius):
+            yield Mistake(('ball_at',), f'{place} is not allowed; {why}')
+        for ball, (other, there) in product(request.ball, scene.balls.items()):
+            overlap = 2.0 * scene.ball.radius - math.dist(place, there)
+            if other not in (ball, CUE_BALL) and overlap > ROUNDING:
+                yield Mistake(('ball_at',), (
+                    f'{place} is not allowed; ball {ball!r} there overlaps ball {other!r} by '
+                    f'{1e3 * overlap:.3g} mm'
+                ))
