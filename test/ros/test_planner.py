@@ -75,7 +75,7 @@ class Asking:
 
 @pytest.fixture(scope='module')
 def asking(node, launch):
-    launch('planner', '-p', 'budget:=2000')
+    launch('planner', '-p', 'budget:=2000', '-r', 'table_state:=seen_by_planner')
     return Asking(node)
 
 
@@ -181,7 +181,7 @@ def test_frames_are_checked(asking):
 
 
 def test_the_table_comes_from_table_state(node, asking):
-    publisher = node.create_publisher(TableState, 'table_state', LATCHED)
+    publisher = node.create_publisher(TableState, 'seen_by_planner', LATCHED)  # by no one else
     publisher.publish(TableState(snapshot_id=1, balls=balls(cue=(-.4, .1), b3=(.5, -.2))))
     for _ in range(200):
         _, result = asking.ask(target=Target(kind=Target.HIT, ball='3'), budget=300)
