@@ -71,6 +71,8 @@ def run(options: argparse.Namespace) -> int:
     """Plan everywhere, print a line for each map; 2 if the request makes no sense."""
     if options.picture:
         require_matplotlib()  # before the work, not after it
+        if not options.picture.absolute().parent.is_dir():
+            raise ValueError(f'--picture: {options.picture}: there is no such folder')
     if options.workers < 1:
         raise ValueError(f'--workers: {options.workers} is not allowed; it must be at least 1')
     scene = Scene.load(options.scene)

@@ -3,8 +3,10 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 import logging
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children, get_context, parent_process
+import os
 import signal
+from threading import Thread
 from typing import Any
 
 LOCAL = 'local'
@@ -47,7 +49,7 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
 def _processes(workers: int) -> Iterator[Executor]:
     # Fresh processes: a copy of one with threads can hang.
     others = active_children()
-    pool = ProcessPoolExecutor(workers, get_context('spawn'), _ignore_ctrl_c)
+    pool = ProcessPoolExecutor(workers, get_context('spawn'), _begin_work)
     try:
         yield pool
     except BaseException:
@@ -56,6 +58,19 @@ def _processes(workers: int) -> Iterator[Executor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _begin_work() -> None:
+    _ignore_ctrl_c()
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End when the first process does, even if it was killed: by itself a worker would wait on."""
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _ignore_ctrl_c() -> None:

@@ -16,7 +16,7 @@ from billiard_shot.planning.atlas.request import AtlasRequest, settled
 from billiard_shot.planning.atlas.survey import PlaceChance
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import read, write
-from billiard_shot.scene.mistakes import InputError, Mistake
+from billiard_shot.scene.mistakes import InputError
 from billiard_shot.status import Status
 
 FORMAT = 1
@@ -44,7 +44,7 @@ def begin(path: Path, scene: Scene, request: AtlasRequest) -> list[PlaceChance]:
         lines, whole = _lines(path)
         there = _head_of(path, lines)
         if differences := list(_differences(there, head)):
-            raise InputError(differences, f'{path} holds another atlas')
+            raise ValueError('\n  '.join([f'{path} holds another atlas', *differences]))
         with path.open('r+b') as file:
             file.truncate(whole)
     except OSError as error:
@@ -108,12 +108,12 @@ def _head_of(path: Path, lines: list[bytes]) -> dict[str, Any]:
     return dict(head)
 
 
-def _differences(there: Any, wanted: Any, *keys: str) -> Iterator[Mistake]:
+def _differences(there: Any, wanted: Any, *keys: str) -> Iterator[str]:
     if isinstance(there, Mapping) and isinstance(wanted, Mapping):
         for key in sorted({*there, *wanted}):
             yield from _differences(there.get(key), wanted.get(key), *keys, key)
     elif there != wanted:
-        yield Mistake(keys, f'there it is {_said(there)}, asked for is {_said(wanted)}')
+        yield f'{".".join(keys)}: there it is {_said(there)}, asked for is {_said(wanted)}'
 
 
 def _said(value: object) -> str:
