@@ -68,9 +68,9 @@ docs: setup
 # The nodes keep time: their tests come after the others, alone.
 test: lint
 ifeq ($(ROS),none)
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist loadgroup
 else
-	$(BIN)/pytest -n 2 -m 'not ros'
+	$(BIN)/pytest -n 2 --dist loadgroup -m 'not ros'
 	$(BIN)/pytest -m ros test/ros
 endif
 

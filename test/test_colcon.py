@@ -15,6 +15,7 @@ COLCON = shutil.which('colcon', path=f'{Path(sys.executable).parent}:{os.environ
 ROOT = Path(__file__).resolve().parents[1]
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.xdist_group('colcon'),  # one workspace, by one worker
     pytest.mark.skipif(COLCON is None, reason='needs colcon'),
     pytest.mark.skipif(not (ROOT / 'package.xml').exists(), reason='needs a source checkout'),
 ]
