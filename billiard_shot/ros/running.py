@@ -53,9 +53,14 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
     A bad parameter is one clear line and exit code 1.
     """
     told: list[int] = []
+    starting = True
 
     def end(number: int, _: object) -> None:
         told.append(number)
+        if starting:
+            # Compiled code is being loaded, by callbacks from C that no exception gets through
+            # alive; and nothing has begun that would have to be ended.
+            os._exit(0)
         # Not KeyboardInterrupt: where that passes through code that was made by exec, as much of
         # NumPy's and numba's is, Python ends as if nobody had caught it.
         sys.exit(0)
@@ -71,6 +76,7 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
                 # the node for a third of a second every now and then.
                 gc.collect()
                 gc.freeze()
+                starting = False
                 while rclpy.ok():
                     executor.spin_once(timeout_sec=AWAKE)
             except ExternalShutdownException:

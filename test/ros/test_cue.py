@@ -119,6 +119,9 @@ def whole_cell(node, launch):
 @pytest.fixture
 def cell(whole_cell):
     """Return the cell in order: disarmed, ball in its place, every input heard."""
+    for name, process in whole_cell.processes.items():
+        if process.poll() is not None:  # a test that kills it may have failed before its end
+            whole_cell.start(name)
     whole_cell.player.all_is_well = True
     assert whole_cell.player.until(
         lambda: whole_cell.state is State.DISARMED or whole_cell.call(
