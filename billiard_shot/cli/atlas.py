@@ -1,7 +1,6 @@
 """`billiard-shot atlas`: how surely balls are potted, from everywhere on the table."""
 import argparse
 from concurrent.futures import BrokenExecutor
-import math
 import os
 from pathlib import Path
 import sys
@@ -12,6 +11,7 @@ import numpy as np
 from billiard_shot import Scene
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import progress
+from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.workers import LOCAL, working
 from billiard_shot.planning.atlas import (
     append,
@@ -22,7 +22,6 @@ from billiard_shot.planning.atlas import (
     places_of,
 )
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
-from billiard_shot.planning.plan import NOISES
 from billiard_shot.study.atlas_picture import draw_atlas
 from billiard_shot.study.pictures import require_matplotlib
 from billiard_shot.table.run import POCKET_NAMES
@@ -48,14 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                        help='places of the ball that is to be potted (where the scene has it)')
     where.add_argument('--ball-at', action='append', type=float, nargs=2, metavar=('X', 'Y'),
                        default=[], help='one such place, may be repeated (m)')
-    search = parser.add_argument_group('search')
-    search.add_argument('--noise', metavar='NAME', choices=[*NOISES],
-                        help=f'{", ".join(NOISES)} (the noise of the scene)')
-    search.add_argument('--noise-times', type=float, default=1.0, metavar='FACTOR',
-                        help='makes it larger or smaller (%(default)g)')
-    search.add_argument('--budget', type=int, default=NORMAL_BUDGET, metavar='N',
-                        help='most strokes that are simulated for each place (%(default)d)')
-    search.add_argument('--seed', type=int, default=1, metavar='N', help='(%(default)d)')
+    add_search_arguments(parser, NORMAL_BUDGET, ' for each place')
     work = parser.add_argument_group('work')
     work.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
                       help='processes that share it (%(default)d); the result is the same')
@@ -105,17 +97,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
-    if not 0.0 <= options.noise_times < math.inf:
-        raise ValueError(f'--noise-times: {options.noise_times!r} is not allowed; it must be at '
-                         'least 0')
-    noise = NOISES[options.noise] if options.noise else scene.noise
     pockets = options.pocket or ['any']
     return AtlasRequest(
         ball=tuple(options.ball),
         pocket=POCKET_NAMES if 'any' in pockets else tuple(pockets),
         cue_grid=options.cue_grid, ball_grid=options.ball_grid,
         ball_at=tuple((x, y) for x, y in options.ball_at),
-        noise=noise.times(options.noise_times), budget=options.budget, seed=options.seed,
+        noise=noise_of(options, scene), budget=options.budget, seed=options.seed,
     )
 
 

@@ -11,8 +11,8 @@ import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, Scene, Status
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import reporting
+from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.planning.cloud import cloud_of
-from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.scene import Robot
 from billiard_shot.study.pictures import require_matplotlib
@@ -47,14 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     limits.add_argument('--first-contact', metavar='BALL', help='that has to be met first')
     for name in asdict(Robot()):
         limits.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='NUMBER')
-    search = parser.add_argument_group('search')
-    search.add_argument('--noise', metavar='NAME', choices=[*NOISES],
-                        help=f'{", ".join(NOISES)} (the noise of the scene)')
-    search.add_argument('--noise-times', type=float, default=1.0, metavar='FACTOR',
-                        help='makes it larger or smaller (%(default)g)')
-    search.add_argument('--budget', type=int, default=NORMAL_BUDGET, metavar='N',
-                        help='most strokes that are simulated (%(default)d)')
-    search.add_argument('--seed', type=int, default=1, metavar='N', help='(%(default)d)')
+    add_search_arguments(parser, NORMAL_BUDGET, '')
     parser.add_argument('--json', action='store_true', help='one JSON object, in SI units')
     parser.add_argument('--picture', type=Path, metavar='FILE.png',
                         help='draw the plan, and what noise makes of it')
@@ -65,14 +58,11 @@ def run(options: argparse.Namespace) -> int:
     if options.picture:
         require_matplotlib()  # before the work, not after it
     scene = Scene.load(options.scene)
-    if not 0.0 <= options.noise_times < math.inf:
-        raise ValueError(f'--noise-times: {options.noise_times!r} is not allowed; it must be at '
-                         'least 0')
-    noise = NOISES[options.noise] if options.noise else scene.noise
+    noise = noise_of(options, scene)
     with reporting('strokes', options.budget) as report:
         result = billiard_shot.plan(
-            scene, _target(options), noise.times(options.noise_times), options.budget,
-            options.seed, _constraints(options), progress=lambda now: report(now.simulations),
+            scene, _target(options), noise, options.budget, options.seed,
+            _constraints(options), progress=lambda now: report(now.simulations),
         )
     if result.status == Status.INVALID_REQUEST:
         raise ValueError(result.message)

@@ -7,9 +7,7 @@ Needs what the player needs, and a planner, all with the same scene (`make demo`
 simulated).
 """
 from collections.abc import Sequence
-import gc
 import math
-import sys
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlanShot
@@ -23,7 +21,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.ros import cue_conversions
 from billiard_shot.ros.client import START_UP
 from billiard_shot.ros.conversions import CUE_BALL, vectors
-from billiard_shot.ros.player import play, Player
+from billiard_shot.ros.player import play, play_rounds, Player
 
 PLACES = ((0.5, -0.3), (-0.2, 0.5))
 """Where the cue ball has to come to rest, one after the other [m]."""
@@ -98,17 +96,8 @@ def play_plan(player: PlanPlayer, place: tuple[float, float], scene: Scene) -> b
 
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Play to all places; exit code 1 where one is missed."""
-    scene = Scene.load('paper')
-    with rclpy.init(args=args):
-        player = PlanPlayer()
-        gc.freeze()  # a long look for garbage would be a silence, and so a stop
-        try:
-            player.wait_for_all()
-        except TimeoutError as error:
-            sys.exit(f'plan_player: {error}')
-        went_well = [play_plan(player, place, scene) for place in PLACES]
-    sys.exit(not all(went_well))
+    """Play to all places."""
+    play_rounds(PlanPlayer, play_plan, PLACES, 'plan_player', args)
 
 
 if __name__ == '__main__':

@@ -7,11 +7,11 @@ Needs a predictor, a cue_driver that is active, a mechanism, and somebody who wa
 (`make demo` has them simulated). Until there is a planner the strokes are those in `SHOTS`. The
 emergency stop and the interlock are said by this program to be in order: only for a simulation.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 import gc
 import sys
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar
 import uuid
 
 from action_msgs.msg import GoalStatus
@@ -46,6 +46,9 @@ VALID = 60.0
 
 ALIVE = 0.05
 """Seconds between two messages that all is well."""
+
+P = TypeVar('P', bound='Player')
+R = TypeVar('R')
 
 
 class Player(Node):
@@ -173,18 +176,27 @@ def play(player: Player, name: str, stroke: Stroke, scene: Scene) -> bool:
     return True
 
 
-def main(args: Sequence[str] | None = None) -> None:
-    """Play all shots; exit code 1 where one fails."""
+def play_rounds(
+    make: Callable[[], P], play_round: Callable[[P, R, Scene], bool], rounds: Iterable[R],
+    name: str, args: Sequence[str] | None,
+) -> None:
+    """Make a player, and play rounds once all is there; exit code 1 where one fails."""
     scene = Scene.load('paper')
     with rclpy.init(args=args):
-        player = Player()
+        player = make()
         gc.freeze()  # a long look for garbage would be a silence, and so a stop
         try:
             player.wait_for_all()
         except TimeoutError as error:
-            sys.exit(f'player: {error}')
-        went_well = [play(player, name, stroke, scene) for name, stroke in SHOTS.items()]
+            sys.exit(f'{name}: {error}')
+        went_well = [play_round(player, each, scene) for each in rounds]
     sys.exit(not all(went_well))
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Play all shots."""
+    play_rounds(Player, lambda player, shot, scene: play(player, *shot, scene), SHOTS.items(),
+                'player', args)
 
 
 if __name__ == '__main__':
