@@ -95,12 +95,18 @@ def turning(m: Model, s: State, j: int) -> float:
 
 
 @frugal
+def creeps(m: Model, s: State, j: int, length: float) -> bool:
+    """Whether a contact slides too slowly for an explicit step of a length."""
+    return slip_speed(s, j) < 0.1 * length * turning(m, s, j)
+
+
+@frugal
 def mature(m: Model, s: State, length: float) -> None:
     """Release from implicit steps the contacts that an explicit step of like length follows."""
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.young:
-            c.young = slip_speed(s, j) < 0.1 * length * turning(m, s, j)
+            c.young = creeps(m, s, j, length)
 
 
 @frugal
@@ -223,7 +229,7 @@ def slow_down(m: Model, s: State, length: float) -> None:
     """Let what slides too slowly for explicit steps of a length continue in implicit ones."""
     for j in range(len(s.contact)):
         c = s.contact[j]
-        c.young = c.grip == SLIDING and slip_speed(s, j) < 0.1 * length * turning(m, s, j)
+        c.young = c.grip == SLIDING and creeps(m, s, j, length)
 
 
 @inlined

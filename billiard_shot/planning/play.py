@@ -9,11 +9,9 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score
 from billiard_shot.planning.strikes import Rows, vectors_of
 from billiard_shot.shot import row as at
-from billiard_shot.shot.clearance import held_back, overrule, refuse
+from billiard_shot.shot.many import shoot_with_room
 from billiard_shot.shot.on_table import states_of, strike_frozen
-from billiard_shot.shot.strike import shoot
 from billiard_shot.status import Status
-from billiard_shot.table import motion
 from billiard_shot.table.simulate import Record, run_recorded
 
 TOLERANCE = 1e-3  # m, of trajectories: well below what noise does
@@ -49,14 +47,7 @@ def simulate_strokes(problem: Problem, strokes: Rows) -> tuple[Record, NDArray[n
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
     normals, velocities = vectors_of(strokes)
-    refused = refuse(scene, centre, normals, velocities)
-    velocities = held_back(velocities, refused)
-    rows = np.empty((len(strokes), at.COLUMNS))
-    shoot(
-        model, normals, velocities, centre, TOLERANCE, rows, np.empty((0, 12)),
-        np.empty((0, motion.COLUMNS)),
-    )
-    overrule(rows, refused)
+    rows, velocities = shoot_with_room(scene, model, normals, velocities, centre, TOLERANCE)
     given = states_of(scene, centre, rows)
     strike_frozen(scene, model, given, normals, velocities, rows)
     sound = np.isin(rows[:, at.STATUS], SOUND)

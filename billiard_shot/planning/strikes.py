@@ -4,10 +4,9 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
+from billiard_shot.shot.many import shoot_rows
 from billiard_shot.shot.model import Model
-from billiard_shot.shot.strike import shoot
 from billiard_shot.status import Status
-from billiard_shot.table import motion
 
 # Of the trajectory on an endless cloth, with a cue of 1 m/s: strikes are then solved to 1e-12.
 TOLERANCE = 1e-11  # m
@@ -50,11 +49,8 @@ def strikes_of(scene: Scene, model: Model, offsets: Rows) -> Rows:
     strokes[:, :3] = offsets
     strokes[:, 4] = 1.0
     normals, velocities = vectors_of(strokes)
-    rows = np.empty((len(strokes), at.COLUMNS))
-    shoot(
-        model, normals, velocities, np.array([0.0, 0.0, scene.ball.radius]), TOLERANCE, rows,
-        np.empty((0, 12)), np.empty((0, motion.COLUMNS)),
-    )
+    centre = np.array([0.0, 0.0, scene.ball.radius])
+    rows = shoot_rows(model, normals, velocities, centre, TOLERANCE)
     given = np.concatenate([rows[:, at.VELOCITY], spin_in_metres(scene, rows[:, at.SPIN])], axis=1)
     given[rows[:, at.STATUS] >= Status.MISS] = np.nan
     return given

@@ -82,7 +82,7 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
             except ExternalShutdownException:
                 pass
             except Exception:
-                # A signal during start-up may end in whatever is being created, as another error.
+                # A signal may end in whatever is being done, as another error.
                 if rclpy.ok() and not told:
                     raise
     except ParameterException as error:

@@ -6,10 +6,9 @@ from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
 from billiard_shot.shot.accuracy import inner_tolerance
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.many import shoot_rows
 from billiard_shot.shot.model import TIP
-from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table import motion
 
 CLOSE = 10.0  # accuracies of the strike, relative to the stiffness: near enough to be on a jump
 COARSEST = 1e-6  # accuracy of a strike
@@ -32,11 +31,8 @@ def jump_of(
     for factor in (1.0 - change, 1.0, 1.0 + change):
         stiffness = model.stiffness.copy()
         stiffness[TIP] *= factor
-        row = np.empty((1, at.COLUMNS))
-        shoot(
-            model._replace(stiffness=stiffness), normal, velocity, position, tolerance, row,
-            np.empty((0, 12)), np.empty((0, motion.COLUMNS)),
-        )
-        rests.append(row[0, at.REST])
+        changed = model._replace(stiffness=stiffness)
+        row, = shoot_rows(changed, normal, velocity, position, tolerance)
+        rests.append(row[at.REST])
     bend = float(np.linalg.norm(rests[0] - 2.0 * rests[1] + rests[2]))
     return bend if bend > 2.0 * tolerance else 0.0

@@ -4,13 +4,11 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot import row as at
-from billiard_shot.shot.clearance import held_back, overrule, refuse
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.many import shoot_with_room
 from billiard_shot.shot.on_table import follow_many, has_table, states_of, strike_frozen
-from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table import motion
 
 STEP = 1e-4  # in radii, radians and parts of the speed
 TOLERANCE = 1e-9  # m
@@ -35,14 +33,7 @@ def sensitivity_of(
     strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
     normals = np.array([s.normal for s in strokes])
     velocities = np.array([s.velocity for s in strokes])
-    refused = refuse(scene, position, normals, velocities)
-    velocities = held_back(velocities, refused)
-    rows = np.empty((len(strokes), at.COLUMNS))
-    shoot(
-        model, normals, velocities, position, TOLERANCE, rows, np.empty((0, 12)),
-        np.empty((0, motion.COLUMNS)),
-    )
-    overrule(rows, refused)
+    rows, velocities = shoot_with_room(scene, model, normals, velocities, position, TOLERANCE)
     if has_table(scene):
         given = states_of(scene, position, rows)
         strike_frozen(scene, model, given, normals, velocities, rows)
