@@ -21,6 +21,7 @@ JOIN = 3  # an inactive contact closes
 SLIP_STOP = 4  # sliding has come to a stop
 CONE = 5  # a sticking contact reaches the friction cone
 EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
+SWING = 7  # a contact that stays pressed swings: its normal acceleration passes zero, downwards
 
 SPENT = (
     1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
@@ -95,8 +96,24 @@ def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: floa
 
 
 @frugal
+def swing_root(s: State, j: int, order: int, end: float) -> float:
+    """First x at which a contact's normal acceleration passes zero downwards, once a swing."""
+    c = s.contact[j]
+    if s.u[3 * j, 1] <= 0.0:
+        c.armed = True
+        return NO_ROOT
+    if not c.armed:
+        return NO_ROOT  # the step begins where it has just passed
+    scratch = s.work[3 * len(s.contact) :]
+    slope = scratch[2]
+    for k in range(order):
+        slope[k] = (k + 1) * s.u[3 * j, k + 1]
+    return first_root(slope, order - 1, 1.0, 0.0, POSITIVE, end, scratch)
+
+
+@frugal
 def first_event(
-    m: Model, s: State, scale: float, order: int, noise: float, end: float
+    m: Model, s: State, scale: float, order: int, noise: float, end: float, listens: bool
 ) -> tuple[float, int, int]:
     """
     Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` if there is none.
@@ -133,6 +150,10 @@ def first_event(
             x = first_root(s.y[j], order, -1.0, -c.faint, POSITIVE, end, scratch)
             if x != NO_ROOT:
                 end, event, contact = x, NOTHING, j
+        if listens:
+            x = swing_root(s, j, order, end)
+            if x != NO_ROOT:
+                end, event, contact = x, SWING, j
         if c.grip == SLIDING and not c.young:
             x, kind = slip_root(m, s, j, order, noise, end)
             if x != NO_ROOT:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import entry, frugal
 from billiard_shot.impact.advance import ROUNDING
 from billiard_shot.impact.state import COMPRESSING, INACTIVE, initial_state, Model, room_for
+from billiard_shot.impact.swings import no_swings
 from billiard_shot.impact.walk import run
 from billiard_shot.status import Status
 
@@ -110,7 +111,7 @@ def solve(
         c.phase = COMPRESSING if s.u[3 * j, 0] < 0.0 else INACTIVE
     straight = is_straight(response, friction, velocity)
     m = Model(scaled, law, exponent, min(tolerance, LOOSEST), straight)
-    status, phases, steps = run(m, s, room_for(count), log)
+    status, phases, steps = run(m, s, room_for(count), no_swings(count), log)
     unit = speed / mobility
     for row in range(3 * count):
         impulse[row] *= unit

@@ -21,13 +21,14 @@ _FIELDS = np.dtype(
         ('stiffness', np.float64),
         ('phase', np.int64),  # INACTIVE, COMPRESSING, RESTORING
         ('grip', np.int64),  # FRICTIONLESS, SLIDING, STICKING
-        ('young', np.int64),  # 1: sliding so slowly that the forces set the direction
+        ('young', np.int64),  # 1, or 2: sliding so slowly that the forces set the direction
         ('still', np.int64),  # 1: the normal velocity is exactly zero, an event happened there
         ('onset', np.int64),  # 1: the slip is exactly zero and about to grow
         ('pinned', np.int64),  # 1: sticking beyond its own cone, others help to hold it
         ('light', np.int64),  # 1: the force is negligible (exponent > 1: not analytic at 0)
         ('faint', np.float64),  # compression up to which it is
         ('idle', np.int64),  # 1: without friction until it presses enough to say how it slides
+        ('armed', np.int64),  # 1: a swing has begun that no event will end
         ('toward_x', np.float64),  # direction of sliding
         ('toward_y', np.float64),
         ('rate', np.float64),  # y' = -rate u_n

@@ -3,7 +3,7 @@
 import numpy as np
 
 from billiard_shot.compiled import frugal
-from billiard_shot.impact.events import CONE, EMPTY, JOIN, SLIP_STOP, TURN
+from billiard_shot.impact.events import CONE, EMPTY, JOIN, SLIP_STOP, SWING, TURN
 from billiard_shot.impact.friction import hold, let_go
 from billiard_shot.impact.laws import (
     BISTIFFNESS,
@@ -182,6 +182,9 @@ def transition(m: Model, s: State, room: Room, event: int, j: int, known: bool) 
     """Carry out an event at contact j; True where forces jumped, so that friction must settle."""
     if event == TURN:
         turn(m, s, j)
+        return False
+    if event == SWING:
+        s.contact[j].armed = False
         return False
     if event == CONE:
         let_go(m, s, room, j)

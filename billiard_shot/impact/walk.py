@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import frugal, inlined
 from billiard_shot.impact.advance import advance, ROUNDING
 from billiard_shot.impact.collocation import implicit_step
-from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING
+from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING, SWING
 from billiard_shot.impact.friction import holds, NO_SLIP, settle
 from billiard_shot.impact.laws import elastic_energy
+from billiard_shot.impact.leaps import abandon, next_swing, NO_LEAP, TAKEN_BACK
 from billiard_shot.impact.series import expand, step_size
 from billiard_shot.impact.standstill import MOVES, stand, STOPPED
 from billiard_shot.impact.state import (
@@ -27,21 +28,36 @@ from billiard_shot.impact.state import (
     State,
     stop_slip,
 )
+from billiard_shot.impact.swings import (
+    ALIKE,
+    can_leap,
+    follow,
+    listen,
+    QUIET,
+    STEPS,
+    Swings,
+    watch,
+    WATCHING,
+)
 from billiard_shot.impact.transitions import part, slide_against, transition
 from billiard_shot.status import Status
 
-MAX_STEPS = 10_000  # a contact
+MAX_STEPS = 25_000  # a contact
 IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
-MAX_PHASES = 5_000
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
-CAUTION = 0.2  # part of the tolerance that a step may use up
+PRECISE = 1e-17  # tolerance while swings are sampled, whose errors are multiplied
+CAUTION = 0.2  # part of the tolerance that a step may use up,
+USUAL_STEPS = 300  # of so many; where there are more, their errors would add up
 JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the largest
+FINEST = 1e-15  # tolerance of implicit steps, at least
 STRICTER = 0.1  # tolerance of implicit steps, whose errors count for more, against the others
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
 AHEAD = 1e3  # then those become implicit that would not allow steps longer by this
+STAY = 10.0  # and they stay implicit until slip allows explicit steps longer by this
+CREEPING = 2  # kind of a young contact: one that has not just begun to slide
 
 OK = int(Status.OK)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
@@ -105,8 +121,8 @@ def mature(m: Model, s: State, length: float) -> None:
     """Release from implicit steps the contacts that an explicit step of like length follows."""
     for j in range(len(s.contact)):
         c = s.contact[j]
-        if c.young:
-            c.young = creeps(m, s, j, length)
+        if c.young and not creeps(m, s, j, length * (STAY if c.young == CREEPING else 1.0)):
+            c.young = 0
 
 
 @frugal
@@ -226,17 +242,32 @@ def is_jammed(s: State) -> bool:
 
 @frugal
 def slow_down(m: Model, s: State, length: float) -> None:
-    """Let what slides too slowly for explicit steps of a length continue in implicit ones."""
+    """
+    Let what slides too slowly for explicit steps of a length continue in implicit ones.
+
+    One that does so alone goes on for long. Several may share a constraint: how they divide their
+    friction then has no continuous answer, and long steps would make one up.
+    """
+    found = 0
     for j in range(len(s.contact)):
         c = s.contact[j]
         c.young = c.grip == SLIDING and creeps(m, s, j, length)
+        found += c.young != 0
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.young and found <= 2:
+            c.young = CREEPING
 
 
 @inlined
-def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, int, int]:
+def run(
+    m: Model, s: State, room: Room, w: Swings, log: NDArray[np.float64]
+) -> tuple[int, int, int]:
     """Walk through the states of a collision; return its status, numbers of phases and steps."""
-    order = min(max(int(4.5 - np.log10(m.tolerance)), 6), COLUMNS - 4)
+    usual_order = min(max(int(4.5 - np.log10(m.tolerance)), 6), COLUMNS - 4)
     floor = max(1e-2 * m.tolerance, 10.0 * ROUNDING)
+    swings = w.now[0]
+    leaps = can_leap(m, s)
     status = OK
     phases = 0
     creeping = 0
@@ -245,32 +276,49 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
     moved = False  # since the last change of state
     unsettled = True
     young = 0
+    quiet = 0  # steps since the last event
     spent = 0
     budget = MAX_STEPS * len(s.contact)
-    while spent < budget and phases < MAX_PHASES:
+    while spent < budget:
         spent += 1 + IMPLICIT * young * young
+        swings.steps += 1
+        leaping = swings.node != WATCHING
         if unsettled:
             settle(m, s, room)
             unsettled = False
             stirred = min(excitation(m, s), 1.0)
             fade(m, s, stirred)
-            if stirred < floor:
+            if stirred < floor and not leaping:
                 record(m, s, log, phases, FLOOR, -1)
                 give_up(m, s)
                 return INFINITE_SEQUENCE, phases + 1, spent
         was_young = young
         young, pinned = begin(m, s)
-        tolerance = CAUTION * m.tolerance * stirred
+        if leaping and (pinned or stirred < floor or swings.steps > STEPS):
+            abandon(m, s, w)
+            unsettled = True
+            scale = swings.scale
+            continue
+        order = COLUMNS - 4 if leaping else usual_order
+        share = CAUTION * m.tolerance * min(1.0, USUAL_STEPS / spent)
+        tolerance = (PRECISE if leaping else share) * stirred
         degree, noise, end = order, max(ROUNDING, tolerance), 1.0
         error = tolerance
         if young:
             if not was_young:
                 scale *= FIRST
             degree = STAGES
-            scale, error = implicit_step(m, s, room, scale, STRICTER * tolerance)
+            scale, error = implicit_step(
+                m, s, room, scale, max(STRICTER * tolerance, FINEST)
+            )
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
+        if scale == 0.0 and leaping:
+            abandon(m, s, w)
+            unsettled = True
+            scale = swings.scale
+            continue
         if scale == 0.0:
             calm(s, m.tolerance)
             unsettled = True
@@ -283,13 +331,16 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
                 unsettled = fate == STOPPED
                 scale = 1.0
                 continue
-        if not young and is_jammed(s):
+        if not young and not leaping and is_jammed(s):
             record(m, s, log, phases, FLOOR, -1)
             give_up(m, s)
             return status, phases + 1, spent
         if pinned:
             end = min(end, PINNED_STEP / scale)
-        x, event, j = first_event(m, s, scale, degree, noise, end)
+        quiet += 1
+        if quiet == QUIET and leaps:
+            listen(w)
+        x, event, j = first_event(m, s, scale, degree, noise, end, swings.event == SWING)
         known = x > 0.0 or (j >= 0 and s.contact[j].still != 0)
         if event == CONE:
             slide_against(s, j, degree, x)
@@ -300,8 +351,10 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             unsettled = unsettled or (not m.straight and has_stopped(m, s))
             if young:
                 mature(m, s, scale)
+        if swings.alike == ALIKE - 1:
+            follow(s, w)
         unsettled = wakes(s) or unsettled
-        if event in (JOIN, END, EMPTY):
+        if event in (JOIN, END, EMPTY) and not leaping:
             if moved:
                 record(m, s, log, phases, event, j)
                 phases += 1
@@ -310,14 +363,23 @@ def run(m: Model, s: State, room: Room, log: NDArray[np.float64]) -> tuple[int, 
             status = NEGATIVE_ENERGY
         if event != NOTHING:
             unsettled = transition(m, s, room, event, j, known) or unsettled
-        if is_over(s):
+        if is_over(s) and not leaping:
             return status, phases, spent
         if young:
             scale *= min(max(0.8 * (tolerance / max(error, 1e-300)) ** (1.0 / STAGES), 0.2), 4.0)
         else:
             scale *= min(max(end, 1e-3), 1e3)
             creeping = creeping + 1 if event == NOTHING and x == end and scale < CREEP else 0
-            if creeping >= CREEP_STEPS and not m.straight:
+            if creeping >= CREEP_STEPS and not m.straight and not leaping:
                 creeping = 0
                 slow_down(m, s, AHEAD * scale)
+        if event not in (NOTHING, SWING):
+            quiet = 0
+        if event != NOTHING and leaps and watch(s, w, event, j):
+            leap = next_swing(m, s, w, scale, share, stirred)
+            if leap != NO_LEAP:
+                scale = swings.scale
+            unsettled = unsettled or leap == TAKEN_BACK
+    if swings.node != WATCHING:
+        abandon(m, s, w)
     return BUDGET_EXCEEDED, phases, spent

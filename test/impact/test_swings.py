@@ -1,0 +1,106 @@
+"""Leaps over swings that repeat: the same answer as one swing after the other."""
+import numpy as np
+import pytest
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.impact import kernel, leaps, multirevolution, swings, walk
+from billiard_shot.impact.state import STAGES
+from billiard_shot.status import Status
+from billiard_shot.study.problem import Problem
+
+
+def leap(change, start, count, jacobian, sweeps=30):
+    """Where `count` applications of x + change(x) lead, by collocation."""
+    p = multirevolution.empty_span(len(start), len(start))
+    p.start[:], p.jacobian[:] = start, jacobian
+    p.change[:] = change(p.start)
+    multirevolution.weigh(p, count)
+    multirevolution.set_nodes(p)
+    for _ in range(sweeps):
+        for node in range(STAGES):
+            p.change[node] = change(p.node[node])
+        assert multirevolution.move_nodes(p)
+    multirevolution.finish(p)
+    return p.start, max(multirevolution.rest(p, row) for row in range(len(start)))
+
+
+def one_by_one(change, start, count):
+    x = np.array(start)
+    for _ in range(count):
+        x = x + change(x)
+    return x
+
+
+@pytest.mark.parametrize('count', [64, 1000, 20_000])
+def test_sums_over_swings_are_exact_where_the_change_is_smooth(count):
+    slow = 0.5 / count
+
+    def change(x):
+        return slow * np.array([x[1], -np.sin(x[0]), x[0] * x[1]])
+
+    start = np.array([1.0, 0.2, 0.0])
+    jacobian = slow * np.array([[0, 1, 0], [-np.cos(1.0), 0, 0], [0.2, 1.0, 0]])
+    end, rest = leap(change, start, count, jacobian)
+    # A polynomial that is resolved to 1e-8 gives the sum, of twice its order, far better.
+    assert count * rest < 1e-7
+    np.testing.assert_allclose(end, one_by_one(change, start, count), rtol=0, atol=2e-11)
+
+
+@pytest.mark.parametrize('kept', [0.0, 0.5, 0.99])
+def test_what_a_swing_forgets_follows_what_it_does_not(kept):
+    slow = 1e-3
+
+    def change(x):
+        return np.array([-slow * x[0], (1.0 - kept) * (np.cos(x[0]) - x[1])])
+
+    start = one_by_one(change, [1.0, np.cos(1.0)], 2000)  # what it brought along is forgotten
+    jacobian = np.array([[-slow, 0], [-(1 - kept) * np.sin(start[0]), kept - 1]])
+    end, _ = leap(change, start, 1000, jacobian)
+    np.testing.assert_allclose(end, one_by_one(change, start, 1000), rtol=0, atol=1e-11)
+
+
+STROKES = {
+    'stays pressed': ((-0.3, 0, 1), (0.1, 0, -1), 1e6, 'bistiffness'),
+    'leaves and meets again': ((-1, -2, 3), (0, 0.3, -1), 1e6, 'energetic'),
+    'no event at all': ((-0.3, 0, 1), (0.1, 0, -1), 1e-6, 'energetic'),
+}
+
+
+@pytest.mark.parametrize('name', STROKES)
+def test_leaps_end_where_single_swings_do(name, monkeypatch):
+    normal, velocity, ratio, law = STROKES[name]
+    scene = Scene.from_dict({
+        'ball': {'mass': 0.17, 'radius': 0.03}, 'cue': {'mass': 0.5, 'guided': True}, 'law': law,
+        'contacts': {'cue_ball': {'restitution': 0.7, 'friction': 0.4, 'stiffness': ratio},
+                     'ball_table': {'restitution': 0.5, 'friction': 0.15, 'stiffness': 1.0}},
+    })
+    problem = Problem.of(scene, Stroke(normal=normal, velocity=velocity))
+    leapt = []
+
+    def finish(span):
+        leapt.append(None)
+        multirevolution.finish(span)
+
+    def played():
+        impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
+        status, _, _ = kernel.solve.py_func(
+            problem.response, problem.velocity, problem.friction, problem.restitution,
+            problem.stiffness, problem.model.law, 1.0, 1e-10, impulse, account, log,
+        )
+        assert status == Status.OK
+        return impulse
+
+    # In Python, where one can look inside, and where short leaps will do.
+    monkeypatch.setattr(kernel, 'run', walk.run.py_func)
+    monkeypatch.setattr(swings, 'FIRST', 32)
+    monkeypatch.setattr(leaps, 'SHORTEST', 16)
+    monkeypatch.setattr(leaps, 'finish', finish)
+    leaping = played()
+    assert leapt
+    monkeypatch.setattr(leaps, 'ALIKE', 10**9)  # never
+    leapt.clear()
+    single = played()
+    assert not leapt
+    unit = problem.speed * scene.ball.mass
+    np.testing.assert_allclose(leaping, single, rtol=0, atol=1e-9 * unit)
+    np.testing.assert_allclose(problem.adaptive(1e-10)[0], single, rtol=0, atol=1e-9 * unit)
