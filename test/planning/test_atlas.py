@@ -390,8 +390,8 @@ def test_a_grid_that_is_none(capsys):
 def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
     """Ctrl-C to a whole process group, as a terminal sends it; or one process killed."""
     file = tmp_path / 'a.jsonl'
-    command = [sys.executable, '-m', 'billiard_shot.cli', *COMMAND, '--cue-grid', '5x4',
-               '--output', str(file)]
+    grid = [*COMMAND, '--cue-grid', '5x4', '--budget', '1500']  # long enough to be interrupted
+    command = [sys.executable, '-m', 'billiard_shot.cli', *grid, '--output', str(file)]
     first = subprocess.Popen([*command, '--workers', '2'], stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True, start_new_session=True)
     while first.poll() is None and (not file.exists() or file.read_bytes().count(b'\n') < 4):
@@ -413,5 +413,5 @@ def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
     assert 'of them from' in again.stdout
     assert file.read_bytes().startswith(kept)
     fresh = tmp_path / 'b.jsonl'
-    assert main([*COMMAND, '--cue-grid', '5x4', '--workers', '1', '--output', str(fresh)]) == 0
+    assert main([*grid, '--workers', '1', '--output', str(fresh)]) == 0
     assert sorted(file.read_text().splitlines()) == sorted(fresh.read_text().splitlines())
