@@ -384,14 +384,23 @@ def test_a_grid_that_is_none(capsys):
     assert "'3' is not allowed; it must be two whole numbers" in capsys.readouterr().err
 
 
+@pytest.fixture
+def heeds_interrupts():
+    """Start processes that heed SIGINT even where the tests run in the background of a shell."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == 'win32', reason='no process groups there')
+@pytest.mark.usefixtures('heeds_interrupts')
 @pytest.mark.parametrize('end', [signal.SIGINT, signal.SIGKILL])
 def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
     """Ctrl-C to a whole process group, as a terminal sends it; or one process killed."""
     file = tmp_path / 'a.jsonl'
-    grid = [*COMMAND, '--cue-grid', '5x4', '--budget', '1500']  # long enough to be interrupted
-    command = [sys.executable, '-m', 'billiard_shot.cli', *grid, '--output', str(file)]
+    command = [sys.executable, '-m', 'billiard_shot.cli', *COMMAND, '--cue-grid', '5x4',
+               '--output', str(file)]
     first = subprocess.Popen([*command, '--workers', '2'], stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True, start_new_session=True)
     while first.poll() is None and (not file.exists() or file.read_bytes().count(b'\n') < 4):
@@ -413,5 +422,5 @@ def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
     assert 'of them from' in again.stdout
     assert file.read_bytes().startswith(kept)
     fresh = tmp_path / 'b.jsonl'
-    assert main([*grid, '--workers', '1', '--output', str(fresh)]) == 0
+    assert main([*COMMAND, '--cue-grid', '5x4', '--workers', '1', '--output', str(fresh)]) == 0
     assert sorted(file.read_text().splitlines()) == sorted(fresh.read_text().splitlines())
