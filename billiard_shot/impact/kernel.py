@@ -79,7 +79,7 @@ def solve(
     log : (rows, 2 + 5 N) float array, written
         A row a phase: why it ended (JOIN, END, EMPTY, FLOOR), at which contact, active flags (N),
         impulses (3 N) [N s] and elastic energies (N) [J] at its end. Phases beyond its rows are
-        counted only.
+        counted only; those of swings that were leapt over (leaps.py) are not even counted.
 
     """
     count = friction.shape[0]

@@ -24,6 +24,8 @@ from billiard_shot.impact.multirevolution import (
 from billiard_shot.impact.state import Model, STAGES, State
 from billiard_shot.impact.swings import (
     ALIKE,
+    begin_swing,
+    changed,
     copy,
     pack,
     SHORTEST,
@@ -73,11 +75,10 @@ def next_swing(
         for k in range(len(s.contact)):
             w.contact[k] = s.contact[k]
         pack(s, w.span.start)
-        copy(w.span.start, w.begun)
         if now.alike < ALIKE or left(m, w) < SHORTEST:
             for i in range(w.reach.shape[0]):
                 w.reach[i] = 0.0
-            now.mark, now.events, now.steps = 0, 0, 0
+            begin_swing(w, WATCHING, w.span.start)
             return NO_LEAP
         now.scale, now.fresh = scale, 1
         w.span.jacobian[:, :] = 0.0
@@ -88,9 +89,7 @@ def next_swing(
         if not same_kind(s, w):
             abandon(m, s, w)
             return TAKEN_BACK
-        pack(s, w.first)
-        for i in range(w.first.shape[0]):
-            w.first[i] -= w.begun[i]
+        changed(s, w, w.first)
         find_column(m, s, w, 0)
         return GOES_ON
     if now.node < UNCHANGED:
@@ -98,10 +97,7 @@ def next_swing(
     if now.mark != now.leap_mark or not same_kind(s, w):
         abandon(m, s, w)
         return TAKEN_BACK
-    change = w.span.change[now.node]
-    pack(s, change)
-    for i in range(change.shape[0]):
-        change[i] -= w.begun[i]
+    changed(s, w, w.span.change[now.node])
     if now.node < STAGES - 1:
         send(m, s, w, now.node + 1, w.span.node[now.node + 1])
         return GOES_ON
@@ -111,9 +107,7 @@ def next_swing(
 @frugal
 def send(m: Model, s: State, w: Swings, node: int, x: NDArray[np.float64]) -> None:
     """Begin a swing at x."""
-    now = w.now[0]
-    now.node, now.mark, now.events, now.steps = node, 0, 0, 0
-    copy(x, w.begun)
+    begin_swing(w, node, x)
     unpack(m, s, w, x)
 
 
@@ -143,9 +137,9 @@ def end_column(m: Model, s: State, w: Swings) -> int:
     now, p = w.now[0], w.span
     column = UNCHANGED - 1 - now.node
     if now.mark == now.leap_mark and same_kind(s, w):
-        pack(s, p.end)
+        changed(s, w, p.end)
         for i in range(p.jacobian.shape[0]):
-            p.jacobian[i, column] = (p.end[i] - w.begun[i] - w.first[i]) / now.nudge
+            p.jacobian[i, column] = (p.end[i] - w.first[i]) / now.nudge
     find_column(m, s, w, column + 1)
     return GOES_ON
 
@@ -216,10 +210,8 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
 def abandon(m: Model, s: State, w: Swings) -> None:
     """Give a leap up, back at its start, and try a shorter one, or none for a while."""
     now = w.now[0]
-    unpack(m, s, w, w.span.start)
-    copy(w.span.start, w.begun)
     node = now.node
     now.next_span = now.span * max(NODES[node - 1], LEAST) if node > 0 else LEAST * now.span
     now.alike = ALIKE - 1 if now.next_span >= SHORTEST else -3 * ALIKE
     now.next_span = max(now.next_span, SHORTEST)
-    now.node, now.mark, now.events, now.steps = WATCHING, 0, 0, 0
+    send(m, s, w, WATCHING, w.span.start)

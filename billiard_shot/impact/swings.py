@@ -123,6 +123,22 @@ def unpack(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
 
 
 @frugal
+def changed(s: State, w: Swings, x: NDArray[np.float64]) -> None:
+    """Set x to what the swing has changed."""
+    pack(s, x)
+    for i in range(x.shape[0]):
+        x[i] -= w.begun[i]
+
+
+@frugal
+def begin_swing(w: Swings, node: int, x: NDArray[np.float64]) -> None:
+    """Note that a swing begins, at x, and for which node."""
+    now = w.now[0]
+    now.node, now.mark, now.events, now.steps = node, 0, 0, 0
+    copy(x, w.begun)
+
+
+@frugal
 def copy(source: NDArray[np.float64], x: NDArray[np.float64]) -> None:
     """Set one vector to another."""
     for i in range(x.shape[0]):
@@ -162,9 +178,7 @@ def listen(w: Swings) -> None:
 
 @frugal
 def follow(s: State, w: Swings) -> None:
-    """Note how far the state has gone within the swing, if a leap may follow."""
-    if w.now[0].alike != ALIKE - 1:
-        return
+    """Note how far the state has gone within the swing."""
     size = s.u.shape[0]
     for row in range(size):
         w.reach[row] = max(w.reach[row], abs(s.u[row, 0] - w.begun[row]))
