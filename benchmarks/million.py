@@ -81,6 +81,21 @@ def random_strike(rng, mild):
     ), n / np.linalg.norm(n), c
 
 
+def kinetic_energy(mass, end, c, speed, lever, impulse):
+    """
+    Energy of the bodies after the impulses.
+
+    From their own velocities: the tip and the table may press the ball with a million times the
+    impulse that it keeps, and the work of each, as a number, would no longer show what is left.
+    """
+    on_cue, on_ball, turning = np.einsum('i,bik->bk', impulse, lever)
+    along = on_cue @ c
+    across = on_cue - along * c
+    total = mass * (speed + along / mass) ** 2 + across @ across / end
+    total += on_ball @ on_ball / BALL + turning @ turning / PAPER.surface.inertia
+    return 0.5 * total
+
+
 def solved(parameters, n, c):
     """Row of parameters and results."""
     law, mass, ratio, tip, table, tip_e, table_e, speed, _, _, _, end = parameters
@@ -97,11 +112,10 @@ def solved(parameters, n, c):
         impulse, account, log,
     )  # fmt: skip
     seconds = perf_counter() - begin
-    # Kinetic energy: the work of the impulses is J.u(0) + J.W.J / 2, whatever the bodies.
-    change = impulse @ approach + 0.5 * impulse @ response @ impulse
     before = 0.5 * mass * BALL * speed**2
-    gap = abs(change + account[:, :2].sum()) / before
-    return (*parameters, status, states, steps, seconds, gap, change / before)
+    after = kinetic_energy(mass * BALL, end, c, speed, lever, impulse)
+    gap = abs(after - before + account[:, :2].sum()) / before
+    return (*parameters, status, states, steps, seconds, gap, after / before - 1.0)
 
 
 def chunk(seed, count, mild):

@@ -18,6 +18,7 @@ from billiard_shot.impact.series import integrate, lean
 from billiard_shot.impact.state import INACTIVE, Model, Room, SLIDING, STAGES, State
 
 ITERATIONS = 25
+BLUR = 1e-15  # rad, turn that is only rounding
 SHORTEST = 1e-14  # step below which the slip is taken not to begin at all
 
 
@@ -53,9 +54,9 @@ class Nodes(NamedTuple):
     u: NDArray[np.float64]  # (3 N, STAGES)
     y: NDArray[np.float64]  # (N, STAGES)
     force: NDArray[np.float64]  # (3 N, STAGES)
-    angle: NDArray[np.float64]  # (N, STAGES) of the young contacts' slip
-    cosine: NDArray[np.float64]  # (N, STAGES) of the angle
-    sine: NDArray[np.float64]  # (N, STAGES) of the angle
+    angle: NDArray[np.float64]  # (N, STAGES) by which the young contacts' slip has turned
+    cosine: NDArray[np.float64]  # (N, STAGES) first component of its direction
+    sine: NDArray[np.float64]  # (N, STAGES) second component
     slope: NDArray[np.float64]  # (STAGES,) scratch
 
 
@@ -73,7 +74,9 @@ def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
             nodes.force[n, i] = normal
             if c.grip == SLIDING:
                 if c.young:
-                    x, y = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
+                    along, aside = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
+                    x = c.toward_x * along - c.toward_y * aside
+                    y = c.toward_y * along + c.toward_x * aside
                     nodes.cosine[j, i], nodes.sine[j, i] = x, y
                 else:
                     x, y = nodes.u[n + 1, i], nodes.u[n + 2, i]
@@ -103,11 +106,16 @@ def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
             if s.contact[column // 3].phase != INACTIVE and factor != 0.0:
                 for i in range(STAGES):
                     slope[i] += factor * force[column, i]
+        j = row // 3
+        turns = s.contact[j].young != 0 and row != 3 * j
         for i in range(STAGES):
             value = start
             for k in range(STAGES):
                 value += INTEGRAL[i, k] * slope[k]
-            change = max(change, abs(value - u[row, i]))
+            moved = abs(value - u[row, i])
+            if turns:  # what changes across the slip is for the angles to say
+                moved *= abs(nodes.cosine[j, i] if row == 3 * j + 1 else nodes.sine[j, i])
+            change = max(change, moved)
             u[row, i] = value
     for j in range(y.shape[0]):
         if s.contact[j].phase != INACTIVE:
@@ -154,8 +162,10 @@ def turn(
         return np.inf
     largest = 0.0
     for row in range(dimension):
-        largest = max(largest, abs(residual[row]))
-        nodes.angle[members[row // STAGES], row % STAGES] += min(max(residual[row], -1.0), 1.0)
+        j, i = members[row // STAGES], row % STAGES
+        if abs(residual[row]) > BLUR:
+            largest = max(largest, abs(residual[row]))
+        nodes.angle[j, i] += min(max(residual[row], -1.0), 1.0)
     return largest
 
 
@@ -168,6 +178,28 @@ def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
             if not along + nodes.u[3 * j + 2, i] * nodes.sine[j, i] > 0.0:
                 return False
     return True
+
+
+@frugal
+def straighten(s: State, nodes: Nodes, j: int) -> None:
+    """
+    Set how far a young contact's slip turns aside to what its angle says.
+
+    The integral of the forces says the same, but for rounding, which is large where much friction
+    acts on little mass.
+    """
+    x, y = 3 * j + 1, 3 * j + 2
+    dx, dy = s.contact[j].toward_x, s.contact[j].toward_y
+    aside = nodes.slope
+    for i in range(STAGES):
+        size = nodes.u[x, i] * nodes.cosine[j, i] + nodes.u[y, i] * nodes.sine[j, i]
+        aside[i] = size * np.sin(nodes.angle[j, i]) / NODES[i]
+    for k in range(STAGES):
+        along = s.u[x, k + 1] * dx + s.u[y, k + 1] * dy
+        across = 0.0
+        for i in range(STAGES):
+            across += MONOMIAL[k, i] * aside[i]
+        s.u[x, k + 1], s.u[y, k + 1] = along * dx - across * dy, along * dy + across * dx
 
 
 @inlined
@@ -191,19 +223,22 @@ def solve_nodes(
             nodes.u[row, i] = s.u[row, 0]
         for j in range(s.y.shape[0]):
             nodes.y[j, i] = s.y[j, 0] - s.contact[j].rate * scale * NODES[i] * s.u[3 * j, 0]
-            nodes.angle[j, i] = np.arctan2(s.contact[j].toward_y, s.contact[j].toward_x)
-    previous = 0.0
+            nodes.angle[j, i] = 0.0
+    last_moved, last_turned = 0.0, 0.0
     for iteration in range(ITERATIONS):
         nodal_forces(m, s, nodes)
         moved = nodal_motion(s, nodes, scale)
-        change = max(moved, turn(s, nodes, scale, members, newton))
-        if not change < 1e3 or (iteration > 2 and change > 0.8 * previous):
+        turned = turn(s, nodes, scale, members, newton)
+        change, last = max(moved, turned), max(last_moved, last_turned)
+        if not change < np.inf or (iteration > 2 and change > 0.8 * last):
             return False
-        contraction = min(change / max(previous, change), 0.9)
-        if change * contraction <= 0.3 * tolerance * (1.0 - contraction) or change <= 1e-15:
+        contraction = max(moved / max(last_moved, moved, 1e-300), 1e-3)
+        contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
+        if change <= max(0.3 * (1.0 / contraction - 1.0), 0.03) * tolerance:
             nodal_forces(m, s, nodes)
+            nodal_motion(s, nodes, scale)
             return slips_forward(nodes, members)
-        previous = change
+        last_moved, last_turned = moved, turned
     return False
 
 
@@ -242,6 +277,8 @@ def collocate(m: Model, s: State, room: Room, scale: float, tolerance: float) ->
                 s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
     for k in range(STAGES):
         integrate(s, scale, k)
+    if young == 1:  # several may share a constraint, which their rounding must not break
+        straighten(s, nodes, room.chosen[0])
     # The last coefficients, taken back to the Legendre basis, say what the next one would change:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0

@@ -24,7 +24,6 @@ from billiard_shot.impact.state import (
 )
 
 SWEEPS = 300
-NO_SLIP = 0.02  # slip below this part of the tolerance is none
 
 
 @frugal
@@ -239,7 +238,7 @@ def holds(m: Model, s: State, room: Room, order: int, x: float) -> bool:
 
 
 @frugal
-def settle(m: Model, s: State, room: Room) -> None:
+def settle(m: Model, s: State, room: Room, least: float) -> None:
     """
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
@@ -267,7 +266,7 @@ def settle(m: Model, s: State, room: Room) -> None:
             c.grip = FRICTIONLESS
             continue
         slip = slip_speed(s, j)
-        if slip > NO_SLIP * m.tolerance:
+        if slip > least:
             c.grip = SLIDING
             c.toward_x = s.u[3 * j + 1, 0] / slip
             c.toward_y = s.u[3 * j + 2, 0] / slip

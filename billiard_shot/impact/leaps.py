@@ -78,7 +78,7 @@ def next_swing(
         if now.alike < ALIKE or left(m, w) < SHORTEST:
             for i in range(w.reach.shape[0]):
                 w.reach[i] = 0.0
-            begin_swing(w, WATCHING, w.span.start)
+            begin_swing(s, w, WATCHING)
             return NO_LEAP
         now.scale, now.fresh = scale, 1
         w.span.jacobian[:, :] = 0.0
@@ -89,7 +89,7 @@ def next_swing(
         if not same_kind(s, w):
             abandon(m, s, w)
             return TAKEN_BACK
-        changed(s, w, w.first)
+        changed(m, s, w, w.first)
         find_column(m, s, w, 0)
         return GOES_ON
     if now.node < UNCHANGED:
@@ -97,7 +97,7 @@ def next_swing(
     if now.mark != now.leap_mark or not same_kind(s, w):
         abandon(m, s, w)
         return TAKEN_BACK
-    changed(s, w, w.span.change[now.node])
+    changed(m, s, w, w.span.change[now.node])
     if now.node < STAGES - 1:
         send(m, s, w, now.node + 1, w.span.node[now.node + 1])
         return GOES_ON
@@ -107,8 +107,8 @@ def next_swing(
 @frugal
 def send(m: Model, s: State, w: Swings, node: int, x: NDArray[np.float64]) -> None:
     """Begin a swing at x."""
-    begin_swing(w, node, x)
     unpack(m, s, w, x)
+    begin_swing(s, w, node)
 
 
 @frugal
@@ -137,7 +137,7 @@ def end_column(m: Model, s: State, w: Swings) -> int:
     now, p = w.now[0], w.span
     column = UNCHANGED - 1 - now.node
     if now.mark == now.leap_mark and same_kind(s, w):
-        changed(s, w, p.end)
+        changed(m, s, w, p.end)
         for i in range(p.jacobian.shape[0]):
             p.jacobian[i, column] = (p.end[i] - w.first[i]) / now.nudge
     find_column(m, s, w, column + 1)
@@ -173,7 +173,7 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
     for row in range(p.jacobian.shape[0]):
         size = as_velocity(m, s, row)
         blur = BLUR * now.span * max(abs(p.node[STAGES - 1, row]) * size, stirred)
-        allowed = max(tolerance * stirred, blur)
+        allowed = max(tolerance * min(stirred, 1.0), blur)
         unresolved = now.span * rest(p, row) * size
         off = max(off, residual(p, row) * size / allowed)
         tail = max(tail, unresolved / allowed)
@@ -187,6 +187,8 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
     now.next_span = now.span * min(max(grown, 0.1), GROWTH)
     if not off <= 1.0 or not tail <= 1.0:
         if not off <= 1.0 or not now.next_span >= SHORTEST:
+            if off <= 1.0:
+                now.span = 0.0  # what even the shortest leap does not resolve is left for a while
             abandon(m, s, w)
             return TAKEN_BACK
         interpolate(p, np.floor(now.next_span) / now.span)

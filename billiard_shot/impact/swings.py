@@ -60,9 +60,9 @@ class Swings(NamedTuple):
 
     now: NDArray[np.void]  # (1,) SWINGS
     contact: NDArray[np.void]  # (N,) CONTACT as a swing begins
-    begun: NDArray[np.float64]  # (12 N,) where the swing under way began
-    first: NDArray[np.float64]  # (12 N,) F at the leap's start
-    reach: NDArray[np.float64]  # (12 N,) how far the numbers go within a swing
+    begun: NDArray[np.float64]  # (11 N,) where the swing under way began
+    first: NDArray[np.float64]  # (11 N,) F at the leap's start
+    reach: NDArray[np.float64]  # (11 N,) how far the numbers go within a swing
     span: Span
 
 
@@ -73,10 +73,10 @@ def no_swings(count: int) -> Swings:
     swings = Swings(
         np.zeros(1, SWINGS),
         np.zeros(count, CONTACT),
-        np.empty(12 * room),
-        np.empty(12 * room),
-        np.zeros(12 * room),
-        empty_span(12 * room, 5 * room),
+        np.empty(11 * room),
+        np.empty(11 * room),
+        np.zeros(11 * room),
+        empty_span(11 * room, 5 * room),
     )
     now = swings.now[0]
     now.contact, now.node, now.next_span = -1, WATCHING, FIRST
@@ -98,8 +98,8 @@ def pack(s: State, x: NDArray[np.float64]) -> None:
         x[5 * count + row] = s.impulse[row]
     for j in range(count):
         c = s.contact[j]
-        x[3 * count + j], x[4 * count + j], x[8 * count + j] = s.y[j, 0], c.peak, c.begun
-        x[9 * count + j], x[10 * count + j], x[11 * count + j] = c.kept, c.rubbed, c.last_slip
+        x[3 * count + j], x[4 * count + j] = s.y[j, 0], c.peak
+        x[8 * count + j], x[9 * count + j], x[10 * count + j] = c.kept, c.rubbed, c.last_slip
 
 
 @frugal
@@ -113,8 +113,8 @@ def unpack(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
         tie = s.contact[j].tie
         s.contact[j] = w.contact[j]
         c = s.contact[j]
-        s.y[j, 0], c.peak, c.begun = x[3 * count + j], x[4 * count + j], x[8 * count + j]
-        c.kept, c.rubbed, c.last_slip = x[9 * count + j], x[10 * count + j], x[11 * count + j]
+        s.y[j, 0], c.peak = x[3 * count + j], x[4 * count + j]
+        c.kept, c.rubbed, c.last_slip = x[8 * count + j], x[9 * count + j], x[10 * count + j]
         c.tie = tie
         if c.phase == RESTORING:
             if w.now[0].event == TURN and j == w.now[0].contact:
@@ -123,19 +123,35 @@ def unpack(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
 
 
 @frugal
-def changed(s: State, w: Swings, x: NDArray[np.float64]) -> None:
-    """Set x to what the swing has changed."""
+def changed(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
+    """
+    Set x to what the swing has changed.
+
+    Velocities change by the response to its impulses: their difference would be lost in rounding
+    where they are much larger.
+    """
     pack(s, x)
+    size = s.u.shape[0]
     for i in range(x.shape[0]):
         x[i] -= w.begun[i]
+    for row in range(size):
+        if s.u[row, 0] != 0.0 and w.begun[row] != 0.0:
+            x[row] = 0.0
+            for k in range(size):
+                x[row] += m.response[row, k] * x[size + 2 * len(s.contact) + k]
 
 
 @frugal
-def begin_swing(w: Swings, node: int, x: NDArray[np.float64]) -> None:
-    """Note that a swing begins, at x, and for which node."""
+def begin_swing(s: State, w: Swings, node: int) -> None:
+    """Note that a swing begins, and for which node; what only adds up is counted from zero."""
     now = w.now[0]
     now.node, now.mark, now.events, now.steps = node, 0, 0, 0
-    copy(x, w.begun)
+    if node != WATCHING:
+        for row in range(s.u.shape[0]):
+            s.impulse[row] = 0.0
+        for j in range(len(s.contact)):
+            s.contact[j].kept, s.contact[j].rubbed = 0.0, 0.0
+    pack(s, w.begun)
 
 
 @frugal

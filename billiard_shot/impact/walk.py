@@ -12,7 +12,7 @@ from billiard_shot.compiled import frugal, inlined
 from billiard_shot.impact.advance import advance, ROUNDING
 from billiard_shot.impact.collocation import implicit_step
 from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING, SWING
-from billiard_shot.impact.friction import holds, NO_SLIP, settle
+from billiard_shot.impact.friction import holds, settle
 from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.leaps import abandon, next_swing, NO_LEAP, TAKEN_BACK
 from billiard_shot.impact.series import expand, step_size
@@ -46,11 +46,14 @@ MAX_STEPS = 25_000  # a contact
 IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
-PRECISE = 1e-17  # tolerance while swings are sampled, whose errors are multiplied
+PRECISE = 1e-17  # tolerance while swings are sampled, whose errors are multiplied; of velocities
+ROUNDED = 1e-16  # tolerance of a step, at least: velocities may come to be far above the first
 CAUTION = 0.2  # part of the tolerance that a step may use up,
 USUAL_STEPS = 300  # of so many; where there are more, their errors would add up
+NO_SLIP = 0.02  # slip below this part of the tolerance is none
+GLANCE = 16  # steps without an event after which velocities may have grown unnoticed
 JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the largest
-FINEST = 1e-15  # tolerance of implicit steps, at least
+FINEST = 1e-15  # tolerance of implicit steps, at least, in units of the velocities
 STRICTER = 0.1  # tolerance of implicit steps, whose errors count for more, against the others
 FIRST = 0.3  # length of a first implicit step against an explicit one
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
@@ -209,10 +212,10 @@ def wakes(s: State) -> bool:
 
 
 @frugal
-def has_stopped(m: Model, s: State) -> bool:
+def has_stopped(s: State, least: float) -> bool:
     """Whether the slip of a sliding contact has come to nothing."""
     for j in range(len(s.contact)):
-        if s.contact[j].grip == SLIDING and slip_speed(s, j) <= NO_SLIP * m.tolerance:
+        if s.contact[j].grip == SLIDING and slip_speed(s, j) <= least:
             return True
     return False
 
@@ -282,16 +285,19 @@ def run(
     while spent < budget:
         spent += 1 + IMPLICIT * young * young
         swings.steps += 1
+        no_slip = NO_SLIP * m.tolerance * max(stirred, 1.0)
         leaping = swings.node != WATCHING
         if unsettled:
-            settle(m, s, room)
+            settle(m, s, room, no_slip)
             unsettled = False
-            stirred = min(excitation(m, s), 1.0)
-            fade(m, s, stirred)
+            stirred = excitation(m, s)
+            fade(m, s, min(stirred, 1.0))
             if stirred < floor and not leaping:
                 record(m, s, log, phases, FLOOR, -1)
                 give_up(m, s)
                 return INFINITE_SEQUENCE, phases + 1, spent
+        elif quiet % GLANCE == GLANCE - 1:
+            stirred = max(stirred, excitation(m, s))
         was_young = young
         young, pinned = begin(m, s)
         if leaping and (pinned or stirred < floor or swings.steps > STEPS):
@@ -301,16 +307,17 @@ def run(
             continue
         order = COLUMNS - 4 if leaping else usual_order
         share = CAUTION * m.tolerance * min(1.0, USUAL_STEPS / spent)
-        tolerance = (PRECISE if leaping else share) * stirred
+        tolerance = PRECISE * stirred
+        if not leaping:
+            tolerance = max(share * min(stirred, 1.0), ROUNDED * stirred)
         degree, noise, end = order, max(ROUNDING, tolerance), 1.0
         error = tolerance
         if young:
             if not was_young:
                 scale *= FIRST
             degree = STAGES
-            scale, error = implicit_step(
-                m, s, room, scale, max(STRICTER * tolerance, FINEST)
-            )
+            tolerance = max(STRICTER * tolerance, FINEST * stirred)
+            scale, error = implicit_step(m, s, room, scale, tolerance)
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
@@ -320,7 +327,7 @@ def run(
             scale = swings.scale
             continue
         if scale == 0.0:
-            calm(s, m.tolerance)
+            calm(s, no_slip / NO_SLIP)
             unsettled = True
             scale = 1.0
             continue
@@ -348,7 +355,7 @@ def run(
             moved = True
             unsettled = pinned and not holds(m, s, room, degree, x)
             advance(s, scale, degree, x)
-            unsettled = unsettled or (not m.straight and has_stopped(m, s))
+            unsettled = unsettled or (not m.straight and has_stopped(s, no_slip))
             if young:
                 mature(m, s, scale)
         if swings.alike == ALIKE - 1:
