@@ -17,7 +17,8 @@ from domain_coordinator import domain_id
 
 NODES = {
     'predictor': ('-p', 'scene:=paper'),
-    'cue_driver': ('-p', 'autostart:=true', '--log-level', 'warn'),
+    # Many processes on few cores: the simulated mechanism may be late with what it measures.
+    'cue_driver': ('-p', 'autostart:=true', '-p', 'joints_timeout:=0.5', '--log-level', 'warn'),
     'cue_sim': ('--log-level', 'warn'),
     'table_sim': ('-p', 'haste:=4.0', '--log-level', 'warn'),
     'planner': ('-p', 'scene:=paper', '-p', 'plan_at_start:=false', '--log-level', 'warn'),
