@@ -310,7 +310,7 @@ def run(
         tolerance = PRECISE * stirred
         if not leaping:
             tolerance = max(share * min(stirred, 1.0), ROUNDED * stirred)
-        degree, noise, end = order, max(ROUNDING, tolerance), 1.0
+        degree, noise, end = order, max(ROUNDING * stirred, tolerance), 1.0
         error = tolerance
         if young:
             if not was_young:
