@@ -243,7 +243,8 @@ def settle(m: Model, s: State, room: Room, least: float) -> None:
     Give every active contact its mode of friction, and eliminate the friction of those that stick.
 
     Contacts that slide keep sliding. The others hold or start to slide as the forces of this
-    moment ask, or, where all springs are still empty, those of the next moment.
+    moment ask, or, where all springs are still empty, those of the next moment. Slip up to `least`
+    is none.
     """
     count = len(s.contact)
     force = room.push[0]

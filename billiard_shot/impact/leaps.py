@@ -74,12 +74,12 @@ def next_swing(
         now.last_mark = now.mark
         for k in range(len(s.contact)):
             w.contact[k] = s.contact[k]
-        pack(s, w.span.start)
         if now.alike < ALIKE or left(m, w) < SHORTEST:
             for i in range(w.reach.shape[0]):
                 w.reach[i] = 0.0
             begin_swing(s, w, WATCHING)
             return NO_LEAP
+        pack(s, w.span.start)
         now.scale, now.fresh = scale, 1
         w.span.jacobian[:, :] = 0.0
         send(m, s, w, UNCHANGED, w.span.start)
@@ -186,10 +186,11 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
     grown = 4.0 if blurred else 0.8 * tail ** (-1.0 / STAGES)
     now.next_span = now.span * min(max(grown, 0.1), GROWTH)
     if not off <= 1.0 or not tail <= 1.0:
-        if not off <= 1.0 or not now.next_span >= SHORTEST:
-            if off <= 1.0:
-                now.span = 0.0  # what even the shortest leap does not resolve is left for a while
+        if not off <= 1.0:
             abandon(m, s, w)
+            return TAKEN_BACK
+        if not now.next_span >= SHORTEST:
+            take_back(m, s, w, now.next_span)
             return TAKEN_BACK
         interpolate(p, np.floor(now.next_span) / now.span)
         set_out(m, s, w)
@@ -210,10 +211,18 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
 
 @frugal
 def abandon(m: Model, s: State, w: Swings) -> None:
-    """Give a leap up, back at its start, and try a shorter one, or none for a while."""
+    """Give a leap up at the node it has come to, and try one that ends before."""
     now = w.now[0]
-    node = now.node
-    now.next_span = now.span * max(NODES[node - 1], LEAST) if node > 0 else LEAST * now.span
-    now.alike = ALIKE - 1 if now.next_span >= SHORTEST else -3 * ALIKE
-    now.next_span = max(now.next_span, SHORTEST)
+    reached = max(NODES[now.node - 1], LEAST) if now.node > 0 else LEAST
+    take_back(m, s, w, now.span * reached)
+
+
+@frugal
+def take_back(m: Model, s: State, w: Swings, next_span: float) -> None:
+    """Go back to a leap's start, and try one of `next_span` swings; if that is too few, wait."""
+    now = w.now[0]
+    if next_span >= SHORTEST:
+        now.alike, now.next_span = ALIKE - 1, next_span
+    else:
+        now.alike, now.next_span = -3 * ALIKE, SHORTEST
     send(m, s, w, WATCHING, w.span.start)

@@ -285,7 +285,8 @@ def run(
     while spent < budget:
         spent += 1 + IMPLICIT * young * young
         swings.steps += 1
-        no_slip = NO_SLIP * m.tolerance * max(stirred, 1.0)
+        fine = m.tolerance * max(stirred, 1.0)  # velocities below are none, in the end
+        no_slip = NO_SLIP * fine
         leaping = swings.node != WATCHING
         if unsettled:
             settle(m, s, room, no_slip)
@@ -300,11 +301,6 @@ def run(
             stirred = max(stirred, excitation(m, s))
         was_young = young
         young, pinned = begin(m, s)
-        if leaping and (pinned or stirred < floor or swings.steps > STEPS):
-            abandon(m, s, w)
-            unsettled = True
-            scale = swings.scale
-            continue
         order = COLUMNS - 4 if leaping else usual_order
         share = CAUTION * m.tolerance * min(1.0, USUAL_STEPS / spent)
         tolerance = PRECISE * stirred
@@ -321,13 +317,13 @@ def run(
             noise = error
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
-        if scale == 0.0 and leaping:
+        if leaping and (scale == 0.0 or pinned or stirred < floor or swings.steps > STEPS):
             abandon(m, s, w)
             unsettled = True
             scale = swings.scale
             continue
         if scale == 0.0:
-            calm(s, no_slip / NO_SLIP)
+            calm(s, fine)
             unsettled = True
             scale = 1.0
             continue
