@@ -224,21 +224,21 @@ def solve_nodes(
         for j in range(s.y.shape[0]):
             nodes.y[j, i] = s.y[j, 0] - s.contact[j].rate * scale * NODES[i] * s.u[3 * j, 0]
             nodes.angle[j, i] = 0.0
-    last_moved, last_turned = 0.0, 0.0
+    last_moved, last_turned, before = 0.0, 0.0, np.inf
     for iteration in range(ITERATIONS):
         nodal_forces(m, s, nodes)
         moved = nodal_motion(s, nodes, scale)
         turned = turn(s, nodes, scale, members, newton)
         change, last = max(moved, turned), max(last_moved, last_turned)
-        if not change < np.inf or (iteration > 2 and change > 0.8 * last):
-            return False
+        if not change < np.inf or (iteration > 2 and change > 0.8 * max(last, before)):
+            return False  # twice: what moved a little may make the next turn seem to go back
         contraction = max(moved / max(last_moved, moved, 1e-300), 1e-3)
         contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
         if change <= max(0.3 * (1.0 / contraction - 1.0), 0.03) * tolerance:
             nodal_forces(m, s, nodes)
             nodal_motion(s, nodes, scale)
             return slips_forward(nodes, members)
-        last_moved, last_turned = moved, turned
+        last_moved, last_turned, before = moved, turned, last
     return False
 
 

@@ -24,6 +24,7 @@ from billiard_shot.impact.multirevolution import (
 from billiard_shot.impact.state import Model, STAGES, State
 from billiard_shot.impact.swings import (
     ALIKE,
+    as_velocity,
     begin_swing,
     changed,
     copy,
@@ -40,6 +41,7 @@ LEAPT = 1e5  # swings that may be leapt over all the same
 NUDGE = 1e-7  # relative change of a number to find its column of the Jacobian
 SWEEPS = 14  # over the nodes, at most
 SLOW = 3  # sweeps of a leap after which the next one has a Jacobian of its own
+LESS = 0.3  # of a span after one whose equations were not solved
 LEAST = 0.06  # of a span after one that went too far, at least
 GROWTH = 8.0  # of a leap against the one before, at most
 BLUR = 2e-13  # what rounding makes of a swing's highest coefficients, in units of the velocity
@@ -155,16 +157,6 @@ def set_out(m: Model, s: State, w: Swings) -> None:
 
 
 @frugal
-def as_velocity(m: Model, s: State, row: int) -> float:
-    """Return what a number that feeds back counts as a velocity: a spring, what it can give."""
-    size = s.u.shape[0]
-    if row < size:
-        return 1.0
-    j = (row - size) % len(s.contact)
-    return float(np.sqrt(s.contact[j].stiffness * m.response[3 * j, 3 * j]))
-
-
-@frugal
 def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -> int:
     """All nodes were swept: leap, sweep again, or give up."""
     now, p = w.now[0], w.span
@@ -187,7 +179,7 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
     now.next_span = now.span * min(max(grown, 0.1), GROWTH)
     if not off <= 1.0 or not tail <= 1.0:
         if not off <= 1.0:
-            abandon(m, s, w)
+            take_back(m, s, w, LESS * now.span)
             return TAKEN_BACK
         if not now.next_span >= SHORTEST:
             take_back(m, s, w, now.next_span)

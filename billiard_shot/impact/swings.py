@@ -26,6 +26,7 @@ STEPS = 1_500  # in a swing, at most
 QUIET = 200  # steps without an event after which swings are looked for that pass without one
 SHORTEST = 64  # swings of a leap: a shorter one would not pay
 FIRST = 256  # swings of the first leap
+PAST = 9  # ends of swings that are remembered
 
 WATCHING, UNCHANGED = -1, -2  # in place of a node; smaller ones are columns of the Jacobian
 
@@ -40,6 +41,7 @@ _FIELDS = np.dtype(
         ('events', np.int64),  # since the swing began
         ('steps', np.int64),  # since the swing began
         ('alike', np.int64),  # swings in a row with the same mark
+        ('past', np.int64),  # ends of swings since the contact was chosen
         ('node', np.int64),  # from which a swing is under way, or WATCHING
         ('sweep', np.int64),
         ('fresh', np.int64),  # 1: nothing is known of F yet
@@ -62,7 +64,9 @@ class Swings(NamedTuple):
     contact: NDArray[np.void]  # (N,) CONTACT as a swing begins
     begun: NDArray[np.float64]  # (11 N,) where the swing under way began
     first: NDArray[np.float64]  # (11 N,) F at the leap's start
-    reach: NDArray[np.float64]  # (11 N,) how far the numbers go within a swing
+    reach: NDArray[np.float64]  # (5 N,) how far the numbers go within a swing
+    past: NDArray[np.float64]  # (PAST, 11 N) ends of the last swings, in turn
+    mark: NDArray[np.int64]  # (PAST,) of the events of each
     span: Span
 
 
@@ -75,7 +79,9 @@ def no_swings(count: int) -> Swings:
         np.zeros(count, CONTACT),
         np.empty(11 * room),
         np.empty(11 * room),
-        np.zeros(11 * room),
+        np.zeros(5 * room),
+        np.empty((PAST, 11 * room)),
+        np.zeros(PAST, np.int64),
         empty_span(11 * room, 5 * room),
     )
     now = swings.now[0]
@@ -147,11 +153,22 @@ def begin_swing(s: State, w: Swings, node: int) -> None:
     now = w.now[0]
     now.node, now.mark, now.events, now.steps = node, 0, 0, 0
     if node != WATCHING:
+        now.past = 0
         for row in range(s.u.shape[0]):
             s.impulse[row] = 0.0
         for j in range(len(s.contact)):
             s.contact[j].kept, s.contact[j].rubbed = 0.0, 0.0
     pack(s, w.begun)
+
+
+@frugal
+def as_velocity(m: Model, s: State, row: int) -> float:
+    """Return what a number that feeds back counts as a velocity: a spring, what it can give."""
+    size = s.u.shape[0]
+    if row < size:
+        return 1.0
+    j = (row - size) % len(s.contact)
+    return float(np.sqrt(s.contact[j].stiffness * m.response[3 * j, 3 * j]))
 
 
 @frugal
@@ -181,7 +198,7 @@ def sections(s: State, w: Swings, event: int, j: int) -> bool:
     if event not in (JOIN, SWING) and not (event == TURN and s.contact[j].phase == RESTORING):
         return False
     if now.contact < 0 or (event == JOIN and now.event != JOIN):
-        now.event, now.contact, now.last_mark, now.alike = event, j, 0, 0
+        now.event, now.contact, now.last_mark, now.alike, now.past = event, j, 0, 0, 0
     return event == now.event and j == now.contact
 
 
@@ -189,7 +206,7 @@ def sections(s: State, w: Swings, event: int, j: int) -> bool:
 def listen(w: Swings) -> None:
     """Look for swings that pass without any event from now on."""
     now = w.now[0]
-    now.contact, now.event, now.alike = -1, SWING, 0
+    now.contact, now.event, now.alike, now.past = -1, SWING, 0, 0
 
 
 @frugal

@@ -12,6 +12,7 @@ from billiard_shot.compiled import frugal, inlined
 from billiard_shot.impact.advance import advance, ROUNDING
 from billiard_shot.impact.collocation import implicit_step
 from billiard_shot.impact.events import CONE, EMPTY, END, first_event, JOIN, NOTHING, SWING
+from billiard_shot.impact.fading import fades
 from billiard_shot.impact.friction import holds, settle
 from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.leaps import abandon, next_swing, NO_LEAP, TAKEN_BACK
@@ -379,6 +380,10 @@ def run(
         if event not in (NOTHING, SWING):
             quiet = 0
         if event != NOTHING and leaps and watch(s, w, event, j):
+            if swings.node == WATCHING and fades(m, s, w):
+                record(m, s, log, phases, FLOOR, -1)
+                give_up(m, s)
+                return INFINITE_SEQUENCE, phases + 1, spent
             leap = next_swing(m, s, w, scale, share, stirred)
             if leap != NO_LEAP:
                 scale = swings.scale

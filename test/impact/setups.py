@@ -1,7 +1,11 @@
 """Collisions that the tests share, as dictionaries: for `collide` and for the slow check alike."""
 import numpy as np
 
+from billiard_shot import Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
+from billiard_shot.impact.kernel import solve
+from billiard_shot.status import Status
+from billiard_shot.study.problem import Problem
 
 BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
 TIP_FRICTION, CLOTH_FRICTION = 0.4, 0.152479
@@ -174,3 +178,39 @@ def random_shot(rng, end_mass=False, hard=False):
         friction=tuple(rng.uniform((0.1, 0.05), (0.9, 0.5)).tolist()),
         restitution=tuple(rng.uniform((0.4, 0.3), (0.95, 0.9)).tolist()),
     )
+
+
+def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, normal):
+    """
+    A guided cue strikes a ball on a table, as a problem of the kernel.
+
+    Cue in balls, stiffness ratio, law; friction and restitution at tip and table; -n.c, the
+    stroke's angle to the cloth [rad], and the normal, roughly.
+    """
+    scene = Scene.from_dict({
+        'ball': {'mass': 0.17, 'radius': 0.03}, 'cue': {'mass': mass * 0.17, 'guided': True},
+        'law': law, 'contacts': {
+            'cue_ball': {'restitution': restitution[0], 'friction': friction[0],
+                         'stiffness': ratio},
+            'ball_table': {'restitution': restitution[1], 'friction': friction[1],
+                           'stiffness': 1.0},
+        },
+    })
+    c = np.array([np.cos(elevation), 0.0, -np.sin(elevation)])
+    across = np.array(normal) - (c @ normal) * c
+    across /= np.linalg.norm(across)
+    n = np.sqrt(1.0 - cosine**2) * across - cosine * c
+    return Problem.of(scene, Stroke(normal=tuple(n), velocity=tuple(c)))
+
+
+def solved(problem, tolerance):
+    """Impulses, status and steps of a problem that is solved, its energy ledger closed."""
+    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
+    status, _, steps = solve(
+        problem.response, problem.velocity, problem.friction, problem.restitution,
+        problem.stiffness, problem.model.law, 1.0, tolerance, impulse, account, log,
+    )
+    assert status in (Status.OK, Status.INFINITE_SEQUENCE)
+    work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
+    assert abs(work + account[:, :2].sum()) < 1e-10 * 0.5 * problem.model.cue_mass
+    return impulse, status, steps

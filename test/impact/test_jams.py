@@ -1,15 +1,9 @@
 """Strokes that graze and jam: what presses comes to be billions of times faster than it met."""
 import numpy as np
 import pytest
+from setups import guided_strike, solved
 
-from billiard_shot import Scene, Stroke
-from billiard_shot.impact.kernel import solve
-from billiard_shot.status import Status
-from billiard_shot.study.problem import Problem
-
-BALL, RADIUS = 0.17, 0.03
-# Cue in balls, stiffness ratio, law; friction and restitution at tip and table; cosine of stroke
-# and normal, its angle to the cloth [rad], and the normal, roughly.
+# As of `guided_strike`.
 STROKES = {
     'heavy cue': (80.0, 0.0165, 'bistiffness', (8.2, 0.47), (0.54, 0.98), 1e-11, 0.32,
                   (0.24, 0.65, 0.72)),
@@ -27,45 +21,15 @@ DEAD_TIP = (1.4e-4, 5.88342, 'bistiffness', (0.687788, 0.0189014), (0.0, 0.09422
             0.403421, (0.2754, 0.0, 0.9613))
 
 
-def problem_of(stroke):
-    mass, ratio, law, friction, restitution, cosine, elevation, normal = stroke
-    scene = Scene.from_dict({
-        'ball': {'mass': BALL, 'radius': RADIUS}, 'cue': {'mass': mass * BALL, 'guided': True},
-        'law': law, 'contacts': {
-            'cue_ball': {'restitution': restitution[0], 'friction': friction[0],
-                         'stiffness': ratio},
-            'ball_table': {'restitution': restitution[1], 'friction': friction[1],
-                           'stiffness': 1.0},
-        },
-    })
-    c = np.array([np.cos(elevation), 0.0, -np.sin(elevation)])
-    across = np.array(normal) - (c @ normal) * c
-    across /= np.linalg.norm(across)
-    n = np.sqrt(1.0 - cosine**2) * across - cosine * c
-    return Problem.of(scene, Stroke(normal=tuple(n), velocity=tuple(c)))
-
-
-def played(problem, tolerance):
-    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
-    status, _, steps = solve(
-        problem.response, problem.velocity, problem.friction, problem.restitution,
-        problem.stiffness, problem.model.law, 1.0, tolerance, impulse, account, log,
-    )
-    assert status in (Status.OK, Status.INFINITE_SEQUENCE)
-    work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
-    assert abs(work + account[:, :2].sum()) < 1e-10 * 0.5 * problem.model.cue_mass
-    return impulse, steps
-
-
 @pytest.mark.parametrize('name', STROKES)
 def test_what_grows_is_followed_in_steps_that_grow_with_it(name):
-    problem = problem_of(STROKES[name])
-    exact, steps = played(problem, 1e-12)
+    problem = guided_strike(*STROKES[name])
+    exact, _, steps = solved(problem, 1e-12)
     assert steps < 6000
-    assert np.abs(exact).max() > 1e3 * BALL * problem.speed  # it jams
-    rough, _ = played(problem, 1e-9)
+    assert np.abs(exact).max() > 1e3 * problem.model.surface.mass * problem.speed  # it jams
+    rough, _, _ = solved(problem, 1e-9)
     np.testing.assert_allclose(rough, exact, rtol=0, atol=1e-6 * np.abs(exact).max())
 
 
 def test_slip_does_not_stop_and_start_for_ever():
-    played(problem_of(DEAD_TIP), 1e-12)
+    solved(guided_strike(*DEAD_TIP), 1e-12)
