@@ -49,9 +49,9 @@ NO_LEAP, GOES_ON, TAKEN_BACK = 0, 1, 2
 
 
 @frugal
-def left(m: Model, w: Swings) -> float:
+def left(m: Model, w: Swings, stirred: float) -> float:
     """Swings that may still be leapt over."""
-    return max(LEAPT, m.tolerance / ROUNDING) - float(w.now[0].leapt)
+    return (max(LEAPT, m.tolerance / ROUNDING) - float(w.now[0].leapt)) / stirred
 
 
 @frugal
@@ -76,7 +76,7 @@ def next_swing(
         now.last_mark = now.mark
         for k in range(len(s.contact)):
             w.contact[k] = s.contact[k]
-        if now.alike < ALIKE or left(m, w) < SHORTEST:
+        if now.alike < ALIKE or left(m, w, stirred) < SHORTEST:
             for i in range(w.reach.shape[0]):
                 w.reach[i] = 0.0
             begin_swing(s, w, WATCHING)
@@ -188,8 +188,8 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
         set_out(m, s, w)
         return GOES_ON
     finish(p)
-    now.leapt += now.span
-    now.next_span = min(max(now.next_span, SHORTEST), left(m, w))
+    now.leapt += now.span * stirred
+    now.next_span = min(max(now.next_span, SHORTEST), left(m, w, stirred))
     if now.next_span < SHORTEST:
         abandon(m, s, w)
         return TAKEN_BACK
