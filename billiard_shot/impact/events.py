@@ -113,13 +113,15 @@ def swing_root(s: State, j: int, order: int, end: float) -> float:
 
 @frugal
 def first_event(
-    m: Model, s: State, scale: float, order: int, noise: float, end: float, listens: bool
-) -> tuple[float, int, int]:
+    m: Model, s: State, scale: float, order: int, noise: float, stirred: float, end: float,
+    listens: bool,
+) -> tuple[float, int, int]:  # fmt: skip
     """
     Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` if there is none.
 
-    `noise`: how well the polynomials are known. Of simultaneous events the last one found comes
-    first; the others follow at once, in steps of zero length.
+    `noise`: how well the polynomials are known, those of velocities in units of `stirred`. Of
+    simultaneous events the last one found comes first; the others follow at once, in steps of
+    zero length.
     """
     event = NOTHING
     contact = -1
@@ -128,7 +130,7 @@ def first_event(
         c = s.contact[j]
         opening = s.u[3 * j]
         sign = -1.0 if c.phase == COMPRESSING else 1.0
-        known = noise if c.still else POSITIVE
+        known = noise * stirred if c.still else POSITIVE
         x = first_root(opening, order, sign, 0.0, known, end, scratch)
         empty = c.phase == COMPRESSING and s.y[j, 0] == 0.0
         if x == 0.0 and empty:
@@ -155,7 +157,7 @@ def first_event(
             if x != NO_ROOT:
                 end, event, contact = x, SWING, j
         if c.grip == SLIDING and not c.young:
-            x, kind = slip_root(m, s, j, order, noise, end)
+            x, kind = slip_root(m, s, j, order, noise * stirred, end)
             if x != NO_ROOT:
                 end, event, contact = x, kind, j
         elif c.grip == STICKING and not c.pinned:

@@ -44,7 +44,7 @@ SLOW = 3  # sweeps of a leap after which the next one has a Jacobian of its own
 LESS = 0.3  # of a span after one whose equations were not solved
 LEAST = 0.06  # of a span after one that went too far, at least
 GROWTH = 8.0  # of a leap against the one before, at most
-BLUR = 2e-13  # what rounding makes of a swing's highest coefficients, in units of the velocity
+BLUR = 5e-14  # what rounding makes of a swing's highest coefficients, in units of the velocity
 NO_LEAP, GOES_ON, TAKEN_BACK = 0, 1, 2
 
 

@@ -307,7 +307,7 @@ def run(
         tolerance = PRECISE * stirred
         if not leaping:
             tolerance = max(share * min(stirred, 1.0), ROUNDED * stirred)
-        degree, noise, end = order, max(ROUNDING * stirred, tolerance), 1.0
+        degree, noise, end = order, max(ROUNDING, tolerance / stirred), 1.0
         error = tolerance
         if young:
             if not was_young:
@@ -315,7 +315,7 @@ def run(
             degree = STAGES
             tolerance = max(STRICTER * tolerance, FINEST * stirred)
             scale, error = implicit_step(m, s, room, scale, tolerance)
-            noise = error
+            noise = error / stirred
         else:
             scale, end = explicit_step(m, s, scale, order, tolerance)
         if leaping and (scale == 0.0 or pinned or stirred < floor or swings.steps > STEPS):
@@ -344,7 +344,9 @@ def run(
         quiet += 1
         if quiet == QUIET and leaps:
             listen(w)
-        x, event, j = first_event(m, s, scale, degree, noise, end, swings.event == SWING)
+        x, event, j = first_event(
+            m, s, scale, degree, noise, stirred, end, swings.event == SWING
+        )
         known = x > 0.0 or (j >= 0 and s.contact[j].still != 0)
         if event == CONE:
             slide_against(s, j, degree, x)

@@ -16,6 +16,9 @@ STROKES = {
     'energetic': (770.0, 0.13, 'energetic', (2.8, 1.5), (0.6, 0.4), 1e-10, 0.5,
                   (0.5, 0.86, 0.09)),
 }
+# It was taken to leave its cone of friction at once, whatever it had just been found to do.
+AT_ITS_CONE = (82.4998, 0.0164986, 'bistiffness', (8.20919, 0.465922), (0.543221, 0.978531),
+               1.06972e-11, 0.320556, (0.23833352, 0.65412259, 0.71785846))
 # Its slip stopped and began again for ever, where hardly anything is left of the motion.
 DEAD_TIP = (1.4e-4, 5.88342, 'bistiffness', (0.687788, 0.0189014), (0.0, 0.094228), 0.124068,
             0.403421, (0.2754, 0.0, 0.9613))
@@ -29,6 +32,11 @@ def test_what_grows_is_followed_in_steps_that_grow_with_it(name):
     assert np.abs(exact).max() > 1e3 * problem.model.surface.mass * problem.speed  # it jams
     rough, _, _ = solved(problem, 1e-9)
     np.testing.assert_allclose(rough, exact, rtol=0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_contacts_at_their_cone_do_not_reach_it_for_ever():
+    _, _, steps = solved(guided_strike(*AT_ITS_CONE), 1e-12)
+    assert steps < 6000
 
 
 def test_slip_does_not_stop_and_start_for_ever():
