@@ -13,7 +13,7 @@ class Status(IntEnum):
 
     OK = 0
     MISCUE = 1  # the tip still slid when it left the ball; every result is filled in
-    INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was ended by the energy floor
+    INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was taken to its limit
     NEGATIVE_ENERGY = 3  # law `poisson` drove an elastic energy below zero
     NEVER_RESTS = 4  # nothing on this cloth brings the ball to rest
     TOLERANCE_NOT_REACHED = 5  # the result is the best there is, its error estimate says how good

@@ -30,6 +30,7 @@ from billiard_shot.impact.swings import (
     copy,
     pack,
     SHORTEST,
+    STEPS,
     Swings,
     UNCHANGED,
     unpack,
@@ -108,9 +109,12 @@ def next_swing(
 
 @frugal
 def send(m: Model, s: State, w: Swings, node: int, x: NDArray[np.float64]) -> None:
-    """Begin a swing at x."""
+    """Begin a swing at x; where x is beyond the end of a contact, it is given up at once."""
     unpack(m, s, w, x)
     begin_swing(s, w, node)
+    for j in range(len(s.contact)):
+        if s.y[j, 0] < 0.0 < w.span.start[3 * len(s.contact) + j]:
+            w.now[0].steps = STEPS
 
 
 @frugal

@@ -57,6 +57,7 @@ JAMMED = 1e-12  # normal velocity of contacts that do not move, in units of the 
 FINEST = 1e-15  # tolerance of implicit steps, at least, in units of the velocities
 STRICTER = 0.1  # tolerance of implicit steps, whose errors count for more, against the others
 FIRST = 0.3  # length of a first implicit step against an explicit one
+LONGEST = 1e100  # step: nothing may be left that would end it
 CREEP = 0.01  # explicit steps shorter than this, CREEP_STEPS in a row, mean that slip creeps
 CREEP_STEPS = 8
 AHEAD = 1e3  # then those become implicit that would not allow steps longer by this
@@ -374,7 +375,7 @@ def run(
         if young:
             scale *= min(max(0.8 * (tolerance / max(error, 1e-300)) ** (1.0 / STAGES), 0.2), 4.0)
         else:
-            scale *= min(max(end, 1e-3), 1e3)
+            scale = min(scale * min(max(end, 1e-3), 1e3), LONGEST)
             creeping = creeping + 1 if event == NOTHING and x == end and scale < CREEP else 0
             if creeping >= CREEP_STEPS and not m.straight and not leaping:
                 creeping = 0

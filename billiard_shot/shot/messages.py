@@ -30,7 +30,7 @@ def message_of(
                 'is endless'
             )
         case Status.INFINITE_SEQUENCE:
-            return 'an endless, dying sequence of impacts was ended by the energy floor'
+            return 'an endless, dying sequence of impacts was taken to its limit'
         case Status.NEGATIVE_ENERGY:
             return 'law: poisson drove an elastic energy below zero; take another law'
         case Status.TOLERANCE_NOT_REACHED:

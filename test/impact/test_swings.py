@@ -4,7 +4,8 @@ import pytest
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact import kernel, leaps, multirevolution, swings, walk
-from billiard_shot.impact.state import STAGES
+from billiard_shot.impact.laws import ENERGETIC
+from billiard_shot.impact.state import initial_state, Model, STAGES
 from billiard_shot.status import Status
 from billiard_shot.study.problem import Problem
 
@@ -104,3 +105,14 @@ def test_leaps_end_where_single_swings_do(name, monkeypatch):
     unit = problem.speed * scene.ball.mass
     np.testing.assert_allclose(leaping, single, rtol=0, atol=1e-9 * unit)
     np.testing.assert_allclose(problem.adaptive(1e-10)[0], single, rtol=0, atol=1e-9 * unit)
+
+
+@pytest.mark.parametrize(('compression', 'steps'), [(1e-3, 0), (-1e-3, swings.STEPS)])
+def test_a_leap_that_goes_beyond_the_end_of_a_contact_is_given_up_at_once(compression, steps):
+    """Nothing moved there any more, and steps grew without bound."""
+    model = Model(np.eye(3), ENERGETIC, 1.0, 1e-12, False)
+    state, all_swings = initial_state(1, np.zeros(3)), swings.no_swings(1)
+    node = np.zeros(11)
+    node[3], all_swings.span.start[3] = compression, 1e-2
+    leaps.send(model, state, all_swings, 0, node)
+    assert all_swings.now[0].steps == steps
