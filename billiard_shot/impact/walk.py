@@ -72,8 +72,8 @@ BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 @frugal
 def excitation(m: Model, s: State) -> float:
-    """Largest normal velocity that a contact has, or that its spring could still give."""
-    largest = 0.0
+    """Largest normal velocity that a contact has, or that its spring could still give; above 0."""
+    largest = 1e-300
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.phase == INACTIVE:
