@@ -96,6 +96,13 @@ def is_geometric(
                 off = (end[row] - last[row]) - ratio * (last[row] - first[row])
                 if not abs(off) * unit <= allowed + ROUNDING * abs(end[row]) * unit:
                     return False
+        slip, turned = 0.0, 0.0  # the slip now, and that of the limit along it
+        for row in range(normal + 1, normal + 3):
+            limit = end[row] + (end[row] - last[row]) * ratio / (1.0 - ratio)
+            slip += end[row] * end[row]
+            turned += end[row] * limit
+        if turned < -SHARE * m.tolerance * np.sqrt(slip):
+            return False  # it will stop on the way
     return True
 
 

@@ -55,6 +55,9 @@ def test_rounds_to_come_add_up_as_a_geometric_series(ratio):
     rest = end.copy()
     fading.add_rest(state, rest, last, first, ratio)
     np.testing.assert_allclose(rest, limit, rtol=0, atol=1e-11)
+    back = np.zeros(11)  # with it, the slip would turn back on the way to its limit
+    back[1:3] = -0.7 - 0.05 * ratio**2, -0.2
+    assert not fading.is_geometric(model, state, end + back, last + back, first + back, ratio)
     for row in (0, 1, 3, 5, 6):  # what is no series is not taken for one
         other = end.copy()
         other[row] += 1e-9 * (1.0 - ratio)
