@@ -35,11 +35,10 @@ def fades(m: Model, s: State, w: Swings) -> bool:
     for swings in range(1, LONGEST + 1):
         if now.past > 2 * swings and passes_the_same(w, swings):
             last, first = w.past[(row - swings) % PAST], w.past[(row - 2 * swings) % PAST]
-            before = amplitude(m, s, last, last, first)
-            ratio = amplitude(m, s, end, end, last) / before if before > 0.0 else 1.0
+            before = amplitude(m, s, last, first)
+            ratio = amplitude(m, s, end, last) / before if before > 0.0 else 1.0
             if ratio < SLOWEST and is_geometric(m, s, end, last, first, ratio):
-                for j in range(len(s.contact)):
-                    w.contact[j] = s.contact[j]
+                copy(s.contact, w.contact)
                 copy(end, w.span.end)
                 add_rest(s, w.span.end, last, first, ratio)
                 unpack(m, s, w, w.span.end)
@@ -59,17 +58,24 @@ def passes_the_same(w: Swings, swings: int) -> bool:
 
 @frugal
 def amplitude(
-    m: Model, s: State, x: NDArray[np.float64], end: NDArray[np.float64],
-    begin: NDArray[np.float64],
-) -> float:  # fmt: skip
-    """How large the state x still is, as a velocity, at the contacts that a round pressed."""
+    m: Model, s: State, end: NDArray[np.float64], begin: NDArray[np.float64]
+) -> float:
+    """How large the state still is at a round's end, as a velocity, at the contacts it pressed."""
     count = len(s.contact)
     square = 0.0
     for j in range(count):
         if end[5 * count + 3 * j] > begin[5 * count + 3 * j]:
-            energy = elastic_energy(s.contact[j].stiffness, x[3 * count + j], m.exponent)
-            square += x[3 * j] ** 2 + 2.0 * energy * m.response[3 * j, 3 * j]
+            energy = elastic_energy(s.contact[j].stiffness, end[3 * count + j], m.exponent)
+            square += end[3 * j] ** 2 + 2.0 * energy * m.response[3 * j, 3 * j]
     return float(np.sqrt(square))
+
+
+@frugal
+def limit(
+    end: NDArray[np.float64], last: NDArray[np.float64], row: int, ratio: float
+) -> float:
+    """Where the rounds to come lead one number, if they differ by the ratio."""
+    return float(end[row] + (end[row] - last[row]) * ratio / (1.0 - ratio))
 
 
 @frugal
@@ -88,7 +94,7 @@ def is_geometric(
             off = max(off, abs(end[normal] - ratio * last[normal]))
             if not off <= allowed:
                 return False
-        elif end[normal] + (end[normal] - last[normal]) * ratio / (1.0 - ratio) < 0.0:
+        elif limit(end, last, normal, ratio) < 0.0:
             return False  # it will be met
         for k in range(3):
             response = m.response[normal + k, normal + k]
@@ -98,9 +104,8 @@ def is_geometric(
                     return False
         slip, turned = 0.0, 0.0  # the slip now, and that of the limit along it
         for row in range(normal + 1, normal + 3):
-            limit = end[row] + (end[row] - last[row]) * ratio / (1.0 - ratio)
             slip += end[row] * end[row]
-            turned += end[row] * limit
+            turned += end[row] * limit(end, last, row, ratio)
         if turned < -SHARE * m.tolerance * np.sqrt(slip):
             return False  # it will stop on the way
     return True
@@ -127,4 +132,4 @@ def add_rest(
             part = (change - square * before) / (1.0 - ratio)
             x[row] += part * ratio / (1.0 - ratio) + (change - part) * square / (1.0 - square)
         else:
-            x[row] += change * ratio / (1.0 - ratio)
+            x[row] = limit(x, last, row, ratio)

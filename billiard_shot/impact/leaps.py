@@ -75,8 +75,7 @@ def next_swing(
         alike = now.mark == now.last_mark and same_kind(s, w)
         now.alike = now.alike + 1 if alike else min(now.alike, 0)
         now.last_mark = now.mark
-        for k in range(len(s.contact)):
-            w.contact[k] = s.contact[k]
+        copy(s.contact, w.contact)
         if now.alike < ALIKE or left(m, w, stirred) < SHORTEST:
             for i in range(w.reach.shape[0]):
                 w.reach[i] = 0.0
@@ -181,10 +180,10 @@ def end_sweep(m: Model, s: State, w: Swings, tolerance: float, stirred: float) -
         return GOES_ON
     grown = 4.0 if blurred else 0.8 * tail ** (-1.0 / STAGES)
     now.next_span = now.span * min(max(grown, 0.1), GROWTH)
-    if not off <= 1.0 or not tail <= 1.0:
-        if not off <= 1.0:
-            take_back(m, s, w, LESS * now.span)
-            return TAKEN_BACK
+    if not off <= 1.0:
+        take_back(m, s, w, LESS * now.span)
+        return TAKEN_BACK
+    if not tail <= 1.0:
         if not now.next_span >= SHORTEST:
             take_back(m, s, w, now.next_span)
             return TAKEN_BACK

@@ -8,7 +8,7 @@ else, where nothing happens at all, where a normal acceleration passes zero. Wha
 them: leaps.py.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -172,8 +172,8 @@ def as_velocity(m: Model, s: State, row: int) -> float:
 
 
 @frugal
-def copy(source: NDArray[np.float64], x: NDArray[np.float64]) -> None:
-    """Set one vector to another."""
+def copy(source: NDArray[Any], x: NDArray[Any]) -> None:
+    """Set one vector, of numbers or of contacts, to another."""
     for i in range(x.shape[0]):
         x[i] = source[i]
 

@@ -72,8 +72,8 @@ BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 @frugal
 def excitation(m: Model, s: State) -> float:
-    """Largest normal velocity that a contact has, or that its spring could still give; above 0."""
-    largest = 1e-300
+    """Largest normal velocity that a contact has, or that its spring could still give."""
+    largest = 0.0
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.phase == INACTIVE:
@@ -175,8 +175,9 @@ def begin(m: Model, s: State) -> tuple[int, bool]:
 
 
 @frugal
-def give_up(m: Model, s: State) -> None:
-    """End all contacts."""
+def give_up(m: Model, s: State, log: NDArray[np.float64], row: int) -> None:
+    """Write the last phase, and end all contacts."""
+    record(m, s, log, row, FLOOR, -1)
     for j in range(len(s.contact)):
         if s.contact[j].phase != INACTIVE:
             part(m, s, j)
@@ -296,8 +297,7 @@ def run(
             stirred = excitation(m, s)
             fade(m, s, min(stirred, 1.0))
             if stirred < floor and not leaping:
-                record(m, s, log, phases, FLOOR, -1)
-                give_up(m, s)
+                give_up(m, s, log, phases)
                 return INFINITE_SEQUENCE, phases + 1, spent
         elif quiet % GLANCE == GLANCE - 1:
             stirred = max(stirred, excitation(m, s))
@@ -308,9 +308,10 @@ def run(
         tolerance = PRECISE * stirred
         if not leaping:
             tolerance = max(share * min(stirred, 1.0), ROUNDED * stirred)
-        degree, noise, end = order, max(ROUNDING, tolerance / stirred), 1.0
-        error = tolerance
-        if young:
+        degree, noise, end, error = order, 0.0, 1.0, tolerance
+        if leaping and (pinned or stirred < floor or swings.steps > STEPS):
+            scale = 0.0
+        elif young:
             if not was_young:
                 scale *= FIRST
             degree = STAGES
@@ -318,8 +319,9 @@ def run(
             scale, error = implicit_step(m, s, room, scale, tolerance)
             noise = error / stirred
         else:
+            noise = max(ROUNDING, tolerance / stirred)
             scale, end = explicit_step(m, s, scale, order, tolerance)
-        if leaping and (scale == 0.0 or pinned or stirred < floor or swings.steps > STEPS):
+        if scale == 0.0 and leaping:
             abandon(m, s, w)
             unsettled = True
             scale = swings.scale
@@ -337,8 +339,7 @@ def run(
                 scale = 1.0
                 continue
         if not young and not leaping and is_jammed(s):
-            record(m, s, log, phases, FLOOR, -1)
-            give_up(m, s)
+            give_up(m, s, log, phases)
             return status, phases + 1, spent
         if pinned:
             end = min(end, PINNED_STEP / scale)
@@ -375,17 +376,17 @@ def run(
         if young:
             scale *= min(max(0.8 * (tolerance / max(error, 1e-300)) ** (1.0 / STAGES), 0.2), 4.0)
         else:
-            scale = min(scale * min(max(end, 1e-3), 1e3), LONGEST)
+            scale *= min(max(end, 1e-3), 1e3)
             creeping = creeping + 1 if event == NOTHING and x == end and scale < CREEP else 0
             if creeping >= CREEP_STEPS and not m.straight and not leaping:
                 creeping = 0
                 slow_down(m, s, AHEAD * scale)
+        scale = min(scale, LONGEST)
         if event not in (NOTHING, SWING):
             quiet = 0
         if event != NOTHING and leaps and watch(s, w, event, j):
             if swings.node == WATCHING and fades(m, s, w):
-                record(m, s, log, phases, FLOOR, -1)
-                give_up(m, s)
+                give_up(m, s, log, phases)
                 return INFINITE_SEQUENCE, phases + 1, spent
             leap = next_swing(m, s, w, scale, share, stirred)
             if leap != NO_LEAP:

@@ -180,14 +180,9 @@ def random_shot(rng, end_mass=False, hard=False):
     )
 
 
-def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, normal):
-    """
-    A guided cue strikes a ball on a table, as a problem of the kernel.
-
-    Cue in balls, stiffness ratio, law; friction and restitution at tip and table; -n.c, the
-    stroke's angle to the cloth [rad], and the normal, roughly.
-    """
-    scene = Scene.from_dict({
+def guided_scene(mass, ratio, law, friction, restitution):
+    """A guided cue of so many ball masses; friction and restitution at tip and table."""
+    return Scene.from_dict({
         'ball': {'mass': 0.17, 'radius': 0.03}, 'cue': {'mass': mass * 0.17, 'guided': True},
         'law': law, 'contacts': {
             'cue_ball': {'restitution': restitution[0], 'friction': friction[0],
@@ -196,6 +191,16 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
                            'stiffness': 1.0},
         },
     })
+
+
+def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, normal):
+    """
+    A guided cue strikes a ball on a table, as a problem of the kernel.
+
+    Cue in balls, stiffness ratio, law; friction and restitution at tip and table; -n.c, the
+    stroke's angle to the cloth [rad], and the normal, roughly.
+    """
+    scene = guided_scene(mass, ratio, law, friction, restitution)
     c = np.array([np.cos(elevation), 0.0, -np.sin(elevation)])
     across = np.array(normal) - (c @ normal) * c
     across /= np.linalg.norm(across)

@@ -48,8 +48,8 @@ def test_rounds_to_come_add_up_as_a_geometric_series(ratio):
     twice = np.zeros(11)
     twice[8], twice[9] = -0.25, -0.05  # energies: what goes with the square
     first, last, end = (limit + ratio**n * once + ratio ** (2 * n) * twice for n in range(3))
-    found = fading.amplitude(model, state, end, end, last)
-    found /= fading.amplitude(model, state, last, last, first)
+    found = fading.amplitude(model, state, end, last)
+    found /= fading.amplitude(model, state, last, first)
     assert found == pytest.approx(ratio, rel=1e-14)
     assert fading.is_geometric(model, state, end, last, first, ratio)
     rest = end.copy()

@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 from setups import guided_strike, solved
 
+from billiard_shot.status import Status
+
 # As of `guided_strike`.
 STROKES = {
     'heavy cue': (80.0, 0.0165, 'bistiffness', (8.2, 0.47), (0.54, 0.98), 1e-11, 0.32,
@@ -27,10 +29,12 @@ DEAD_TIP = (1.4e-4, 5.88342, 'bistiffness', (0.687788, 0.0189014), (0.0, 0.09422
 @pytest.mark.parametrize('name', STROKES)
 def test_what_grows_is_followed_in_steps_that_grow_with_it(name):
     problem = guided_strike(*STROKES[name])
-    exact, _, steps = solved(problem, 1e-12)
+    exact, status, steps = solved(problem, 1e-12)
+    assert status == Status.OK
     assert steps < 6000
     assert np.abs(exact).max() > 1e3 * problem.model.surface.mass * problem.speed  # it jams
-    rough, _, _ = solved(problem, 1e-9)
+    rough, status, _ = solved(problem, 1e-9)
+    assert status == Status.OK
     np.testing.assert_allclose(rough, exact, rtol=0, atol=1e-6 * np.abs(exact).max())
 
 

@@ -1,8 +1,9 @@
 """Leaps over swings that repeat: the same answer as one swing after the other."""
 import numpy as np
 import pytest
+from setups import guided_scene
 
-from billiard_shot import Scene, Stroke
+from billiard_shot import Stroke
 from billiard_shot.impact import kernel, leaps, multirevolution, swings, walk
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.impact.state import initial_state, Model, STAGES
@@ -70,11 +71,7 @@ STROKES = {
 @pytest.mark.parametrize('name', STROKES)
 def test_leaps_end_where_single_swings_do(name, monkeypatch):
     normal, velocity, ratio, law = STROKES[name]
-    scene = Scene.from_dict({
-        'ball': {'mass': 0.17, 'radius': 0.03}, 'cue': {'mass': 0.5, 'guided': True}, 'law': law,
-        'contacts': {'cue_ball': {'restitution': 0.7, 'friction': 0.4, 'stiffness': ratio},
-                     'ball_table': {'restitution': 0.5, 'friction': 0.15, 'stiffness': 1.0}},
-    })
+    scene = guided_scene(0.5 / 0.17, ratio, law, (0.4, 0.15), (0.7, 0.5))
     problem = Problem.of(scene, Stroke(normal=normal, velocity=velocity))
     compiled = problem.adaptive(1e-10)[0]  # before anything is replaced in what is compiled
     leapt = []
