@@ -30,6 +30,7 @@ from billiard_shot.impact.swings import (
     copy,
     pack,
     SHORTEST,
+    stays_zero,
     STEPS,
     Swings,
     UNCHANGED,
@@ -122,7 +123,7 @@ def find_column(m: Model, s: State, w: Swings, column: int) -> None:
     now, p = w.now[0], w.span
     while column < p.jacobian.shape[0]:
         now.nudge = NUDGE * max(abs(p.start[column]), 10.0 * w.reach[column])
-        if now.nudge > 0.0:
+        if now.nudge > 0.0 and not stays_zero(w, column):
             copy(p.start, p.end)
             p.end[column] += now.nudge
             send(m, s, w, UNCHANGED - 1 - column, p.end)

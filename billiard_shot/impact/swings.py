@@ -129,12 +129,19 @@ def unpack(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
 
 
 @frugal
+def stays_zero(w: Swings, row: int) -> bool:
+    """Whether a number that feeds back is zero wherever a swing of the leap begins."""
+    return bool(w.span.start[row] == 0.0 and w.first[row] == 0.0)
+
+
+@frugal
 def changed(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
     """
     Set x to what the swing has changed.
 
     Velocities change by the response to its impulses: their difference would be lost in rounding
-    where they are much larger.
+    where they are much larger. What is zero wherever a swing begins stays exactly that: a contact
+    that has just been met would else be one that is a rounding error away.
     """
     pack(s, x)
     size = s.u.shape[0]
@@ -145,6 +152,9 @@ def changed(m: Model, s: State, w: Swings, x: NDArray[np.float64]) -> None:
             x[row] = 0.0
             for k in range(size):
                 x[row] += m.response[row, k] * x[size + 2 * len(s.contact) + k]
+    for row in range(w.reach.shape[0]):
+        if stays_zero(w, row):
+            x[row] = 0.0
 
 
 @frugal

@@ -1,7 +1,7 @@
 """Leaps over swings that repeat: the same answer as one swing after the other."""
 import numpy as np
 import pytest
-from setups import guided_scene
+from setups import guided_scene, guided_strike, solved
 
 from billiard_shot import Stroke
 from billiard_shot.impact import kernel, leaps, multirevolution, swings, walk
@@ -114,3 +114,21 @@ def test_a_leap_that_goes_beyond_the_end_of_a_contact_is_given_up_at_once(compre
     node[3], all_swings.span.start[3] = compression, 1e-2
     leaps.send(model, state, all_swings, 0, node)
     assert all_swings.now[0].steps == steps
+
+
+def test_what_is_zero_at_the_start_of_every_swing_stays_so():
+    """A contact that is met anew in each swing was a rounding error away, and never met."""
+    model = Model(np.eye(3), ENERGETIC, 1.0, 1e-12, False)
+    state, all_swings = initial_state(1, np.zeros(3)), swings.no_swings(1)
+    all_swings.span.start[:] = all_swings.first[:] = 0.0
+    all_swings.begun[:] = 0.0
+    all_swings.first[2] = 1e-3
+    state.u[:, 0] = 1e-24, 2e-24, 3e-24
+    change = np.empty(11)
+    swings.changed(model, state, all_swings, change)
+    np.testing.assert_array_equal(change[:3], (0.0, 0.0, 3e-24))
+
+
+def test_a_table_without_restitution_under_a_soft_heavy_cue_is_solved():
+    solved(guided_strike(9.77e4, 1.63e-8, 'energetic', (1.04e-3, 1.74), (0.443, 0.0), 2.82e-5,
+                         0.0, (0.0, -0.452, 0.892)), 1e-12)
