@@ -12,13 +12,25 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, frugal
 from billiard_shot.impact.advance import ROUNDING
-from billiard_shot.impact.state import COMPRESSING, INACTIVE, initial_state, Model, room_for
+from billiard_shot.impact.laws import POISSON
+from billiard_shot.impact.state import (
+    COMPRESSING,
+    INACTIVE,
+    initial_state,
+    Model,
+    room_for,
+    State,
+)
 from billiard_shot.impact.swings import no_swings
 from billiard_shot.impact.walk import run
 from billiard_shot.status import Status
 
 LOOSEST = 1e-6  # tolerance: a looser one would save a sixth of the steps, and lose its meaning
+UNACCOUNTED = 1e4  # energy, in tolerances, above which it says that the tolerance was not kept,
+LEAST_UNACCOUNTED = 1e-8  # and at least
 OK = int(Status.OK)
+INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
+TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
 
 
 @frugal
@@ -37,6 +49,23 @@ def is_straight(
                 if friction[j] > 0.0 and response[3 * i + 2, 3 * j + 1] != 0.0:
                     return False
     return True
+
+
+@frugal
+def unaccounted(s: State, velocity: NDArray[np.float64], speed: float) -> float:
+    """
+    Energy that came or went without an account, in parts of all that changed hands.
+
+    Impulses times the mean of the velocities before and after are the work done on the bodies.
+    """
+    gap, turnover = 0.0, 0.0
+    for row in range(s.u.shape[0]):
+        before, after = velocity[row] / speed, s.u[row, 0]
+        gap += 0.5 * s.impulse[row] * (before + after)
+        turnover += 0.5 * abs(s.impulse[row]) * (abs(before) + abs(after))
+    for j in range(len(s.contact)):
+        gap += s.contact[j].kept + s.contact[j].rubbed
+    return abs(gap) / turnover if turnover > 0.0 else 0.0
 
 
 @entry
@@ -112,6 +141,10 @@ def solve(
     straight = is_straight(response, friction, velocity)
     m = Model(scaled, law, exponent, min(tolerance, LOOSEST), straight)
     status, phases, steps = run(m, s, room_for(count), no_swings(count), log)
+    allowed = max(UNACCOUNTED * m.tolerance, LEAST_UNACCOUNTED)
+    ends = status in (OK, INFINITE_SEQUENCE) and law != POISSON
+    if ends and unaccounted(s, velocity, speed) > allowed:
+        status = TOLERANCE_NOT_REACHED
     unit = speed / mobility
     for row in range(3 * count):
         impulse[row] *= unit

@@ -43,7 +43,8 @@ from billiard_shot.impact.swings import (
 from billiard_shot.impact.transitions import part, slide_against, transition
 from billiard_shot.status import Status
 
-MAX_STEPS = 25_000  # a contact
+MAX_STEPS = 200_000  # of a collision,
+STEPS_EACH = 25_000  # or so many a contact, where that is more
 IMPLICIT = 4  # steps that an implicit one counts for, times the square of its young contacts
 FLOOR = 10  # why a phase ended, beside the events END, JOIN and EMPTY: the energy floor
 PINNED_STEP = 0.005  # longest step while contacts hold beyond their own cones
@@ -284,7 +285,7 @@ def run(
     young = 0
     quiet = 0  # steps since the last event
     spent = 0
-    budget = MAX_STEPS * len(s.contact)
+    budget = max(MAX_STEPS, STEPS_EACH * len(s.contact))
     while spent < budget:
         spent += 1 + IMPLICIT * young * young
         swings.steps += 1
@@ -323,6 +324,7 @@ def run(
             scale, end = explicit_step(m, s, scale, order, tolerance)
         if scale == 0.0 and leaping:
             abandon(m, s, w)
+            stirred = excitation(m, s)
             unsettled = True
             scale = swings.scale
             continue
@@ -391,7 +393,9 @@ def run(
             leap = next_swing(m, s, w, scale, share, stirred)
             if leap != NO_LEAP:
                 scale = swings.scale
-            unsettled = unsettled or leap == TAKEN_BACK
+            if leap == TAKEN_BACK:
+                stirred = excitation(m, s)  # where it failed it may have been anything
+                unsettled = True
     if swings.node != WATCHING:
         abandon(m, s, w)
     return BUDGET_EXCEEDED, phases, spent

@@ -1,10 +1,10 @@
 """
 What must hold in every hard case, and whether it does.
 
-No exception, no NaN, a status that the case allows (the budget of steps is walk.MAX_STEPS a
-contact, and a state takes one or more), the value that the case states, no energy gained, one
-answer for all orders of contacts, tolerances kept, and an answer that moves no more than the
-numbers do.
+No exception, no NaN, a status that the case allows (the budget of steps is walk.MAX_STEPS, or
+walk.STEPS_EACH a contact, and a state takes one or more), the value that the case states, no
+energy gained, one answer for all orders of contacts, tolerances kept, and an answer that moves no
+more than the numbers do.
 """
 from __future__ import annotations
 

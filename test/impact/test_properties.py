@@ -19,6 +19,8 @@ from setups import (
 )
 from slow_check import frame, inverse_mass, jacobian, rotation
 
+from billiard_shot.impact.kernel import unaccounted
+from billiard_shot.impact.state import initial_state
 from billiard_shot.status import Status
 
 examples = settings(derandomize=True, deadline=None, max_examples=60, database=None)
@@ -317,3 +319,11 @@ def test_nothing_happens_where_nothing_approaches():
 def test_frames_of_the_slow_check_are_orthonormal():
     for n in ((0, 0, 1), (1, 2, 3), (-1, 0, 0)):
         np.testing.assert_allclose(frame(n) @ frame(n).T, np.eye(3), atol=1e-15)
+
+
+@pytest.mark.parametrize(('kept', 'gap'), [(0.25, 0.0), (0.1, 0.2)])
+def test_energy_without_an_account_is_noticed(kept, gap):
+    state = initial_state(1, np.array([1.0, 0.0, 0.0]))
+    state.u[0, 0] = 0.5  # met at 1: the impulse 1 took away 0.25
+    state.contact['kept'][0] = kept
+    assert unaccounted(state, np.array([-2.0, 0.0, 0.0]), 2.0) == pytest.approx(gap, abs=1e-15)

@@ -132,3 +132,11 @@ def test_what_is_zero_at_the_start_of_every_swing_stays_so():
 def test_a_table_without_restitution_under_a_soft_heavy_cue_is_solved():
     solved(guided_strike(9.77e4, 1.63e-8, 'energetic', (1.04e-3, 1.74), (0.443, 0.0), 2.82e-5,
                          0.0, (0.0, -0.452, 0.892)), 1e-12)
+
+
+def test_what_a_leap_came_to_that_was_given_up_is_forgotten():
+    """It ended at velocities of 1e125, against which the slip at its start was taken for none."""
+    solved(guided_strike(0.06827722527789867, 76938576.80433057, 'bistiffness',
+                         (5.9444299653699675, 2.2850157985359516), (0.0, 0.527857380119023),
+                         0.25446961400442175, 0.7578197583901314,
+                         (0.45802499, -0.24595693, 0.8542355)), 1e-12)
