@@ -58,7 +58,8 @@ class CollisionResult:
     Attributes
     ----------
     status : Status
-        OK, INFINITE_SEQUENCE, NEGATIVE_ENERGY (law poisson) or BUDGET_EXCEEDED.
+        OK, INFINITE_SEQUENCE, NEGATIVE_ENERGY (law poisson), TOLERANCE_NOT_REACHED (the energies
+        do not add up) or BUDGET_EXCEEDED.
     velocities, spins : (bodies, 3) float arrays
         After the collision [m/s], [rad/s], common frame.
     impulses : (N, 3) float array
