@@ -9,6 +9,7 @@ with its normal corrected.
 from collections.abc import Sequence
 import math
 import sys
+import time
 from typing import TypeVar
 
 from billiard_shot_msgs.srv import PredictShot
@@ -36,6 +37,9 @@ RETREAT = 0.05
 START_UP = 120.0
 """Seconds to wait for the service: a predictor that has to compile the library takes a while."""
 
+REPEAT = 2.0
+"""Seconds without an answer after which a request that is harmless is sent anew."""
+
 Answer = TypeVar('Answer')
 
 
@@ -55,9 +59,21 @@ def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.
     return conversions.make_request(contact - RETREAT * direction, quaternion, speed)
 
 
-def call(node: Node, client: Client, request: object, timeout: float = 10.0) -> Answer:
+def call(node: Node, client: Client, request: object, timeout: float = 10.0,
+         repeatable: bool = False) -> Answer:
     """
     Answer of a service.
+
+    Parameters
+    ----------
+    node, client, request
+        Who asks, through what, and what.
+    timeout : float
+        Seconds to wait for an answer.
+    repeatable : bool
+        Whether the request may be carried out twice; it is then sent anew where no answer comes.
+        An answer is lost where the server has not yet discovered who asks, though the client
+        has long seen the server (github.com/ros2/rmw_fastrtps/issues/842).
 
     Raises
     ------
@@ -65,11 +81,15 @@ def call(node: Node, client: Client, request: object, timeout: float = 10.0) -> 
         If there is none within `timeout` seconds.
 
     """
-    future = client.call_async(request)
-    rclpy.spin_until_future_complete(node, future, timeout_sec=timeout)
-    if not future.done():
-        raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
-    return future.result()
+    end = time.monotonic() + timeout
+    while (left := end - time.monotonic()) > 0.0:
+        future = client.call_async(request)
+        rclpy.spin_until_future_complete(
+            node, future, timeout_sec=min(left, REPEAT) if repeatable else left)
+        if future.done():
+            return future.result()
+        client.remove_pending_request(future)
+    raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
 
 
 def report(response: PredictShot.Response) -> str:
@@ -111,7 +131,7 @@ def main(args: Sequence[str] | None = None) -> None:
             sys.exit(f'no service {client.service_name}: is the predictor running?')
         for name, (normal, velocity) in PAPER_SHOTS.items():
             response: PredictShot.Response = call(
-                node, client, request_for(normal, velocity, radius))
+                node, client, request_for(normal, velocity, radius), repeatable=True)
             print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
             print(report(response), end='\n\n', flush=True)
             if Status(response.status).refused:

@@ -120,7 +120,7 @@ class Player(Node):
         """Ask the predictor about the planned stroke."""
         request = PredictShot.Request(
             cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True)
-        return call(self, self._predict, request)
+        return call(self, self._predict, request, repeatable=True)
 
     def execute(self, goal: ExecuteShot.Goal, arm: bool = True) -> Any:
         """Send a goal, arm it once it is aimed, and return status and result when it has ended."""

@@ -31,9 +31,9 @@ def domain() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope='session')
-def launch(domain: None) -> Iterator[Start]:
-    """Start nodes: `launch('cue_sim', '-p', 'rate:=100.0')`; they are stopped in the end."""
+@contextlib.contextmanager
+def launching() -> Iterator[Start]:
+    """Start nodes, and stop them in the end."""
     with contextlib.ExitStack() as stack:
         def start_node(name: str, *arguments: str) -> subprocess.Popen[str]:
             process = subprocess.Popen(
@@ -44,7 +44,14 @@ def launch(domain: None) -> Iterator[Start]:
         yield start_node
 
 
-@pytest.fixture(scope='session')
+@pytest.fixture(scope='module')
+def launch(domain: None) -> Iterator[Start]:
+    """Start nodes: `launch('cue_sim', '-p', 'rate:=100.0')`; they end with the file's tests."""
+    with launching() as start_node:
+        yield start_node
+
+
+@pytest.fixture(scope='module')
 def start(launch: Start) -> Start:
     """Start predictors: `start('-p', 'scene:=paper')`."""
     return partial(launch, 'predictor')
@@ -70,9 +77,10 @@ def node(domain: None) -> Iterator[Any]:
 
 
 @pytest.fixture(scope='session')
-def predictor(start: Start) -> subprocess.Popen[str]:
-    """Return the process of a predictor with its default parameters."""
-    return start()
+def predictor(domain: None) -> Iterator[subprocess.Popen[str]]:
+    """Return the process of a predictor with its default parameters, for all tests."""
+    with launching() as start_node:
+        yield start_node('predictor')
 
 
 @pytest.fixture(scope='session')
@@ -84,4 +92,4 @@ def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
     client = node.create_client(PredictShot, 'predict_shot')
     # Long enough for a library that is not in numba's cache yet.
     assert client.wait_for_service(timeout_sec=60.0), 'the predictor did not come up'
-    return lambda request: call(node, client, request)
+    return lambda request: call(node, client, request, repeatable=True)

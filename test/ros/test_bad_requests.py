@@ -79,7 +79,7 @@ def test_cue_through_cloth(start, node):
     assert client.wait_for_service(timeout_sec=60.0)
     request = level_shot()
     request.cue_pose.position.z = 0.005
-    answer = call(node, client, request)
+    answer = call(node, client, request, repeatable=True)
     assert Status(answer.status) is Status.CUE_THROUGH_CLOTH
     assert 'cloth' in answer.message
 

@@ -297,7 +297,7 @@ def test_a_late_brake_is_a_fault(cell):
     def late_brake(seconds):
         value = ParameterValue(type=3, double_value=seconds)
         answer = call(cell.player, put, SetParameters.Request(
-            parameters=[Parameter(name='late_brake', value=value)]))
+            parameters=[Parameter(name='late_brake', value=value)]), repeatable=True)
         return answer.results[0].successful
 
     assert not late_brake(-1.0)

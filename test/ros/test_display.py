@@ -258,7 +258,8 @@ def test_another_scene_is_shown_once_it_is_set(launch, node):
 
     def answer(scene):
         setting = Parameter('scene', value=scene).to_parameter_msg()
-        return call(node, client, SetParameters.Request(parameters=[setting])).results[0]
+        request = SetParameters.Request(parameters=[setting])
+        return call(node, client, request, repeatable=True).results[0]
 
     assert not answer('no_such_scene').successful
     assert answer('snooker').successful

@@ -62,12 +62,14 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
     assert describe.wait_for_service(timeout_sec=10.0)
     assert set_them.wait_for_service(timeout_sec=10.0)
     names = [parameter.name for parameter in parameters.PREDICTOR]
-    for descriptor in call(node, describe, DescribeParameters.Request(names=names)).descriptors:
+    request = DescribeParameters.Request(names=names)
+    for descriptor in call(node, describe, request, repeatable=True).descriptors:
         assert descriptor.description.endswith('.')
 
     def put(name, kind, **value):
         parameter = ParameterMessage(name=name, value=ParameterValue(type=kind, **value))
-        return call(node, set_them, SetParameters.Request(parameters=[parameter])).results[0]
+        request = SetParameters.Request(parameters=[parameter])
+        return call(node, set_them, request, repeatable=True).results[0]
     integer, double, string = 2, 3, 4
     assert not put('scene', string, string_value='no_such_scene').successful
     assert 'no_such_scene' in put('scene', string, string_value='no_such_scene').reason
