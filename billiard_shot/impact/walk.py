@@ -289,19 +289,20 @@ def run(
     while spent < budget:
         spent += 1 + IMPLICIT * young * young
         swings.steps += 1
+        leaping = swings.node != WATCHING
+        if unsettled:
+            stirred = excitation(m, s)
+        elif quiet % GLANCE == GLANCE - 1:
+            stirred = max(stirred, excitation(m, s))
         fine = m.tolerance * max(stirred, 1.0)  # velocities below are none, in the end
         no_slip = NO_SLIP * fine
-        leaping = swings.node != WATCHING
         if unsettled:
             settle(m, s, room, no_slip)
             unsettled = False
-            stirred = excitation(m, s)
             fade(m, s, min(stirred, 1.0))
             if stirred < floor and not leaping:
                 give_up(m, s, log, phases)
                 return INFINITE_SEQUENCE, phases + 1, spent
-        elif quiet % GLANCE == GLANCE - 1:
-            stirred = max(stirred, excitation(m, s))
         was_young = young
         young, pinned = begin(m, s)
         order = COLUMNS - 4 if leaping else usual_order
@@ -324,7 +325,6 @@ def run(
             scale, end = explicit_step(m, s, scale, order, tolerance)
         if scale == 0.0 and leaping:
             abandon(m, s, w)
-            stirred = excitation(m, s)
             unsettled = True
             scale = swings.scale
             continue
@@ -393,9 +393,7 @@ def run(
             leap = next_swing(m, s, w, scale, share, stirred)
             if leap != NO_LEAP:
                 scale = swings.scale
-            if leap == TAKEN_BACK:
-                stirred = excitation(m, s)  # where it failed it may have been anything
-                unsettled = True
+            unsettled = unsettled or leap == TAKEN_BACK
     if swings.node != WATCHING:
         abandon(m, s, w)
     return BUDGET_EXCEEDED, phases, spent
