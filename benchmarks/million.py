@@ -7,22 +7,26 @@ Seeded; log-uniform over mass ratios 1e-6 to 1e6, stiffness ratios 1e-8 to 1e8, 
 
     python benchmarks/million.py --count 1000000 [--mild] [--failures F.csv] [--picture F.png]
 
-Without a count it takes ten thousand, for a first look.
+Without a count it takes ten thousand, for a first look; a million take two hours on two cores.
+Ctrl+C ends it with a report of those done by then.
 
 `--mild` keeps to what a table may have: mass ratios 0.3 to 10, stiffness ratios 0.1 to 10,
 n.c from -0.3, friction 0.05 to 1, restitution 0.3 to 0.95.
 """
 import argparse
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import as_completed, ProcessPoolExecutor
 import csv
 import os
+import signal
+import sys
 from time import perf_counter
 
 import numpy as np
 from tools.timing import Report
 
 from billiard_shot import Scene
+from billiard_shot.cli.progress import progress
 from billiard_shot.impact.kernel import solve
 from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
 from billiard_shot.shot.contacts import approach_of, levers, response_of
@@ -125,6 +129,23 @@ def chunk(seed, count, mild):
     return np.array([solved(*random_strike(rng, mild)) for _ in range(count)])
 
 
+def run(count, seed, workers, mild):
+    """Rows of all strikes; after Ctrl+C, of those done by then."""
+    sizes = [min(CHUNK, count - i) for i in range(0, count, CHUNK)]
+    seeds = np.random.SeedSequence(seed).spawn(len(sizes))
+    with ProcessPoolExecutor(
+        workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
+    ) as pool:
+        tasks = [pool.submit(chunk, seeds[i], sizes[i], mild) for i in range(len(sizes))]
+        try:
+            for _ in progress(as_completed(tasks), f'strikes / {CHUNK}', len(tasks)):
+                pass
+        except KeyboardInterrupt:
+            print('ends with what is being done', file=sys.stderr)
+            pool.shutdown(cancel_futures=True)
+    return np.concatenate([task.result() for task in tasks if not task.cancelled()])
+
+
 def region(rows, failed, name):
     """Where failures are: shares by decade of a parameter, as text."""
     values, special = rows[:, NAMES.index(name)], {}
@@ -173,11 +194,7 @@ def main():
     options = parser.parse_args()
     report = Report('Random strikes' + (', mild ranges' if options.mild else ', wide ranges'))
     begin = perf_counter()
-    sizes = [min(CHUNK, options.count - i) for i in range(0, options.count, CHUNK)]
-    seeds = np.random.SeedSequence(options.seed).spawn(len(sizes))
-    with ProcessPoolExecutor(options.workers) as pool:
-        parts = pool.map(chunk, seeds, sizes, [options.mild] * len(sizes))
-        rows = np.concatenate(list(parts))
+    rows = run(options.count, options.seed, options.workers, options.mild)
     wall = perf_counter() - begin
     finite = np.isfinite(rows[:, STATUS:]).all(axis=1)
     failed = np.isin(rows[:, STATUS], (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED))
