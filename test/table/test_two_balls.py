@@ -4,6 +4,7 @@ import pytest
 from tables import after, ENDLESS, play, R, rolling, scene_with, state
 
 from billiard_shot.scene import Effects
+from billiard_shot.status import Status
 from billiard_shot.table.trajectory import EventKind
 
 IDEAL = {'restitution': 1.0, 'friction_fast': 0.0, 'friction_slow': 0.0}
@@ -103,6 +104,16 @@ def test_newtons_cradle():
     before = run.balls['cue'].at(hits[0].time - 1e-12)
     assert last.velocity[0] == pytest.approx(before.velocity[0], rel=1e-3)
     assert abs(run.balls['3'].at(hits[4].time).velocity[0]) < 1e-12
+
+
+@pytest.mark.parametrize('apart', [1e-9, 1e-5])
+@pytest.mark.parametrize('restitution', [0.0, 0.5, 0.95, 1.0])
+def test_a_row_that_jostles_comes_to_rest_where_nothing_counts_as_in_touch(restitution, apart):
+    """Three that met within rounding were in touch, but not in contact: they met for ever."""
+    scene = scene_with(ENDLESS, ball_ball=IDEAL | {'gap': 0.0, 'restitution': restitution})
+    row = {str(i): state(0.1 + i * (2 * R + apart), 0) for i in range(5)}
+    run = play(scene, cue=state(0, 0, (1, 0, 0)), **row)
+    assert run.status is Status.OK
 
 
 def test_a_flying_ball_clears_another():
