@@ -42,8 +42,8 @@ class BallBall:
     gap : float
         Balls (and cushions) so near each other are in touch when one of them is hit [m], at
         least 0 and at most 1 mm; what is farther apart collides one after the other. 0.1 um:
-        what was placed in touch, and no gaps of a rack, which are tens of um. Below 0.1 nm,
-        to which the instants of collisions are known, it is 0.1 nm.
+        what was placed in touch, and no gaps of a rack, which are tens of um. Anything below
+        10 nm is 10 nm: so deep bodies may be in each other that were pressed together.
 
     """
 

@@ -4,8 +4,8 @@ import math
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.furniture import Pocket
-from billiard_shot.table.first_contact import TOUCH
 from billiard_shot.table.furniture import Furniture, HAN, MATHAVAN
+from billiard_shot.table.rails import BEYOND
 from billiard_shot.table.surface import AUTO, Surface
 
 _CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
@@ -51,8 +51,9 @@ def furniture_of(scene: Scene) -> Furniture:
         length, width, pockets, model, *numbers, height, depth, corner, side, corner_hole,
         side_hole, float(balls.restitution), float(balls.friction_fast),
         float(balls.friction_slow), float(balls.friction_decay), float(balls.stiffness),
-        # Those that collide may be apart by as much: they must be among those in touch.
-        max(float(balls.gap), TOUCH),
+        # Those that collide may be as far apart, or as deep in each other where they were pressed
+        # together: they must be among those in touch.
+        max(float(balls.gap), BEYOND),
     )
 
 

@@ -174,13 +174,13 @@ def schedule_meetings(w: World, index: int, now: float, diameter: float, pairs: 
     until = w.balls[index, END]
     if pairs != ON:
         until = min(until, w.rail_time[index])
-    moving = moves(w.balls[index])
+    here, moving = w.balls[index, MOTION] <= FLIGHT, moves(w.balls[index])
     for other in range(w.balls.shape[0]):
         if other == index:
             continue
         time = np.inf
         near = moving or moves(w.balls[other]) or pairs == ON
-        if w.balls[other, MOTION] <= FLIGHT and near:
+        if here and w.balls[other, MOTION] <= FLIGHT and near:
             end = min(until, w.balls[other, END])
             if pairs != ON:
                 end = min(end, w.rail_time[other])

@@ -84,6 +84,16 @@ def test_pockets_take_what_is_shot_at_them(place, velocity, pocket):
     assert (last.kind, last.place, last.energy_after) == (EventKind.POCKET, pocket, 0.0)
 
 
+@pytest.mark.parametrize('behind', [0.07, 0.2])
+def test_a_ball_follows_another_into_the_same_pocket(behind):
+    """The one that had fallen was still in the way at the mouth."""
+    corner, way = np.array([POOL.table.length, POOL.table.width]) / 2, np.sqrt([0.5, 0.5])
+    places = [corner - (0.3 + d) * way for d in (0.0, behind)]
+    run = play(POOL, first=rolling(*places[0], *(1.5 * way)),
+               second=rolling(*places[1], *(1.5 * way)))
+    assert [e.kind for e in run.events] == [EventKind.POCKET, EventKind.POCKET]
+
+
 def test_jaws_reject_what_comes_along_the_rail():
     # hard along the cushion, a ball's radius away from it: it rattles
     for inset in (0.0005, 0.004):

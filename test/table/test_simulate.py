@@ -11,10 +11,18 @@ from tables import ENDLESS, play, POOL, R, random_states, state
 from billiard_shot.compiled import entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
-from billiard_shot.table.motion import ACCELERATION, COLUMNS, MOTION, Motion, POSITION, VELOCITY
+from billiard_shot.table.motion import (
+    ACCELERATION,
+    Cause,
+    COLUMNS,
+    MOTION,
+    Motion,
+    POSITION,
+    VELOCITY,
+)
 from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.trajectory import BallState, EventKind
-from billiard_shot.table.world import AFTER, BEFORE
+from billiard_shot.table.world import AFTER, BEFORE, EVENT_BALLS, EVENT_CAUSE
 
 TINY = 1e-18  # J
 
@@ -70,6 +78,16 @@ def check_random_tables(count, seed):
         assert deepest <= 1e-9
         assert outside <= 1e-9
         assert (run._events[:, AFTER] <= run._events[:, BEFORE] * (1 + 1e-12) + TINY).all()
+        check_nothing_happens_to_balls_that_are_gone(run)
+
+
+def check_nothing_happens_to_balls_that_are_gone(run):
+    gone = 0
+    for row in run._events:
+        taking_part = int(row[EVENT_BALLS])
+        assert not gone & taking_part
+        if row[EVENT_CAUSE] in (Cause.POCKET, Cause.OFF):
+            gone |= taking_part
 
 
 def test_nothing_is_missed_nothing_overlaps_nothing_is_gained():
@@ -95,6 +113,7 @@ def test_breaks(name):
         assert outside <= 1e-9
         assert all(e.dissipated >= -1e-12 * e.energy_before - TINY for e in run.events)
         assert any(e.kind == EventKind.CUSHION and e.balls != ('cue',) for e in run.events)
+        check_nothing_happens_to_balls_that_are_gone(run)
 
 
 def break_of(scene, speed, aside=0.0):
