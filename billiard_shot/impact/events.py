@@ -2,7 +2,7 @@
 
 from billiard_shot.compiled import frugal
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.polynomial import first_root, NO_ROOT, POSITIVE
+from billiard_shot.impact.polynomial import evaluate, first_root, NO_ROOT, POSITIVE
 from billiard_shot.impact.state import (
     COMPRESSING,
     INACTIVE,
@@ -132,9 +132,12 @@ def first_event(
         sign = -1.0 if c.phase == COMPRESSING else 1.0
         known = noise * stirred if c.still else POSITIVE
         x = first_root(opening, order, sign, 0.0, known, end, scratch)
-        empty = c.phase == COMPRESSING and s.y[j, 0] == 0.0
-        if x == 0.0 and empty:
-            x = NO_ROOT  # it has only just joined: what turns it back is noise
+        opens = False
+        if x == 0.0 and c.phase == COMPRESSING and s.y[j, 0] == 0.0:
+            # It has only just joined. What turns it back is noise, unless it parts in earnest: the
+            # forces of contacts that joined after it may have changed its mind.
+            x = NO_ROOT
+            opens = evaluate(s.y[j], order, end) < -c.faint
         if x != NO_ROOT:
             end, event, contact = x, JOIN if c.phase == INACTIVE else TURN, j
         if c.phase == INACTIVE:
@@ -164,4 +167,6 @@ def first_event(
             x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
+        if opens and end > 0.0:  # not by a friction that cannot be, which would end at once
+            end, event, contact = 0.0, END, j
     return end, event, contact

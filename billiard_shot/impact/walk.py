@@ -185,19 +185,28 @@ def give_up(m: Model, s: State, log: NDArray[np.float64], row: int) -> None:
 
 
 @frugal
-def calm(s: State, tolerance: float) -> None:
+def hold_back(s: State) -> None:
     """
-    Take back the slips that were to begin, but could not. What slips in earnest goes on.
+    Let contacts that are to slide before they press in earnest wait until they do.
 
     Where many contacts join at once the springs load one after the other, as ever higher powers of
-    time: the first is under way before anything can be said of the last. Those wait.
+    time: the first is under way before anything can be said of the last.
     """
     for j in range(len(s.contact)):
         c = s.contact[j]
         if c.young and s.y[j, 0] < c.faint:
             c.idle = 1
             c.onset = 0
-        elif c.young and slip_speed(s, j) <= tolerance:
+            c.young = 0
+
+
+@frugal
+def calm(s: State, tolerance: float) -> None:
+    """Take back the slips that were to begin, but could not. What slips in earnest goes on."""
+    hold_back(s)
+    for j in range(len(s.contact)):
+        c = s.contact[j]
+        if c.young and slip_speed(s, j) <= tolerance:
             stop_slip(s, j)
             c.onset = 0
         c.young = 0
@@ -373,6 +382,9 @@ def run(
             status = NEGATIVE_ENERGY
         if event != NOTHING:
             unsettled = transition(m, s, room, event, j, known) or unsettled
+        if event == CONE and young > 1:  # one after the other, they would begin for ever
+            hold_back(s)
+            unsettled = True
         if is_over(s) and not leaping:
             return status, phases, spent
         if young:

@@ -85,6 +85,35 @@ def chain(count, speed=1.0, stiffness=None):
     return bodies, contacts
 
 
+def cluster(rng, count=6, restitution=0.95, friction=0.1, speed=1.8):
+    """Balls on a plane that touch as they come, and one more that strikes the last of them."""
+    radius = 1.0
+
+    def beside(place):
+        angle = rng.uniform(0, 2 * np.pi)
+        return place + 2 * radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+
+    places = [np.zeros(3)]
+    while len(places) <= count:
+        place = beside(places[-1] if len(places) == count else places[rng.integers(len(places))])
+        if all(np.linalg.norm(place - other) > 2 * radius - 1e-9 for other in places):
+            places.append(place)
+    normal = (places[-1] - places[-2]) / (2 * radius)
+    aside = np.cross(normal, (0, 0, 1))
+    bodies = [{'mass': 1.0, 'inertia': 0.4 * radius**2, 'position': place} for place in places]
+    bodies[-1]['velocity'] = speed * (0.6 * aside - 0.8 * normal)
+    contacts = [
+        {
+            'a': j, 'b': i, 'point': (places[i] + places[j]) / 2,
+            'normal': (places[j] - places[i]) / (2 * radius), 'restitution': restitution,
+            'friction': friction,
+        }
+        for j in range(len(places)) for i in range(j)
+        if np.linalg.norm(places[j] - places[i]) < 2 * radius + 1e-9
+    ]  # fmt: skip
+    return bodies, contacts
+
+
 def block(velocity, spin=(0.0, 0.0, 0.0), friction=0.3, restitution=0.5, order=(0, 1, 2, 3)):
     """A flat block on its four lower corners: more contacts than it has freedom."""
     mass, (a, b, c) = 1.3, (0.3, 0.2, 0.1)

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from setups import chain, difference, random_shot, run, shot, SHOTS, two_balls
+from setups import chain, cluster, difference, random_shot, run, shot, SHOTS, two_balls
 from slow_check import slow_collide
 from test_properties import random_bodies
 
@@ -41,6 +41,41 @@ def test_random_bodies(law, count):
     rng = np.random.default_rng(2)
     for _ in range(40):
         agree(random_bodies(rng, count), 1e-5, law=law)
+
+
+@pytest.mark.parametrize('law', LAWS)
+def test_clusters_with_friction(law):
+    """What joins late may let go what joined before it; that was held by a spring that pulled."""
+    rng = np.random.default_rng(5)
+    for i in range(300):
+        setup = cluster(rng)
+        result = run(setup, law=law, tolerance=1e-7)
+        assert result.status in (Status.OK, Status.INFINITE_SEQUENCE), i
+        if i < 20:
+            agree(setup, 1e-5, law=law)
+
+
+@pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('tolerance', [1e-4, 1e-7, 1e-9])
+def test_slips_do_not_begin_one_after_the_other_for_ever(law, tolerance):
+    """A branch of six balls, whose far end is pressed by rounding errors at first."""
+    places = np.array([
+        (0, 0), (2.53, 5.62), (0.76, 4.69), (-1.24, 4.59), (-1.63, 2.63), (-1.89, 0.64),
+        (0.27, 6.63),
+    ])  # fmt: skip
+    places = np.column_stack([places, np.zeros(7)])
+    bodies = [{'mass': 1.0, 'inertia': 0.4, 'position': place} for place in places]
+    bodies[0] |= {'velocity': (-0.83, 0.56, 0), 'spin': (-0.56, -0.83, 0)}
+    contacts = []
+    for a, b in ((0, 5), (1, 2), (2, 3), (2, 6), (3, 4), (4, 5)):
+        apart = places[a] - places[b]
+        contacts.append({
+            'a': a, 'b': b, 'point': places[b] + apart / 2,
+            'normal': apart / np.linalg.norm(apart), 'restitution': 0.5, 'friction': 0.12,
+        })
+    setup = bodies, contacts
+    assert run(setup, law=law, tolerance=tolerance).evaluations < 1000
+    agree(setup, 1e-5, law=law)
 
 
 @pytest.mark.parametrize('law', LAWS)
