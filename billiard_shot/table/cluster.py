@@ -23,7 +23,7 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.rails import ARCS, FACINGS
 from billiard_shot.table.surface import Surface
-from billiard_shot.table.world import energy_of, GIVEN_UP, log_event, place_at, World
+from billiard_shot.table.world import energy_of, log_event, place_at, World
 
 TOLERANCE = 1e-7  # of the impact, relative to the approach
 LAW_NAMES = {number: name for name, number in LAWS.items()}
@@ -127,7 +127,7 @@ def resolve(surface: Surface, furniture: Furniture, w: World) -> None:
     """
     Let all bodies collide for which the play has paused; then it can go on.
 
-    Where their collision takes more than its budget, the play ends there.
+    Where their collision is not solved, the play ends there, with its status.
     """
     time, ball, other = float(w.pause[1]), int(w.pause[2]), int(w.pause[3])
     reach = 2.0 * surface.radius + furniture.gap
@@ -144,8 +144,8 @@ def resolve(surface: Surface, furniture: Furniture, w: World) -> None:
         [*bodies, Body.fixed()], contacts, law=LAW_NAMES[surface.law], exponent=surface.exponent,
         tolerance=TOLERANCE,
     )
-    if result.status == Status.BUDGET_EXCEEDED:
-        w.pause[0] = GIVEN_UP
+    if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
+        w.pause[0] = -float(result.status)
     for k, (i, row) in enumerate(zip(members, balls, strict=True)):
         row[VELOCITY : VELOCITY + 3] = result.velocities[k]
         row[ANGULAR : ANGULAR + 3] = result.spins[k]

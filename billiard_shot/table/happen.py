@@ -187,7 +187,8 @@ def meet_table(
     advance(ball, w.rail_time[index])
     before, motion = energy_of(surface, ball), ball[MOTION]
     reach = 2.0 * surface.radius + furniture.gap
-    if 0 <= what < HOLES and near_others(w, index, index, ball[TIME], reach):
+    lies = ball[HEIGHT] == surface.radius  # one in the air strikes the cushion by itself
+    if lies and 0 <= what < HOLES and near_others(w, index, index, ball[TIME], reach):
         pause(w, ball[TIME], index, index)
         return
     if what == OUTSIDE:

@@ -27,7 +27,7 @@ from billiard_shot.table.motion import (
 from billiard_shot.table.rails import NOTHING
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.surface import Surface
-from billiard_shot.table.world import GIVEN_UP, lend_world, PAUSED, schedule_meetings, World
+from billiard_shot.table.world import lend_world, PAUSED, schedule_meetings, World
 
 OK = int(Status.OK)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
@@ -85,9 +85,10 @@ def play(
     """
     diameter = 2.0 * surface.radius
     now = w.pause[1]
-    if w.pause[0] == GIVEN_UP:
+    if w.pause[0] < 0.0:
+        unsolved = int(-w.pause[0])
         w.pause[0] = 0.0
-        return now, BUDGET_EXCEEDED
+        return now, unsolved
     resume(
         surface, furniture, bed, w, CLUSTER if w.pause[0] == PAUSED else START, now, tolerance, hop
     )

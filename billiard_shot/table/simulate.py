@@ -51,7 +51,8 @@ def simulate(
     Returns
     -------
     TableRun
-        `status`: OK, OFF_TABLE (a ball left it), NEVER_RESTS or BUDGET_EXCEEDED.
+        `status`: OK, OFF_TABLE (a ball left it), NEVER_RESTS or BUDGET_EXCEEDED; or where several
+        balls at once could not be solved, that of their collision: it ends there.
 
     Raises
     ------

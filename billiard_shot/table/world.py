@@ -32,7 +32,7 @@ EVENT_TIME, EVENT_CAUSE, EVENT_BALL, EVENT_OTHER, EVENT_BALLS, BEFORE, AFTER = r
 EVENT_MOTIONS = 7  # of the ball: before + 8 after
 EVENT_COLUMNS = 8
 
-PAUSED, GIVEN_UP = 1.0, -1.0  # a play that waits for a collision, or whose last one was not solved
+PAUSED = 1.0  # a play that waits for a collision
 
 
 class World(NamedTuple):
@@ -47,8 +47,9 @@ class World(NamedTuple):
     counts: NDArray[np.int64]  # (3,) segments, events, and contacts looked for so far
     segments: NDArray[np.float64]  # (segments, COLUMNS + 1) the last column: which ball
     events: NDArray[np.float64]  # (events, EVENT_COLUMNS)
-    # Where three bodies or more meet, the play pauses for cluster.py: (4,) whether it does (PAUSED
-    # or GIVEN_UP), when, the ball and the one it met (itself: a cushion); (n,) who took part.
+    # Where three bodies or more meet, the play pauses for cluster.py: (4,) PAUSED if it does,
+    # or minus the status of a collision that was not solved, when, the ball and the one it met
+    # (itself: a cushion); (n,) who took part.
     pause: NDArray[np.float64]
     touched: NDArray[np.bool_]
 

@@ -138,6 +138,15 @@ def test_a_low_flier_meets_the_nose():
     assert run.status == Status.OK
 
 
+def test_two_fliers_side_by_side_meet_the_nose_each_for_itself():
+    """They were to collide with the cushion at once, which only takes part for balls that lie."""
+    run = play(POOL, left=state(1.2, 0.3, (3, 0, 0), height=2e-3),
+               right=state(1.2, 0.3 - 2 * R, (3, 0, 0), height=2e-3))
+    assert run.status == Status.OK
+    first = [e.kind for e in run.events[:2]]
+    assert first == [EventKind.CUSHION, EventKind.CUSHION]
+
+
 def test_a_flier_drops_into_a_pocket():
     run = play(POOL, cue=state(0.9, 0.3, (1.2, 1.0, 0.8)))
     target = np.array([1.27, 0.635]) - (0.9, 0.3)
