@@ -167,6 +167,6 @@ def first_event(
             x = cone_root(m, s, j, order, noise, end)
             if x != NO_ROOT:
                 end, event, contact = x, CONE, j
-        if opens and end > 0.0:  # not by a friction that cannot be, which would end at once
+        if opens and (event != CONE or contact != j):  # not by a friction that it cannot have
             end, event, contact = 0.0, END, j
     return end, event, contact

@@ -117,6 +117,7 @@ def part(m: Model, s: State, j: int) -> None:
     c.phase = INACTIVE
     c.grip = FRICTIONLESS
     s.y[j, 0] = 0.0
+    c.still = s.u[3 * j, 0] == 0.0  # where it had only just joined
 
 
 @frugal
