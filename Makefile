@@ -29,12 +29,15 @@ help:
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
 	@echo 'make clean  removes .venv and all caches'
 
+# Interfaces and library are made side by side.
+MAKEFLAGS += --jobs=2
+
 # Stamps: a change of ROS 2 makes a new one necessary, as does a change of what it was made from.
 PACKAGES   := $(VENV)/.packages-$(ROS)
 INTERFACES := $(VENV)/.interfaces-$(ROS)
 LIBRARY    := $(VENV)/.library-$(ROS)
 
-setup: $(LIBRARY)
+setup: $(INTERFACES) $(LIBRARY)
 
 $(PACKAGES): setup.py config/requirements-ros.txt config/setup.sh
 	@config/setup.sh packages $(PYTHON) $(VENV) $(ROS)
@@ -44,7 +47,7 @@ $(INTERFACES): $(PACKAGES) $(wildcard msg_defs/* msg_defs/*/*)
 	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS)
 	@touch $@
 
-$(LIBRARY): $(INTERFACES)
+$(LIBRARY): $(PACKAGES)
 	@config/setup.sh library $(PYTHON) $(VENV) $(ROS)
 	@touch $@
 
