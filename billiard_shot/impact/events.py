@@ -1,6 +1,6 @@
 """What can happen within a step: the first event on its polynomials."""
 
-from billiard_shot.compiled import frugal
+from billiard_shot.compiled import frugal, inlined
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.polynomial import evaluate, first_root, NO_ROOT, POSITIVE
 from billiard_shot.impact.state import (
@@ -111,7 +111,7 @@ def swing_root(s: State, j: int, order: int, end: float) -> float:
     return first_root(slope, order - 1, 1.0, 0.0, POSITIVE, end, scratch)
 
 
-@frugal
+@inlined
 def first_event(
     m: Model, s: State, scale: float, order: int, noise: float, stirred: float, end: float,
     listens: bool,

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import frugal
+from billiard_shot.compiled import frugal, melted
 
 NO_ROOT = -1.0
 NARROW = 1e-7  # part of the interval within which a pair of roots is no event
@@ -11,7 +11,7 @@ SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them
 POSITIVE = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
-@frugal
+@melted
 def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
     """Value at x of the polynomial with coefficients c[0..degree], lowest first."""
     value = c[degree]
@@ -81,7 +81,7 @@ def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> floa
     return x
 
 
-@frugal
+@melted
 def first_root(
     c: NDArray[np.float64],
     degree: int,

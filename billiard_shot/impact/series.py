@@ -8,11 +8,11 @@ Programming, vol. 2, section 4.7): a step of any order costs one pass of convolu
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import frugal
+from billiard_shot.compiled import frugal, melted
 from billiard_shot.impact.state import INACTIVE, Model, SLIDING, State, STICKING
 
 
-@frugal
+@melted
 def normal_coefficient(
     y: NDArray[np.float64],
     force: NDArray[np.float64],
@@ -32,7 +32,7 @@ def normal_coefficient(
     return total / (k * y[contact, 0])
 
 
-@frugal
+@melted
 def slide_coefficient(
     u: NDArray[np.float64],
     force: NDArray[np.float64],
@@ -74,7 +74,7 @@ def slide_coefficient(
     force[y, k] = -friction * (push_y + force[n, 0] * work[y, k])
 
 
-@frugal
+@melted
 def expand(m: Model, s: State, scale: float, order: int) -> None:
     """Fill the step's coefficients: force[:, :order], u and y[:, :order + 1], from column 0."""
     u, y, force, work, exponent = s.u, s.y, s.force, s.work, m.exponent
@@ -98,7 +98,7 @@ def expand(m: Model, s: State, scale: float, order: int) -> None:
     lean(s, order, force)
 
 
-@frugal
+@melted
 def integrate(s: State, scale: float, k: int) -> None:
     """Coefficients k + 1 of u and y from coefficients k: u' = W F, y' = -rate u_n."""
     u, y, force, effective = s.u, s.y, s.force, s.effective
@@ -140,7 +140,7 @@ def lean(s: State, columns: int, force: NDArray[np.float64]) -> None:
                             force[row, k] += factor * force[column, k]
 
 
-@frugal
+@melted
 def step_size(m: Model, s: State, order: int, tolerance: float) -> float:
     """Length of a step in units of its scale, from u's last two coefficients; 0: overflow."""
     last = 0.0
