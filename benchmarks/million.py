@@ -18,7 +18,6 @@ from collections import Counter
 from concurrent.futures import as_completed, ProcessPoolExecutor
 import csv
 import os
-import signal
 import sys
 from time import perf_counter
 
@@ -27,6 +26,7 @@ from tools.timing import Report
 
 from billiard_shot import Scene
 from billiard_shot.cli.progress import progress
+from billiard_shot.cli.workers import begin_work
 from billiard_shot.impact.kernel import solve
 from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
 from billiard_shot.shot.contacts import approach_of, levers, response_of
@@ -133,9 +133,7 @@ def run(count, seed, workers, mild):
     """Rows of all strikes; after Ctrl+C, of those done by then."""
     sizes = [min(CHUNK, count - i) for i in range(0, count, CHUNK)]
     seeds = np.random.SeedSequence(seed).spawn(len(sizes))
-    with ProcessPoolExecutor(
-        workers, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
-    ) as pool:
+    with ProcessPoolExecutor(workers, initializer=begin_work) as pool:
         tasks = [pool.submit(chunk, seeds[i], sizes[i], mild) for i in range(len(sizes))]
         try:
             for _ in progress(as_completed(tasks), f'strikes / {CHUNK}', len(tasks)):

@@ -49,7 +49,7 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
 def _processes(workers: int) -> Iterator[Executor]:
     # Fresh processes: a copy of one with threads can hang.
     others = active_children()
-    pool = ProcessPoolExecutor(workers, get_context('spawn'), _begin_work)
+    pool = ProcessPoolExecutor(workers, get_context('spawn'), begin_work)
     try:
         yield pool
     except BaseException:
@@ -60,7 +60,8 @@ def _processes(workers: int) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
 
 
-def _begin_work() -> None:
+def begin_work() -> None:
+    """In a worker: let the first process deal with Ctrl-C, and end when it does."""
     _ignore_ctrl_c()
     Thread(target=_end_with_parent, daemon=True).start()
 
