@@ -28,6 +28,13 @@ def sources_digest() -> str:
     return digest.hexdigest()
 
 
+def _part(function: Callable[P, R], **options: bool) -> Callable[P, R]:
+    """Register a function that numba compiles inside its callers, and that is Python elsewhere."""
+    jit: Any = numba.extending.register_jitable
+    registered: Callable[P, R] = jit(**INNER, **options)(function)
+    return registered
+
+
 def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     Let numba compile a function of scalars and arrays as a part of the entries that call it.
@@ -35,9 +42,7 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     Called from Python, it stays a Python function: nothing is compiled that would let Python in,
     which saves about a quarter of the first prediction's compile time.
     """
-    jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(**INNER)(function)
-    return registered
+    return _part(function)
 
 
 def frugal(function: Callable[P, R]) -> Callable[P, R]:
@@ -47,9 +52,7 @@ def frugal(function: Callable[P, R]) -> Callable[P, R]:
     Without the counting of references that arrays need it runs a quarter faster, and compiles
     faster too.
     """
-    jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(_nrt=False, **INNER)(function)
-    return registered
+    return _part(function, _nrt=False)
 
 
 def melted(function: Callable[P, R]) -> Callable[P, R]:
@@ -58,9 +61,7 @@ def melted(function: Callable[P, R]) -> Callable[P, R]:
 
     A strike is a quarter faster for it, and the first prediction's compile time a tenth longer.
     """
-    jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(_nrt=False, forceinline=True, **INNER)(function)
-    return registered
+    return _part(function, _nrt=False, forceinline=True)
 
 
 def fused(function: Callable[P, R]) -> Callable[P, R]:
@@ -70,9 +71,7 @@ def fused(function: Callable[P, R]) -> Callable[P, R]:
     For small functions that pass tuples of arrays around, whose many words would be copied at
     every call.
     """
-    jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(forceinline=True, **INNER)(function)
-    return registered
+    return _part(function, forceinline=True)
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
