@@ -85,32 +85,36 @@ def chain(count, speed=1.0, stiffness=None):
     return bodies, contacts
 
 
+def touching(places, within, restitution, friction):
+    """Balls of radius 1 at places (n, 3), and contacts where gaps are less than `within`."""
+    bodies = [{'mass': 1.0, 'inertia': 0.4, 'position': place} for place in places]
+    contacts = []
+    for j in range(len(places)):
+        for i in range(j):
+            apart = places[j] - places[i]
+            distance = np.linalg.norm(apart)
+            if distance < 2 + within:
+                contacts.append({
+                    'a': j, 'b': i, 'point': places[i] + apart / 2, 'normal': apart / distance,
+                    'restitution': restitution, 'friction': friction,
+                })  # fmt: skip
+    return bodies, contacts
+
+
 def cluster(rng, count=6, restitution=0.95, friction=0.1, speed=1.8):
     """Balls on a plane that touch as they come, and one more that strikes the last of them."""
-    radius = 1.0
-
     def beside(place):
         angle = rng.uniform(0, 2 * np.pi)
-        return place + 2 * radius * np.array([np.cos(angle), np.sin(angle), 0.0])
+        return place + 2 * np.array([np.cos(angle), np.sin(angle), 0.0])
 
     places = [np.zeros(3)]
     while len(places) <= count:
         place = beside(places[-1] if len(places) == count else places[rng.integers(len(places))])
-        if all(np.linalg.norm(place - other) > 2 * radius - 1e-9 for other in places):
+        if all(np.linalg.norm(place - other) > 2 - 1e-9 for other in places):
             places.append(place)
-    normal = (places[-1] - places[-2]) / (2 * radius)
-    aside = np.cross(normal, (0, 0, 1))
-    bodies = [{'mass': 1.0, 'inertia': 0.4 * radius**2, 'position': place} for place in places]
-    bodies[-1]['velocity'] = speed * (0.6 * aside - 0.8 * normal)
-    contacts = [
-        {
-            'a': j, 'b': i, 'point': (places[i] + places[j]) / 2,
-            'normal': (places[j] - places[i]) / (2 * radius), 'restitution': restitution,
-            'friction': friction,
-        }
-        for j in range(len(places)) for i in range(j)
-        if np.linalg.norm(places[j] - places[i]) < 2 * radius + 1e-9
-    ]  # fmt: skip
+    bodies, contacts = touching(places, 1e-9, restitution, friction)
+    normal = (places[-1] - places[-2]) / 2
+    bodies[-1]['velocity'] = speed * (0.6 * np.cross(normal, (0, 0, 1)) - 0.8 * normal)
     return bodies, contacts
 
 

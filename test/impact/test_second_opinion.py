@@ -5,7 +5,17 @@ import sys
 
 import numpy as np
 import pytest
-from setups import chain, cluster, difference, random_shot, run, shot, SHOTS, two_balls
+from setups import (
+    chain,
+    cluster,
+    difference,
+    random_shot,
+    run,
+    shot,
+    SHOTS,
+    touching,
+    two_balls,
+)
 from slow_check import slow_collide
 from test_properties import random_bodies
 
@@ -63,17 +73,8 @@ def test_slips_do_not_begin_one_after_the_other_for_ever(law, tolerance):
         (0, 0), (2.53, 5.62), (0.76, 4.69), (-1.24, 4.59), (-1.63, 2.63), (-1.89, 0.64),
         (0.27, 6.63),
     ])  # fmt: skip
-    places = np.column_stack([places, np.zeros(7)])
-    bodies = [{'mass': 1.0, 'inertia': 0.4, 'position': place} for place in places]
-    bodies[0] |= {'velocity': (-0.83, 0.56, 0), 'spin': (-0.56, -0.83, 0)}
-    contacts = []
-    for a, b in ((0, 5), (1, 2), (2, 3), (2, 6), (3, 4), (4, 5)):
-        apart = places[a] - places[b]
-        contacts.append({
-            'a': a, 'b': b, 'point': places[b] + apart / 2,
-            'normal': apart / np.linalg.norm(apart), 'restitution': 0.5, 'friction': 0.12,
-        })
-    setup = bodies, contacts
+    setup = touching(np.column_stack([places, np.zeros(7)]), 0.01, 0.5, 0.12)
+    setup[0][0] |= {'velocity': (-0.83, 0.56, 0), 'spin': (-0.56, -0.83, 0)}
     assert run(setup, law=law, tolerance=tolerance).evaluations < 1000
     agree(setup, 1e-5, law=law)
 

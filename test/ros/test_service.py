@@ -151,7 +151,7 @@ def test_path_and_markers_come_after_the_answer(start, node):
     refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
     refused.speed = 0.0
     assert call(node, client, refused, repeatable=True).status == Status.INVALID_STROKE
-    assert not spin_until(node, lambda: arrived, seconds=0.5), 'a refusal shows nothing'
+    assert not spin_until(node, lambda: arrived, seconds=0.5), 'nothing to show yet'
 
     future = client.call_async(request_for(*PAPER_SHOTS['massé'], RADIUS))
     future.add_done_callback(lambda future: arrived.append(('answer', future.result())))
@@ -175,6 +175,9 @@ def test_path_and_markers_come_after_the_answer(start, node):
     late = []
     node.create_subscription(Path, '/display/predictor/path', late.append, LATCHED)
     assert spin_until(node, lambda: late), 'latched: who comes later sees it too'
+
+    assert call(node, client, refused, repeatable=True).status == Status.INVALID_STROKE
+    assert not spin_until(node, lambda: len(arrived) > 4, seconds=0.5), 'a refusal shows nothing'
 
 
 def test_many_calls_leave_nothing_behind(ask, predictor):
