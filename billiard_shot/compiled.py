@@ -1,99 +1,170 @@
-"""Decorators for compiled functions: the same options for all, and one safe cache."""
+"""
+Functions that run as Python at once, and as machine code as soon as there is some.
 
-from collections.abc import Callable
-from functools import cache
-import hashlib
+The inner functions of the library are plain Python. `inner` and `innermost` note how numba is to
+compile a function into its callers. `Entry` is a function that other modules call. Nothing here
+imports numba before machine code is asked for, so the first answer of a process does not wait for
+it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
+"""
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from time import perf_counter
+from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
 
-import numba
-import numba.extending
+from billiard_shot.records import OBJECTS, ROWS, Storage
 
 P = ParamSpec('P')
 R = TypeVar('R')
 
-# Divisions follow IEEE 754, as in NumPy; the GIL is released, so that threads work in parallel.
+# Divisions follow IEEE 754, as in NumPy. Compiled code releases the GIL: threads run in parallel.
 OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
-INNER = {**OPTIONS, 'no_cfunc_wrapper': True}  # nobody calls these from C either
-ROOMS = ('impact', 'table', 'shot')  # where compiled functions live
+# No wrapper for calls from C, which nobody makes: a fifth of the compile time.
+INNER: dict[str, Any] = {**OPTIONS, 'no_cfunc_wrapper': True}
+
+_parts: list[tuple[Callable[..., Any], dict[str, bool]]] = []
 
 
-@cache
-def sources_digest() -> str:
-    """Digest of the sources of all compiled functions."""
-    here = Path(__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(path for room in ROOMS for path in (here / room).glob('*.py')):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
-
-
-def _part(function: Callable[P, R], **options: bool) -> Callable[P, R]:
-    """Register a function that numba compiles inside its callers, and that is Python elsewhere."""
-    jit: Any = numba.extending.register_jitable
-    registered: Callable[P, R] = jit(**INNER, **options)(function)
-    return registered
-
-
-def compiled(function: Callable[P, R]) -> Callable[P, R]:
+def inner(function: Callable[P, R]) -> Callable[P, R]:
     """
-    Let numba compile a function of scalars and arrays as a part of the entries that call it.
+    Note that numba may compile a function into its callers.
 
-    Called from Python, it stays a Python function: nothing is compiled that would let Python in,
-    which saves about a quarter of the first prediction's compile time.
+    It must not make arrays. Without the counting of references that arrays need, it runs a quarter
+    faster.
     """
-    return _part(function)
+    return _note(function, _nrt=False)
 
 
-def frugal(function: Callable[P, R]) -> Callable[P, R]:
+def innermost(function: Callable[P, R]) -> Callable[P, R]:
+    """Like `inner`, for the innermost loops: inlined into every caller."""
+    return _note(function, _nrt=False, forceinline=True)
+
+
+def _note(function: Callable[P, R], **options: bool) -> Callable[P, R]:
+    _parts.append((function, options))
+    return function
+
+
+class Run(Protocol):
+    """An entry as it can be called now, and the storage that its arguments live in."""
+
+    storage: Storage
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the entry."""
+
+
+class Interpreted:
+    """An entry that Python interprets."""
+
+    storage: Storage = OBJECTS
+    seconds = 0.0  # of all entries so far
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the entry, and note for how long it runs."""
+        begin = perf_counter()
+        try:
+            return self.function(*args)
+        finally:
+            Interpreted.seconds += perf_counter() - begin
+
+
+class Compiled:
+    """An entry in machine code."""
+
+    storage: Storage = ROWS
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the entry."""
+        return self.function(*args)
+
+
+class Entry:
     """
-    Like `compiled`, for a function that makes no arrays, nor calls one that does.
+    A function that Python calls: interpreted until its machine code is loaded.
 
-    Without the counting of references that arrays need it runs a quarter faster, and compiles
-    faster too.
+    An entry never calls another entry: code that two of them need is `inner`.
+
+    Parameters
+    ----------
+    function : callable
+    example : callable
+        Makes arguments in a storage, for a short call. numba learns their types from it.
+
     """
-    return _part(function, _nrt=False)
+
+    machine_code: ClassVar[dict['Entry', Compiled]] = {}  # of all entries, or of none
+
+    def __init__(
+        self, function: Callable[..., Any], example: Callable[[Storage], tuple[Any, ...]]
+    ) -> None:
+        self.function = function
+        self.example = example
+        self.interpreted = Interpreted(function)
+        self.__doc__ = function.__doc__
+
+    def current(self) -> Run:
+        """Return the fastest way there is to call the function."""
+        compiled = self.machine_code.get(self)
+        if compiled is not None:
+            return compiled
+        from billiard_shot import machine_code
+
+        machine_code.look(Interpreted.seconds)
+        return self.interpreted
+
+    def on(self, storage: Storage) -> Run:
+        """Return how to call the function with arguments in a storage."""
+        return self.machine_code[self] if storage is ROWS else self.interpreted
 
 
-def melted(function: Callable[P, R]) -> Callable[P, R]:
+def entry(
+    example: Callable[[Storage], tuple[Any, ...]]
+) -> Callable[[Callable[..., Any]], Entry]:
+    """Make a function an `Entry`."""
+    return lambda function: Entry(function, example)
+
+
+def compile_entries(
+    entries: list[Entry], folder: Path
+) -> list[Compiled]:
     """
-    Like `frugal`, for what the innermost loops call: melted into it, without a call.
+    Compile entries or, if the folder has them already, load them.
 
-    A strike is a quarter faster for it, and the first prediction's compile time a tenth longer.
+    Raises
+    ------
+    OSError
+        If the folder cannot be written.
+    Exception
+        Whatever numba raises, for example for a damaged file in the folder.
+
     """
-    return _part(function, _nrt=False, forceinline=True)
+    import numba
+    from numba.extending import register_jitable
+
+    for function, options in _parts:
+        register_jitable(**INNER, **options)(function)
+    _parts.clear()
+    with _cache_in(numba, folder):
+        made = [numba.njit(cache=True, **OPTIONS)(each.function) for each in entries]
+    for each, compiled in zip(entries, made, strict=True):
+        if not Path(compiled.stats.cache_path).is_relative_to(folder):
+            raise OSError(f'{folder} cannot be written')
+        compiled(*each.example(ROWS))
+    return [Compiled(function) for function in made]
 
 
-def fused(function: Callable[P, R]) -> Callable[P, R]:
-    """
-    Compile a function as `compiled` does, and melt it into all that call it.
-
-    For small functions that pass tuples of arrays around, whose many words would be copied at
-    every call.
-    """
-    return _part(function, forceinline=True)
-
-
-def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """
-    Compile a function as a piece of its only caller.
-
-    The code generator works through all that a function calls once for each level of calls; for a
-    function that calls nearly everything, with one caller, the level is not worth the seconds.
-    """
-    dispatcher: Any = numba.njit(inline='always', **OPTIONS)(function)
-    return dispatcher
-
-
-def entry(function: Callable[P, R]) -> Callable[P, R]:
-    """
-    Compile a function that Python calls, with all that it calls, and keep the result on disk.
-
-    numba takes a cached result for fresh while the function's own file is unchanged, even where
-    a function that it calls was edited in another file; here every source counts.
-    """
-    dispatcher: Any = numba.njit(cache=True, **OPTIONS)(function)
-    file: Any = getattr(getattr(dispatcher, '_cache', None), '_cache_file', None)
-    if hasattr(file, '_source_stamp'):
-        file._source_stamp = sources_digest()
-    return dispatcher
+@contextmanager
+def _cache_in(numba: Any, folder: Path) -> Iterator[None]:
+    """Let numba keep its machine code in this folder."""
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before

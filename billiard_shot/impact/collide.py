@@ -7,9 +7,11 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact import events, kernel, walk
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
 from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.events import EventKind
+from billiard_shot.impact.integrator import ENERGY_FLOOR
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
 
@@ -17,10 +19,10 @@ from billiard_shot.status import Status
 class Ending(IntEnum):
     """Why a phase ended."""
 
-    RESTITUTION = events.END  # the contact has finished restitution
-    JOIN = events.JOIN  # another contact became active
-    EMPTY = events.EMPTY  # law poisson: the contact ended with a spring that was already empty
-    FLOOR = walk.FLOOR  # the motion died down: an infinite sequence ends
+    RESTITUTION = EventKind.RESTITUTION_END  # the contact has finished restitution
+    ACTIVATION = EventKind.ACTIVATION  # another contact became active
+    SPRING_EXHAUSTED = EventKind.SPRING_EXHAUSTED  # law poisson: it ended with an empty spring
+    ENERGY_FLOOR = ENERGY_FLOOR  # the motion died down: an infinite sequence ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,18 +87,19 @@ class CollisionResult:
     evaluations: int
 
 
-def read_log(log: NDArray[np.float64], axes: Vector) -> tuple[Phase, ...]:
-    """Read the kernel's log of phases; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
-    count = len(axes)
+def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
+    """Return the impulses (phases, N, 3) [N s] of `PhaseLog`: normal, and along both tangents."""
+    return np.stack([log['impulse'], log['impulse_1'], log['impulse_2']], axis=-1)
+
+
+def read_log(log: NDArray[np.void], axes: Vector) -> tuple[Phase, ...]:
+    """Read phases (phases, N) of `PhaseLog`; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
     return tuple(
         Phase(
-            tuple(np.flatnonzero(row[2 : 2 + count]).tolist()),
-            Ending(int(row[0])),
-            int(row[1]),
-            np.einsum('ik,ikl->il', row[2 + count : 2 + 4 * count].reshape(count, 3), axes),
-            row[2 + 4 * count :].copy(),
+            tuple(np.flatnonzero(row['active']).tolist()), Ending(int(row['ending'][0])),
+            int(row['contact'][0]), np.einsum('ik,ikl->il', impulse, axes), row['energy'].copy(),
         )
-        for row in log
+        for row, impulse in zip(log, impulses_of(log), strict=True)
     )
 
 
@@ -155,27 +158,18 @@ def collide(
     jacobian, mobility = jacobians(bodies, contacts, axes), mobilities(bodies)
     approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
     approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
-    impulse, account, log = (
-        np.empty(3 * count),
-        np.empty((count, 4)),
-        np.empty((64, 2 + 5 * count)),
+    properties = Properties(
+        np.array([c.friction for c in contacts], float),
+        np.array([c.restitution for c in contacts], float),
+        np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
+    )  # fmt: skip
+    solved = solve_in_contact_space(
+        properties, response(jacobian, mobility)[np.newaxis], approach[np.newaxis], [tolerance], 64
     )
-    while True:
-        status, phases, steps = kernel.solve(
-            response(jacobian, mobility), approach,
-            np.array([c.friction for c in contacts], float),
-            np.array([c.restitution for c in contacts], float),
-            np.array([c.stiffness for c in contacts], float),
-            LAWS[law], exponent, tolerance, impulse, account, log,
-        )  # fmt: skip
-        if phases <= len(log):
-            break
-        log = np.empty(
-            (phases, log.shape[1])
-        )  # the same collision again, with room for all phases
-    change = np.einsum('bkl,bil,i->bk', mobility, jacobian, impulse)
+    impulses = solved.impulses[0]
+    change = np.einsum('bkl,bil,i->bk', mobility, jacobian, impulses.ravel())
     return CollisionResult(
-        Status(status), velocities + change[:, :3], spins + change[:, 3:],
-        np.einsum('ik,ikl->il', impulse.reshape(count, 3), axes),
-        account[:, :2], account[:, 2], read_log(log[:phases], axes), steps,
+        Status(solved.status[0]), velocities + change[:, :3], spins + change[:, 3:],
+        np.einsum('ik,ikl->il', impulses, axes), solved.losses[0], solved.final_slips[0],
+        read_log(solved.log, axes), int(solved.steps[0]),
     )  # fmt: skip

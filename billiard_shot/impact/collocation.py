@@ -1,28 +1,39 @@
 """
-One step of a collision by implicit collocation: for slip that has just begun, or only creeps.
+An implicit step of a collision, by collocation: for slip that has just begun, or only creeps.
 
-There the direction of sliding follows the forces almost at once, at a rate that grows without
-bound as the slip goes to zero: explicit steps would have to be as small as the slip. Radau IIA
+There the direction of slip follows the forces almost at once, at a rate that grows without bound
+as the slip goes to zero: explicit steps would have to be as small as the slip. Radau IIA
 collocation (Hairer, Wanner, Solving ODEs II, IV.5) with the slip in polar form has no such bound,
 and starts from slip exactly zero, whether it then grows as t or as t^2.
 """
 
-from typing import NamedTuple
+from math import copysign, cos, inf, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import frugal, inlined
+from billiard_shot.compiled import inner
 from billiard_shot.impact.linear import solve_in_place
-from billiard_shot.impact.series import integrate, lean
-from billiard_shot.impact.state import INACTIVE, Model, Room, SLIDING, STAGES, State
+from billiard_shot.impact.state import (
+    ContactState,
+    INACTIVE,
+    is_active,
+    is_stiff,
+    Model,
+    slips,
+    STAGES,
+    Workspace,
+)
+from billiard_shot.impact.taylor import fill_stick_forces, integrate_coefficients
+from billiard_shot.records import Floats, OBJECTS, ROWS, Storage, Vector
 
-ITERATIONS = 25
-BLUR = 1e-15  # rad, turn that is only rounding
-SHORTEST = 1e-14  # step below which the slip is taken not to begin at all
+MAX_ITERATIONS = 25
+ANGLE_ROUNDING = 1e-15  # rad
 
 
-def _tableau(stages: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def tableau(
+    stages: int = STAGES,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return Radau IIA nodes, integration matrix, and matrix from nodal values to monomials."""
     legendre = np.polynomial.legendre
     difference = np.zeros(stages + 1)
@@ -45,257 +56,277 @@ def _tableau(stages: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDA
     return 0.5 * (x + 1.0), integral @ to_series, shift @ to_series
 
 
-NODES, INTEGRAL, MONOMIAL = _tableau(STAGES)
+_STORAGES: tuple[Storage, ...] = (OBJECTS, ROWS)
+TABLEAUS = {
+    storage: tuple(map(storage.array, tableau())) for storage in _STORAGES
+}
 
 
-class Nodes(NamedTuple):
-    """The unknowns at the collocation nodes."""
-
-    u: NDArray[np.float64]  # (3 N, STAGES)
-    y: NDArray[np.float64]  # (N, STAGES)
-    force: NDArray[np.float64]  # (3 N, STAGES)
-    angle: NDArray[np.float64]  # (N, STAGES) by which the young contacts' slip has turned
-    cosine: NDArray[np.float64]  # (N, STAGES) first component of its direction
-    sine: NDArray[np.float64]  # (N, STAGES) second component
-    slope: NDArray[np.float64]  # (STAGES,) scratch
-
-
-@frugal
-def nodal_forces(m: Model, s: State, nodes: Nodes) -> None:
-    """Find the forces at the nodes: springs from y, friction from the slip's direction."""
-    for j in range(len(s.contact)):
-        c = s.contact[j]
-        if c.phase == INACTIVE:
-            continue
-        n = 3 * j
-        for i in range(STAGES):
-            # Continued to y < 0, beyond the event that ends the step: no kink in the polynomial.
-            normal = c.stiffness * np.copysign(abs(nodes.y[j, i]) ** m.exponent, nodes.y[j, i])
-            nodes.force[n, i] = normal
-            if c.grip == SLIDING:
-                if c.young:
-                    along, aside = np.cos(nodes.angle[j, i]), np.sin(nodes.angle[j, i])
-                    x = c.toward_x * along - c.toward_y * aside
-                    y = c.toward_y * along + c.toward_x * aside
-                    nodes.cosine[j, i], nodes.sine[j, i] = x, y
-                else:
-                    x, y = nodes.u[n + 1, i], nodes.u[n + 2, i]
-                    size = np.sqrt(x * x + y * y)
-                    x, y = x / size, y / size
-                nodes.force[n + 1, i] = -c.friction * normal * x
-                nodes.force[n + 2, i] = -c.friction * normal * y
-    lean(s, nodes.force.shape[1], nodes.force)
-
-
-@frugal
-def nodal_motion(s: State, nodes: Nodes, scale: float) -> float:
-    """
-    Contact velocities and compressions at the nodes, integrated from the nodal forces.
-
-    Returns the largest change of a velocity since the last time.
-    """
-    change = 0.0
-    effective = s.effective
-    u, y, force, slope = nodes.u, nodes.y, nodes.force, nodes.slope
-    for row in range(u.shape[0]):
-        start = s.u[row, 0]
-        for i in range(STAGES):
-            slope[i] = 0.0
-        for column in range(u.shape[0]):
-            factor = scale * effective[row, column]
-            if s.contact[column // 3].phase != INACTIVE and factor != 0.0:
-                for i in range(STAGES):
-                    slope[i] += factor * force[column, i]
-        j = row // 3
-        turns = s.contact[j].young != 0 and row != 3 * j
-        for i in range(STAGES):
-            value = start
-            for k in range(STAGES):
-                value += INTEGRAL[i, k] * slope[k]
-            moved = abs(value - u[row, i])
-            if turns:  # what changes across the slip is for the angles to say
-                moved *= abs(nodes.cosine[j, i] if row == 3 * j + 1 else nodes.sine[j, i])
-            change = max(change, moved)
-            u[row, i] = value
-    for j in range(y.shape[0]):
-        if s.contact[j].phase != INACTIVE:
-            start = s.y[j, 0]
-            for i in range(STAGES):
-                value = 0.0
-                for k in range(STAGES):
-                    value += INTEGRAL[i, k] * u[3 * j, k]
-                y[j, i] = start - scale * s.contact[j].rate * value
-    return change
-
-
-@frugal
-def turn(
-    s: State,
-    nodes: Nodes,
-    scale: float,
-    members: NDArray[np.int64],
-    newton: NDArray[np.float64],
-) -> float:
-    """
-    One Newton step on the angles at which the young contacts slide, at all nodes.
-
-    The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), and t_i = d_i
-    turned by a right angle. Returns the largest turn, or infinity where that has no solution.
-    """
-    u, force, cosine, sine = nodes.u, nodes.force, nodes.cosine, nodes.sine
-    effective = s.effective
-    dimension = STAGES * members.shape[0]
-    matrix, residual = newton[:dimension, :dimension], newton[dimension, :dimension]
-    for row in range(dimension):
-        j, i = members[row // STAGES], row % STAGES
-        tx, ty = -sine[j, i], cosine[j, i]
-        residual[row] = u[3 * j + 1, i] * tx + u[3 * j + 2, i] * ty
-        for column in range(dimension):
-            b, k = members[column // STAGES], column % STAGES
-            x, y = 3 * b + 1, 3 * b + 2
-            ax = tx * effective[3 * j + 1, x] + ty * effective[3 * j + 2, x]
-            ay = tx * effective[3 * j + 1, y] + ty * effective[3 * j + 2, y]
-            push = scale * INTEGRAL[i, k] * s.contact[b].friction * force[3 * b, k]
-            matrix[row, column] = push * (ay * cosine[b, k] - ax * sine[b, k])
-        matrix[row, row] += u[3 * j + 1, i] * ty - u[3 * j + 2, i] * tx
-    if not solve_in_place(matrix, residual):
-        return np.inf
-    largest = 0.0
-    for row in range(dimension):
-        j, i = members[row // STAGES], row % STAGES
-        if abs(residual[row]) > BLUR:
-            largest = max(largest, abs(residual[row]))
-        nodes.angle[j, i] += min(max(residual[row], -1.0), 1.0)
-    return largest
-
-
-@frugal
-def slips_forward(nodes: Nodes, members: NDArray[np.int64]) -> bool:
-    """Whether the slip is positive along its angle at all nodes of the young contacts."""
-    for j in members:
-        for i in range(STAGES):
-            along = nodes.u[3 * j + 1, i] * nodes.cosine[j, i]
-            if not along + nodes.u[3 * j + 2, i] * nodes.sine[j, i] > 0.0:
-                return False
-    return True
-
-
-@frugal
-def straighten(s: State, nodes: Nodes, j: int) -> None:
-    """
-    Set how far a young contact's slip turns aside to what its angle says.
-
-    The integral of the forces says the same, but for rounding, which is large where much friction
-    acts on little mass.
-    """
-    x, y = 3 * j + 1, 3 * j + 2
-    dx, dy = s.contact[j].toward_x, s.contact[j].toward_y
-    aside = nodes.slope
-    for i in range(STAGES):
-        size = nodes.u[x, i] * nodes.cosine[j, i] + nodes.u[y, i] * nodes.sine[j, i]
-        aside[i] = size * np.sin(nodes.angle[j, i]) / NODES[i]
-    for k in range(STAGES):
-        along = s.u[x, k + 1] * dx + s.u[y, k + 1] * dy
-        across = 0.0
-        for i in range(STAGES):
-            across += MONOMIAL[k, i] * aside[i]
-        s.u[x, k + 1], s.u[y, k + 1] = along * dx - across * dy, along * dy + across * dx
-
-
-@inlined
-def solve_nodes(
-    m: Model,
-    s: State,
-    nodes: Nodes,
-    scale: float,
-    tolerance: float,
-    members: NDArray[np.int64],
-    newton: NDArray[np.float64],
-) -> bool:
-    """
-    Iterate to the collocation solution; False where it is not found or the slip reverses.
-
-    Newton's method for the stiff part, the direction of the young slip; plain substitution for
-    the rest, which changes little within a step.
-    """
-    for i in range(STAGES):
-        for row in range(s.u.shape[0]):
-            nodes.u[row, i] = s.u[row, 0]
-        for j in range(s.y.shape[0]):
-            nodes.y[j, i] = s.y[j, 0] - s.contact[j].rate * scale * NODES[i] * s.u[3 * j, 0]
-            nodes.angle[j, i] = 0.0
-    last_moved, last_turned, before = 0.0, 0.0, np.inf
-    for iteration in range(ITERATIONS):
-        nodal_forces(m, s, nodes)
-        moved = nodal_motion(s, nodes, scale)
-        turned = turn(s, nodes, scale, members, newton)
-        change, last = max(moved, turned), max(last_moved, last_turned)
-        if not change < np.inf or (iteration > 2 and change > 0.8 * max(last, before)):
-            return False  # twice: what moved a little may make the next turn seem to go back
-        contraction = max(moved / max(last_moved, moved, 1e-300), 1e-3)
-        contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
-        if change <= max(0.3 * (1.0 / contraction - 1.0), 0.03) * tolerance:
-            nodal_forces(m, s, nodes)
-            nodal_motion(s, nodes, scale)
-            return slips_forward(nodes, members)
-        last_moved, last_turned, before = moved, turned, last
-    return False
-
-
-@inlined
-def collocate(m: Model, s: State, room: Room, scale: float, tolerance: float) -> float:
-    """
-    Fill the step's polynomials on x in [0, 1] like `series.expand`, with order STAGES.
-
-    Returns the estimated error of the velocities, infinity where the step must be shortened.
-    """
-    count = len(s.contact)
-    young = 0
-    for j in range(count):
-        if s.contact[j].young:
-            room.chosen[young] = j
-            young += 1
-    rows = room.nodes
-    for row in range(rows.shape[0]):
-        for i in range(STAGES):
-            rows[row, i] = 0.0
-    nodes = Nodes(
-        rows[: 3 * count],
-        rows[3 * count : 4 * count],
-        rows[4 * count : 7 * count],
-        rows[7 * count : 8 * count],
-        rows[8 * count : 9 * count],
-        rows[9 * count : 10 * count],
-        rows[10 * count],
-    )
-    if not solve_nodes(m, s, nodes, scale, tolerance, room.chosen[:young], room.newton):
-        return np.inf
-    for row in range(3 * count):
-        for k in range(STAGES):
-            s.force[row, k] = 0.0
-            for i in range(STAGES):
-                s.force[row, k] += MONOMIAL[k, i] * nodes.force[row, i]
-    for k in range(STAGES):
-        integrate(s, scale, k)
-    if young == 1:  # several may share a constraint, which their rounding must not break
-        straighten(s, nodes, room.chosen[0])
-    # The last coefficients, taken back to the Legendre basis, say what the next one would change:
-    # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
-    error = 0.0
-    for row in range(3 * count):
-        error = max(error, abs(s.u[row, STAGES]) * (STAGES / 3432.0))
-        error = max(error, abs(s.u[row, STAGES - 1]) * (0.05 * (STAGES - 1) / 924.0))
-    return error
-
-
-@frugal
+@inner
 def implicit_step(
-    m: Model, s: State, room: Room, scale: float, tolerance: float
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
 ) -> tuple[float, float]:
     """Collocate, with shorter and shorter steps until one is good; return its length and error."""
-    while scale > SHORTEST:
-        error = collocate(m, s, room, scale, tolerance)
+    while scale > m.options.min_implicit_step:
+        error = collocate(m, contacts, ws, scale, tolerance)
         if error <= tolerance:
             return scale, error
         scale *= max(0.7 * (tolerance / error) ** (1.0 / STAGES), 0.1) if error < 1e300 else 0.25
     return 0.0, 0.0
+
+
+@inner
+def collocate(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
+) -> float:
+    """
+    Fill the step's polynomials on x in [0, 1] like `taylor.expand`, with order STAGES.
+
+    Returns the estimated error of the velocities, infinity if the step must be shortened.
+    """
+    stiff = 0
+    for j in range(len(contacts)):
+        if is_active(contacts[j]) and is_stiff(m, contacts[j]):
+            ws.indices[stiff] = j
+            stiff += 1
+    if not solve_stages(m, contacts, ws, scale, tolerance, stiff):
+        return inf
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode == INACTIVE:
+            continue
+        to_coefficients(ws, c.force)
+        to_coefficients(ws, c.friction_1)
+        to_coefficients(ws, c.friction_2)
+    for k in range(STAGES):
+        integrate_coefficients(contacts, ws, scale, k)
+    if stiff == 1:  # several may share a constraint, which their rounding must not break
+        align_slip_with_angle(contacts[ws.indices[0]], ws)
+    # The last coefficients, taken back to the Legendre basis, say what the next one would change:
+    # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
+    error = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        last = max(abs(c.velocity[STAGES]), abs(c.slip_1[STAGES]), abs(c.slip_2[STAGES]))
+        before = max(
+            abs(c.velocity[STAGES - 1]), abs(c.slip_1[STAGES - 1]), abs(c.slip_2[STAGES - 1])
+        )
+        error = max(error, last * (STAGES / 3432.0), before * (0.05 * (STAGES - 1) / 924.0))
+    return error
+
+
+@inner
+def to_coefficients(ws: Workspace, values: Floats) -> None:
+    """Turn values at the stages into coefficients."""
+    at_nodes = ws.residual
+    for i in range(STAGES):
+        at_nodes[i] = values[i]
+    for k in range(STAGES):
+        values[k] = dot(ws.monomial[k], at_nodes)
+
+
+@inner
+def dot(a: Vector, b: Vector) -> float:
+    """Sum of products over the stages."""
+    total = 0.0
+    for i in range(STAGES):
+        total += a[i] * b[i]
+    return total
+
+
+@inner
+def solve_stages(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float,
+    stiff: int,
+) -> bool:
+    """
+    Iterate to the collocation solution; False if it is not found, or if the slip reverses.
+
+    Newton's method for the stiff part, the direction of slow slip; plain substitution for the
+    rest, which changes little within a step.
+    """
+    for j in range(len(contacts)):
+        c = contacts[j]
+        for i in range(STAGES):
+            c.node_velocity[i] = c.velocity[0]
+            c.node_slip_1[i], c.node_slip_2[i] = c.slip_1[0], c.slip_2[0]
+            sinking = c.compression_rate * scale * ws.stages[i] * c.velocity[0]
+            c.node_compression[i] = c.compression[0] - sinking
+            c.angle[i], c.cosine[i], c.sine[i] = 0.0, 0.0, 0.0
+    last_moved, last_turned, before = 0.0, 0.0, inf
+    for iteration in range(MAX_ITERATIONS):
+        set_stage_forces(m, contacts, ws)
+        moved = set_stage_motion(m, contacts, ws, scale)
+        turned = newton_on_slip_angles(contacts, ws, scale, stiff)
+        change, last = max(moved, turned), max(last_moved, last_turned)
+        if not change < inf or (iteration > 2 and change > 0.8 * max(last, before)):
+            return False  # twice: a small move may make the next turn seem to go back
+        contraction = max(moved / max(last_moved, moved, 1e-300), 1e-3)
+        contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
+        if change <= max(0.3 * (1.0 / contraction - 1.0), 0.03) * tolerance:
+            set_stage_forces(m, contacts, ws)
+            set_stage_motion(m, contacts, ws, scale)
+            return slips_forward(contacts, ws, stiff)
+        last_moved, last_turned, before = moved, turned, last
+    return False
+
+
+@inner
+def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
+    """Find the forces at the stages: springs from y, friction from the direction of slip."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode == INACTIVE:
+            continue
+        stiff, slipping = is_stiff(m, c), slips(c)
+        for i in range(STAGES):
+            # Continued to y < 0, beyond the event that ends the step: no kink in the polynomial.
+            y = c.node_compression[i]
+            c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
+            c.friction_1[i], c.friction_2[i] = 0.0, 0.0
+            if slipping:
+                if stiff:
+                    along, aside = cos(c.angle[i]), sin(c.angle[i])
+                    d_1 = c.slip_dir_1 * along - c.slip_dir_2 * aside
+                    d_2 = c.slip_dir_2 * along + c.slip_dir_1 * aside
+                    c.cosine[i], c.sine[i] = d_1, d_2
+                else:
+                    d_1, d_2 = c.node_slip_1[i], c.node_slip_2[i]
+                    size = max(sqrt(d_1 * d_1 + d_2 * d_2), 1e-300)
+                    d_1, d_2 = d_1 / size, d_2 / size
+                c.friction_1[i] = -c.friction * c.force[i] * d_1
+                c.friction_2[i] = -c.friction * c.force[i] * d_2
+    fill_stick_forces(contacts, ws, STAGES)
+
+
+@inner
+def set_stage_motion(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float
+) -> float:
+    """
+    Integrate velocities and compressions at the stages from the forces there.
+
+    Returns the largest change of a velocity since the last time. Changes of a stiff contact count
+    only along its slip: those across are for the angles to make.
+    """
+    change = 0.0
+    slope = ws.residual
+    for j in range(len(contacts)):
+        c = contacts[j]
+        stiff = is_active(c) and is_stiff(m, c)
+        add_slopes(contacts, ws.reduced[3 * j], scale, slope)
+        for i in range(STAGES):
+            value = c.velocity[0] + dot(ws.integral[i], slope)
+            change = max(change, abs(value - c.node_velocity[i]))
+            c.node_velocity[i] = value
+        add_slopes(contacts, ws.reduced[3 * j + 1], scale, slope)
+        for i in range(STAGES):
+            value = c.slip_1[0] + dot(ws.integral[i], slope)
+            share = abs(c.cosine[i]) if stiff else 1.0
+            change = max(change, share * abs(value - c.node_slip_1[i]))
+            c.node_slip_1[i] = value
+        add_slopes(contacts, ws.reduced[3 * j + 2], scale, slope)
+        for i in range(STAGES):
+            value = c.slip_2[0] + dot(ws.integral[i], slope)
+            share = abs(c.sine[i]) if stiff else 1.0
+            change = max(change, share * abs(value - c.node_slip_2[i]))
+            c.node_slip_2[i] = value
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c):
+            for i in range(STAGES):
+                sinking = dot(ws.integral[i], c.node_velocity)
+                c.node_compression[i] = c.compression[0] - scale * c.compression_rate * sinking
+    return change
+
+
+@inner
+def add_slopes(
+    contacts: list[ContactState], response: Vector, scale: float, slope: Floats
+) -> None:
+    """Write the accelerations of one contact velocity at the stages, times the scale."""
+    for i in range(STAGES):
+        slope[i] = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c):
+            add_times(scale * response[3 * j], c.force, slope)
+            if slips(c):
+                add_times(scale * response[3 * j + 1], c.friction_1, slope)
+                add_times(scale * response[3 * j + 2], c.friction_2, slope)
+
+
+@inner
+def add_times(factor: float, values: Vector, total: Floats) -> None:
+    """Add values at the stages, times a factor."""
+    if factor != 0.0:
+        for i in range(STAGES):
+            total[i] += factor * values[i]
+
+
+@inner
+def newton_on_slip_angles(
+    contacts: list[ContactState], ws: Workspace, scale: float, stiff: int
+) -> float:
+    """
+    One Newton step on the angles at which the stiff contacts slip, at all stages.
+
+    The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), and t_i = d_i
+    turned by a right angle. Returns the largest turn, or infinity if there is no solution.
+    """
+    matrix, residual = ws.newton, ws.residual
+    size = STAGES * stiff
+    for row in range(size):
+        j, i = ws.indices[row // STAGES], row % STAGES
+        c = contacts[j]
+        t_1, t_2 = -c.sine[i], c.cosine[i]
+        residual[row] = c.node_slip_1[i] * t_1 + c.node_slip_2[i] * t_2
+        row_1, row_2 = ws.reduced[3 * j + 1], ws.reduced[3 * j + 2]
+        for column in range(size):
+            b, k = ws.indices[column // STAGES], column % STAGES
+            d, x, y = contacts[b], 3 * b + 1, 3 * b + 2
+            along_1 = t_1 * row_1[x] + t_2 * row_2[x]
+            along_2 = t_1 * row_1[y] + t_2 * row_2[y]
+            push = scale * ws.integral[i][k] * d.friction * d.force[k]
+            matrix[row][column] = push * (along_2 * d.cosine[k] - along_1 * d.sine[k])
+        matrix[row][row] += c.node_slip_1[i] * t_2 - c.node_slip_2[i] * t_1
+    if not solve_in_place(matrix, residual, size):
+        return inf
+    largest = 0.0
+    for row in range(size):
+        if abs(residual[row]) > ANGLE_ROUNDING:
+            largest = max(largest, abs(residual[row]))
+        c = contacts[ws.indices[row // STAGES]]
+        c.angle[row % STAGES] += min(max(residual[row], -1.0), 1.0)
+    return largest
+
+
+@inner
+def slips_forward(contacts: list[ContactState], ws: Workspace, stiff: int) -> bool:
+    """Whether the slip is positive along its angle at all stages of the stiff contacts."""
+    for n in range(stiff):
+        c = contacts[ws.indices[n]]
+        for i in range(STAGES):
+            if not c.node_slip_1[i] * c.cosine[i] + c.node_slip_2[i] * c.sine[i] > 0.0:
+                return False
+    return True
+
+
+@inner
+def align_slip_with_angle(c: ContactState, ws: Workspace) -> None:
+    """
+    Set how far a stiff contact's slip turns aside to what its angle says.
+
+    The integral of the forces says the same, but for rounding, which is large where much friction
+    acts on little mass.
+    """
+    d_1, d_2 = c.slip_dir_1, c.slip_dir_2
+    aside = ws.residual
+    for i in range(STAGES):
+        size = c.node_slip_1[i] * c.cosine[i] + c.node_slip_2[i] * c.sine[i]
+        aside[i] = size * sin(c.angle[i]) / ws.stages[i]
+    for k in range(STAGES):
+        along = c.slip_1[k + 1] * d_1 + c.slip_2[k + 1] * d_2
+        across = dot(ws.monomial[k], aside)
+        c.slip_1[k + 1] = along * d_1 - across * d_2
+        c.slip_2[k + 1] = along * d_2 + across * d_1

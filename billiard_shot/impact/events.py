@@ -1,172 +1,177 @@
-"""What can happen within a step: the first event on its polynomials."""
+"""The events of a collision, and how the first one within a step is located."""
 
-from billiard_shot.compiled import frugal, inlined
+from enum import IntEnum
+from typing import NamedTuple
+
+from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.polynomial import evaluate, first_root, NO_ROOT, POSITIVE
+from billiard_shot.impact.polynomial import evaluate, first_root, NO_ROOT, NOT_ZERO
 from billiard_shot.impact.state import (
-    COMPRESSING,
+    COMPRESSION,
+    ContactState,
+    DEFERRED,
+    force_is_negligible,
     INACTIVE,
+    is_stiff,
     Model,
-    RESTORING,
-    SLIDING,
+    RESTITUTION,
+    SLIP,
+    SLIP_ONSET,
     slip_speed,
-    State,
-    STICKING,
+    STICK,
+    Workspace,
 )
 
-NOTHING = 0  # the step ends for accuracy's sake
-TURN = 1  # compression ends, or begins anew
-END = 2  # an active contact has finished restitution
-JOIN = 3  # an inactive contact closes
-SLIP_STOP = 4  # sliding has come to a stop
-CONE = 5  # a sticking contact reaches the friction cone
-EMPTY = 6  # law `poisson` only: the spring is empty before its impulse is complete
-SWING = 7  # a contact that stays pressed swings: its normal acceleration passes zero, downwards
 
-SPENT = (
-    1e-14  # part of the peak that counts as nothing, so that simultaneous ends stay simultaneous
-)
-SLIP_KEPT = 0.2  # a step may not use up more of the slip: its series would step over zero unseen
+class EventKind(IntEnum):
+    """What happens to a contact at the end of a step."""
+
+    NO_EVENT = 0  # the step ends for the sake of accuracy
+    NORMAL_REVERSAL = 1  # compression ends, or begins anew
+    RESTITUTION_END = 2
+    ACTIVATION = 3  # an inactive contact closes
+    SLIP_STOP = 4
+    CONE_EXIT = 5  # the force of a sticking contact reaches the friction cone
+    SPRING_EXHAUSTED = 6  # law poisson: the spring is empty before its impulse is complete
 
 
-@frugal
-def cone_root(m: Model, s: State, j: int, order: int, noise: float, end: float) -> float:
-    """First x at which a sticking contact's force leaves the friction cone."""
-    n = 3 * j
-    largest = 0.0
-    tangential = 0.0
-    power = 1.0
-    for k in range(order):
-        largest += abs(s.force[n, k]) * power
-        tangential += (abs(s.force[n + 1, k]) + abs(s.force[n + 2, k])) * power
-        power *= end
-    mu = s.contact[j].friction
-    smallest = 2.0 * abs(s.force[n, 0]) - largest
-    if mu * smallest > tangential or tangential == 0.0:
-        return NO_ROOT
-    scratch = s.work[3 * len(s.contact) :]
-    c = scratch[2]
-    for k in range(order):
-        c[k] = 0.0
-        for i in range(k + 1):
-            c[k] += mu * mu * s.force[n, i] * s.force[n, k - i]
-            c[k] -= s.force[n + 1, i] * s.force[n + 1, k - i]
-            c[k] -= s.force[n + 2, i] * s.force[n + 2, k - i]
-    noise *= (mu * largest) ** 2
-    return first_root(c, order - 1, 1.0, 0.0, noise if c[0] <= noise else POSITIVE, end, scratch)
+(
+    NO_EVENT, NORMAL_REVERSAL, RESTITUTION_END, ACTIVATION, SLIP_STOP, CONE_EXIT, SPRING_EXHAUSTED
+) = map(int, EventKind)  # fmt: skip
+
+END_MARGIN = 1e-14  # compression, relative to the peak, taken as zero: ends stay simultaneous
 
 
-@frugal
+class Step(NamedTuple):
+    """A step of the integration, whose polynomials are in the contacts."""
+
+    scale: float  # time per unit of x; 0: no step is possible
+    order: int  # of the velocities
+    end: float  # x up to which the polynomials hold
+    noise: float  # error of the polynomials, relative to the largest velocity
+    error: float  # estimated error of the velocities
+    tolerance: float  # of the velocities
+
+
+class Event(NamedTuple):
+    """The end of a step: an event at a contact, or NO_EVENT."""
+
+    x: float
+    kind: int  # EventKind
+    contact: int  # -1: none
+
+
+@inner
+def first_event(
+    m: Model, contacts: list[ContactState], ws: Workspace, step: Step, speed: float
+) -> Event:
+    """
+    Locate the first event in (0, step.end]. If nothing happens, return NO_EVENT at the end.
+
+    `speed` is the velocity that `step.noise` is relative to. Of simultaneous events the last one
+    found comes first; the others follow at once, in steps of zero length.
+    """
+    end, kind, contact = step.end, NO_EVENT, -1
+    order, noise, work = step.order, step.noise, ws.polynomials
+    for j in range(len(contacts)):
+        c = contacts[j]
+        sign = -1.0 if c.normal_mode == COMPRESSION else 1.0
+        at_start = noise * speed if c.velocity[0] == 0.0 else NOT_ZERO
+        x = first_root(c.velocity, order, sign, 0.0, at_start, end, work)
+        opens = False
+        if x == 0.0 and c.normal_mode == COMPRESSION and c.compression[0] == 0.0:
+            # A reversal right after activation is rounding noise, unless the compression clearly
+            # goes negative: contacts activated later may have pushed this one open.
+            x = NO_ROOT
+            opens = evaluate(c.compression, order, end) < -c.negligible_compression
+        if x != NO_ROOT:
+            end, contact = x, j
+            kind = ACTIVATION if c.normal_mode == INACTIVE else NORMAL_REVERSAL
+        if c.normal_mode == INACTIVE:
+            continue
+        if c.normal_mode == RESTITUTION:
+            goal = 0.0 if m.law == POISSON else c.restitution_end + END_MARGIN * c.peak_compression
+            x = first_root(c.compression, order, 1.0, goal, NOT_ZERO, end, work)
+            if x != NO_ROOT:
+                end, contact = x, j
+                kind = SPRING_EXHAUSTED if m.law == POISSON else RESTITUTION_END
+            if m.law == POISSON:
+                x = impulse_root(c, ws, step, end)
+                if x != NO_ROOT:
+                    end, kind, contact = x, RESTITUTION_END, j
+        elif force_is_negligible(m, c) or c.friction_mode == DEFERRED:
+            x = first_root(
+                c.compression, order, -1.0, -c.negligible_compression, NOT_ZERO, end, work
+            )
+            if x != NO_ROOT:
+                end, kind, contact = x, NO_EVENT, j
+        if c.friction_mode >= SLIP and not is_stiff(m, c):
+            x, stops = slip_root(m, c, ws, order, noise * speed, end)
+            if x != NO_ROOT:
+                end, kind, contact = x, SLIP_STOP if stops else NO_EVENT, j
+        elif c.friction_mode == STICK:
+            x = cone_root(c, ws, order, noise, end)
+            if x != NO_ROOT:
+                end, kind, contact = x, CONE_EXIT, j
+        if opens and (kind != CONE_EXIT or contact != j):  # not by a friction that it cannot have
+            end, kind, contact = 0.0, RESTITUTION_END, j
+    return Event(end, kind, contact)
+
+
+@inner
+def impulse_root(c: ContactState, ws: Workspace, step: Step, end: float) -> float:
+    """First x at which a contact's normal impulse has reached its end (law poisson)."""
+    p = ws.polynomials[2]
+    p[0] = c.restitution_end - c.impulse
+    for k in range(step.order):
+        p[k + 1] = -step.scale * c.force[k] / (k + 1)
+    return first_root(p, step.order, 1.0, 0.0, NOT_ZERO, end, ws.polynomials)
+
+
+@inner
 def slip_root(
-    m: Model, s: State, j: int, order: int, noise: float, end: float
-) -> tuple[float, int]:
+    m: Model, c: ContactState, ws: Workspace, order: int, noise: float, end: float
+) -> tuple[float, bool]:
     """
-    First x at which a contact's sliding has stopped, or has used up its share of slip.
+    First x at which a contact's slip has stopped, or has used up its share; whether it stopped.
 
-    Where the slip turns, a step may not come too near to its end: the series of its direction
-    would step over the stop unseen. Where it is straight to within the tolerance, the stop is a
-    plain root.
+    If the slip direction turns, a step may not come too near to the end of the slip: the series of
+    the direction would step over the end unseen. If the slip is straight to within the tolerance,
+    the end of the slip is a plain root.
     """
-    scratch = s.work[3 * len(s.contact) :]
-    c = scratch[2]
-    dx, dy = s.contact[j].toward_x, s.contact[j].toward_y
+    p = ws.polynomials[2]
     turning = 0.0
     power = end
-    c[0] = s.u[3 * j + 1, 0] * dx + s.u[3 * j + 2, 0] * dy
+    p[0] = c.slip_1[0] * c.slip_dir_1 + c.slip_2[0] * c.slip_dir_2
     for k in range(1, order + 1):
-        c[k] = s.u[3 * j + 1, k] * dx + s.u[3 * j + 2, k] * dy
-        turning += abs(s.u[3 * j + 2, k] * dx - s.u[3 * j + 1, k] * dy) * power
+        p[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
+        turning += abs(c.slip_2[k] * c.slip_dir_1 - c.slip_1[k] * c.slip_dir_2) * power
         power *= end
-    if m.straight or turning <= 1e-3 * m.tolerance:
-        x = first_root(c, order, 1.0, 0.0, noise if s.contact[j].onset else POSITIVE, end, scratch)
-        return x, SLIP_STOP
-    x = first_root(c, order, 1.0, SLIP_KEPT * slip_speed(s, j), POSITIVE, end, scratch)
-    return x, NOTHING
+    if m.planar or turning <= m.options.planar_slip * m.tolerance:
+        at_start = noise if c.friction_mode == SLIP_ONSET else NOT_ZERO
+        return first_root(p, order, 1.0, 0.0, at_start, end, ws.polynomials), True
+    kept = m.options.min_remaining_slip * slip_speed(c)
+    return first_root(p, order, 1.0, kept, NOT_ZERO, end, ws.polynomials), False
 
 
-@frugal
-def impulse_root(m: Model, s: State, j: int, scale: float, order: int, end: float) -> float:
-    """First x at which a contact's normal impulse has reached its goal (law poisson)."""
-    scratch = s.work[3 * len(s.contact) :]
-    c = scratch[2]
-    c[0] = s.contact[j].goal - s.impulse[3 * j]
+@inner
+def cone_root(c: ContactState, ws: Workspace, order: int, noise: float, end: float) -> float:
+    """First x at which a sticking contact's force leaves the friction cone."""
+    mu, largest, tangential, power = c.friction, 0.0, 0.0, 1.0
     for k in range(order):
-        c[k + 1] = -scale * s.force[3 * j, k] / (k + 1)
-    return first_root(c, order, 1.0, 0.0, POSITIVE, end, scratch)
-
-
-@frugal
-def swing_root(s: State, j: int, order: int, end: float) -> float:
-    """First x at which a contact's normal acceleration passes zero downwards, once a swing."""
-    c = s.contact[j]
-    if s.u[3 * j, 1] <= 0.0:
-        c.armed = True
+        largest += abs(c.force[k]) * power
+        tangential += (abs(c.friction_1[k]) + abs(c.friction_2[k])) * power
+        power *= end
+    smallest = 2.0 * abs(c.force[0]) - largest
+    if mu * smallest > tangential or tangential == 0.0:
         return NO_ROOT
-    if not c.armed:
-        return NO_ROOT  # the step begins where it has just passed
-    scratch = s.work[3 * len(s.contact) :]
-    slope = scratch[2]
+    p = ws.polynomials[2]
     for k in range(order):
-        slope[k] = (k + 1) * s.u[3 * j, k + 1]
-    return first_root(slope, order - 1, 1.0, 0.0, POSITIVE, end, scratch)
-
-
-@inlined
-def first_event(
-    m: Model, s: State, scale: float, order: int, noise: float, stirred: float, end: float,
-    listens: bool,
-) -> tuple[float, int, int]:  # fmt: skip
-    """
-    Return (x, event, contact) of the first event in (0, end]; NOTHING at `end` if there is none.
-
-    `noise`: how well the polynomials are known, those of velocities in units of `stirred`. Of
-    simultaneous events the last one found comes first; the others follow at once, in steps of
-    zero length.
-    """
-    event = NOTHING
-    contact = -1
-    scratch = s.work[3 * len(s.contact) :]
-    for j in range(len(s.contact)):
-        c = s.contact[j]
-        opening = s.u[3 * j]
-        sign = -1.0 if c.phase == COMPRESSING else 1.0
-        known = noise * stirred if c.still else POSITIVE
-        x = first_root(opening, order, sign, 0.0, known, end, scratch)
-        opens = False
-        if x == 0.0 and c.phase == COMPRESSING and s.y[j, 0] == 0.0:
-            # It has only just joined. What turns it back is noise, unless it parts in earnest: the
-            # forces of contacts that joined after it may have changed its mind.
-            x = NO_ROOT
-            opens = evaluate(s.y[j], order, end) < -c.faint
-        if x != NO_ROOT:
-            end, event, contact = x, JOIN if c.phase == INACTIVE else TURN, j
-        if c.phase == INACTIVE:
-            continue
-        if c.phase == RESTORING:
-            goal = 0.0 if m.law == POISSON else c.goal + SPENT * c.peak
-            x = first_root(s.y[j], order, 1.0, goal, POSITIVE, end, scratch)
-            if x != NO_ROOT:
-                end, event, contact = x, EMPTY if m.law == POISSON else END, j
-            if m.law == POISSON:
-                x = impulse_root(m, s, j, scale, order, end)
-                if x != NO_ROOT:
-                    end, event, contact = x, END, j
-        elif c.light or c.idle:
-            x = first_root(s.y[j], order, -1.0, -c.faint, POSITIVE, end, scratch)
-            if x != NO_ROOT:
-                end, event, contact = x, NOTHING, j
-        if listens:
-            x = swing_root(s, j, order, end)
-            if x != NO_ROOT:
-                end, event, contact = x, SWING, j
-        if c.grip == SLIDING and not c.young:
-            x, kind = slip_root(m, s, j, order, noise * stirred, end)
-            if x != NO_ROOT:
-                end, event, contact = x, kind, j
-        elif c.grip == STICKING and not c.pinned:
-            x = cone_root(m, s, j, order, noise, end)
-            if x != NO_ROOT:
-                end, event, contact = x, CONE, j
-        if opens and (event != CONE or contact != j):  # not by a friction that it cannot have
-            end, event, contact = 0.0, END, j
-    return end, event, contact
+        p[k] = 0.0
+        for i in range(k + 1):
+            p[k] += mu * mu * c.force[i] * c.force[k - i]
+            p[k] -= c.friction_1[i] * c.friction_1[k - i]
+            p[k] -= c.friction_2[i] * c.friction_2[k - i]
+    noise *= mu * largest * mu * largest
+    at_start = noise if p[0] <= noise else NOT_ZERO
+    return first_root(p, order - 1, 1.0, 0.0, at_start, end, ws.polynomials)

@@ -1,112 +1,124 @@
 """
-Coulomb friction at contacts without slip: which of them hold, and where the others begin to slide.
+Coulomb friction at contacts without slip: which of them hold, and where the others begin to slip.
 
-Frictionless contacts, sliding contacts (slip > 0) and sticking contacts obey linear relations
-between forces; only the passage through zero slip needs a decision, and it is made here.
+Contacts without friction, with slip and with stick obey linear relations between forces. Only the
+passage through zero slip needs a decision, and it is made here.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from math import atan2, cos, sin, sqrt
 
-from billiard_shot.compiled import frugal
+from billiard_shot.compiled import inner
 from billiard_shot.impact.linear import pseudo_inverse
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
+    ContactState,
+    CREEP,
+    DEFERRED,
     FRICTIONLESS,
     INACTIVE,
+    is_active,
     Model,
-    Room,
-    SLIDING,
+    REDUNDANT_STICK,
+    resists,
+    SLIP,
+    SLIP_ONSET,
     slip_speed,
-    State,
-    STICKING,
+    slips,
+    STICK,
+    sticks,
     stop_slip,
+    Workspace,
 )
+from billiard_shot.records import Floats
 
-SWEEPS = 300
+MAX_SWEEPS = 300  # of projected Gauss-Seidel
+CONE_MARGIN = 1e-12  # a force this close to its cone, relative to the cone, is on it
+YIELDS = 1e-9  # response along a tangent, relative to a free body, above which it can slip
 
 
-@frugal
-def hold(m: Model, s: State, room: Room) -> None:
+@inner
+def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
     """
-    Eliminate the sticking contacts' friction: it is whatever keeps their slip at zero.
+    Eliminate the friction of sticking contacts: it is the force that keeps their slip at zero.
 
     With S the tangential components of the sticking contacts, 0 = W_SS F_S + W_S. F gives
-    F_S = gain F (least norm where contacts share a constraint), and the contact velocities follow
-    u' = effective F, effective = W + W_.S gain. Columns of S are zero: F holds the other forces.
+    F_S = gain F (least norm if contacts share a constraint), and the contact velocities follow
+    u' = reduced F, reduced = W + W_.S gain. Columns of S are zero: F holds the other forces.
     """
-    size = m.response.shape[0]
-    stuck = room.chosen
+    w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
+    size = 3 * len(contacts)
     count = 0
-    for row in range(size):
-        j = row // 3
-        if row != 3 * j and s.contact[j].phase != INACTIVE and s.contact[j].grip == STICKING:
-            stuck[count] = row
-            count += 1
+    for j in range(len(contacts)):
+        if is_active(contacts[j]) and sticks(contacts[j]):
+            stuck[count], stuck[count + 1] = 3 * j + 1, 3 * j + 2
+            count += 2
     for i in range(size):
         for j in range(size):
-            s.effective[i, j] = m.response[i, j]
-            s.gain[i, j] = 0.0
+            reduced[i][j] = w[i][j]
+            gain[i][j] = 0.0
     if count == 0:
         return
-    block, inverse = room.square[0, :count, :count], room.square[1, :count, :count]
+    block, inverse = ws.matrix[0], ws.matrix[1]
     for a in range(count):
         for b in range(count):
-            block[a, b] = m.response[stuck[a], stuck[b]]
-    pseudo_inverse(block, inverse, room.square[2, :count, :count])
+            block[a][b] = w[stuck[a]][stuck[b]]
+    pseudo_inverse(block, inverse, ws.matrix[2], count)
     for a in range(count):
         for j in range(size):
             for b in range(count):
-                s.gain[stuck[a], j] -= inverse[a, b] * m.response[stuck[b], j]
+                gain[stuck[a]][j] -= inverse[a][b] * w[stuck[b]][j]
     for a in range(count):
         for b in range(count):
-            s.gain[stuck[a], stuck[b]] = 0.0
+            gain[stuck[a]][stuck[b]] = 0.0
     for a in range(count):
         for j in range(size):
-            if s.gain[stuck[a], j] != 0.0:
+            if gain[stuck[a]][j] != 0.0:
                 for i in range(size):
-                    s.effective[i, j] += m.response[i, stuck[a]] * s.gain[stuck[a], j]
+                    reduced[i][j] += w[i][stuck[a]] * gain[stuck[a]][j]
     for a in range(count):
         for i in range(size):
-            s.effective[i, stuck[a]] = 0.0
-            s.effective[stuck[a], i] = 0.0
+            reduced[i][stuck[a]] = 0.0
+            reduced[stuck[a]][i] = 0.0
 
 
-@frugal
-def disc(
+@inner
+def minimize_over_disc(
     axx: float, axy: float, ayy: float, bx: float, by: float, radius: float
 ) -> tuple[float, float]:
     """
     Minimise F.A.F/2 + b.F over the disc |F| <= radius, for a symmetric semidefinite 2x2 A.
 
-    Inside, F = -A^-1 b: the contact holds. Else F = -(A + kappa)^-1 b with the one kappa >= 0 that
-    puts it on the rim: the contact starts to slide along kappa F = -(A F + b).
+    Inside, F = -A^-1 b: the contact sticks. Else F = -(A + kappa)^-1 b with the one kappa >= 0
+    that puts it on the rim: the contact starts to slip along kappa F = -(A F + b).
     """
     if radius <= 0.0:
         return 0.0, 0.0
     mean, half = 0.5 * (axx + ayy), 0.5 * (axx - ayy)
-    spread = np.sqrt(half * half + axy * axy)
+    spread = sqrt(half * half + axy * axy)
     high, low = mean + spread, max(mean - spread, 0.0)
-    angle = 0.5 * np.arctan2(axy, half)
-    c, s = np.cos(angle), np.sin(angle)
+    angle = 0.5 * atan2(axy, half)
+    c, s = cos(angle), sin(angle)
     p, q = c * bx + s * by, -s * bx + c * by  # b in the principal axes
     kappa = 0.0
     tiny = 1e-14 * high
-    inside = (p / max(high, 1e-300)) ** 2 + (q / max(low, tiny, 1e-300)) ** 2 <= radius * radius
+    u, v = p / max(high, 1e-300), q / max(low, tiny, 1e-300)
+    inside = u * u + v * v <= radius * radius
     if not inside:
-        size = np.sqrt(p * p + q * q)
+        size = sqrt(p * p + q * q)
         lower, upper = max(0.0, size / radius - high), size / radius
         kappa = max(lower, 0.0)
         for _ in range(60):  # Newton on 1/|F| - 1/radius, concave and increasing in kappa
-            x, y = p / (high + kappa), q / (low + kappa)
+            x, y = p / max(high + kappa, 1e-300), q / max(low + kappa, 1e-300)
             norm2 = x * x + y * y
-            norm = np.sqrt(norm2)
+            norm = sqrt(norm2)
             if norm > radius:
                 lower = kappa
             else:
                 upper = kappa
-            slope = (x * x / (high + kappa) + y * y / (low + kappa)) / norm2
-            step = (norm / radius - 1.0) / slope
+            slope = (
+                x * x / max(high + kappa, 1e-300) + y * y / max(low + kappa, 1e-300)
+            ) / max(norm2, 1e-300)
+            step = (norm / radius - 1.0) / max(slope, 1e-300)
             trial = kappa + step
             if not lower <= trial <= upper:
                 trial = 0.5 * (lower + upper)
@@ -115,171 +127,170 @@ def disc(
                 break
             kappa = trial
     x = -p / max(high + kappa, 1e-300)
-    y = -q / max(low + kappa, tiny if kappa == 0.0 else 1e-300)
+    y = -q / max(low + kappa, tiny if kappa == 0.0 else 1e-300, 1e-300)
     if not inside:
-        norm = radius / np.sqrt(x * x + y * y)
+        norm = radius / max(sqrt(x * x + y * y), 1e-300)
         x *= norm
         y *= norm
     return c * x - s * y, s * x + c * y
 
 
-@frugal
-def slip_acceleration(
-    m: Model, row: int, force: NDArray[np.float64], without: int
-) -> tuple[float, float]:
-    """Acceleration of one contact velocity under the forces, and its rounding scale."""
+@inner
+def acceleration(ws: Workspace, row: int, force: Floats, without: int) -> tuple[float, float]:
+    """
+    Acceleration of one contact velocity under all forces but two, and its rounding scale.
+
+    The two are components `without` and `without` + 1 of the forces.
+    """
     total = 0.0
     scale = 0.0
-    for i in range(force.shape[0]):
+    for i in range(len(force)):
         if i != without and i != without + 1:
-            total += m.response[row, i] * force[i]
-            scale += abs(m.response[row, i] * force[i])
+            total += ws.delassus[row][i] * force[i]
+            scale += abs(ws.delassus[row][i] * force[i])
     return total, scale
 
 
-@frugal
-def balance(m: Model, s: State, force: NDArray[np.float64]) -> None:
+@inner
+def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Floats) -> None:
     """
-    Find the friction of the contacts without slip, given the normal and the sliding forces.
+    Find the friction of the contacts without slip, given the normal forces and those of slip.
 
     Gauss's principle of least constraint: among the friction forces inside their discs, the real
-    ones minimise F.W.F/2 + b.F (a convex problem, b the slip acceleration without them). Solved
-    contact by contact until nothing moves.
+    ones minimise F.W.F/2 + b.F (a convex problem, b the slip acceleration without them). Projected
+    Gauss-Seidel: contact by contact, until no force changes.
     """
+    w = ws.delassus
     largest = 0.0
-    for i in range(force.shape[0]):
+    for i in range(len(force)):
         largest = max(largest, abs(force[i]))
-    for _ in range(SWEEPS):
-        moved = 0.0
-        for j in range(len(s.contact)):
-            c = s.contact[j]
-            if c.phase != INACTIVE and c.grip == STICKING:
+    for _ in range(MAX_SWEEPS):
+        change = 0.0
+        for j in range(len(contacts)):
+            c = contacts[j]
+            if is_active(c) and sticks(c):
                 x, y = 3 * j + 1, 3 * j + 2
-                bx, _scale = slip_acceleration(m, x, force, x)
-                by, _scale = slip_acceleration(m, y, force, x)
-                fx, fy = disc(
-                    m.response[x, x],
-                    m.response[x, y],
-                    m.response[y, y],
-                    bx,
-                    by,
-                    c.friction * force[3 * j],
+                bx, _scale = acceleration(ws, x, force, x)
+                by, _scale = acceleration(ws, y, force, x)
+                fx, fy = minimize_over_disc(
+                    w[x][x], w[x][y], w[y][y], bx, by, c.friction * force[3 * j]
                 )
-                moved = max(moved, abs(fx - force[x]), abs(fy - force[y]))
+                change = max(change, abs(fx - force[x]), abs(fy - force[y]))
                 force[x], force[y] = fx, fy
-        if moved <= 1e-16 * largest:
+        if change <= 1e-16 * largest:
             break
 
 
-@frugal
-def release(m: Model, s: State, force: NDArray[np.float64], noise: float, start: bool) -> bool:
+@inner
+def exceeds_cone(
+    c: ContactState, ws: Workspace, force: Floats, j: int, noise: float
+) -> tuple[bool, float, float]:
+    """Whether a contact cannot stick under these forces; then also the direction of its slip."""
+    x, y = 3 * j + 1, 3 * j + 2
+    ax, scale_x = acceleration(ws, x, force, -2)
+    ay, scale_y = acceleration(ws, y, force, -2)
+    size = sqrt(ax * ax + ay * ay)
+    used = sqrt(force[x] * force[x] + force[y] * force[y])
+    rim = c.friction * force[3 * j]
+    exceeds = used >= rim * (1.0 - CONE_MARGIN) and size > noise * (scale_x + scale_y)
+    return (True, ax / size, ay / size) if exceeds else (False, 0.0, 0.0)
+
+
+@inner
+def start_slip_onsets(
+    contacts: list[ContactState], ws: Workspace, force: Floats, noise: float
+) -> None:
+    """Let the contacts slip that cannot stick under the forces of `solve_stick_friction`."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c) and sticks(c):
+            exceeds, along_1, along_2 = exceeds_cone(c, ws, force, j, noise)
+            if exceeds:
+                c.friction_mode = SLIP_ONSET
+                c.slip_dir_1, c.slip_dir_2 = along_1, along_2
+
+
+@inner
+def start_slip(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
-    Whether any contact without slip cannot hold under the forces that `balance` found.
+    Let a sticking contact begin to slip along its slip direction, if the other contacts allow it.
 
-    With `start`, those that cannot become SLIDING, at their onset, along their acceleration.
-    """
-    any_starts = False
-    for j in range(len(s.contact)):
-        c = s.contact[j]
-        if c.phase != INACTIVE and c.grip == STICKING:
-            x, y = 3 * j + 1, 3 * j + 2
-            ax, scale_x = slip_acceleration(m, x, force, -2)
-            ay, scale_y = slip_acceleration(m, y, force, -2)
-            size = np.sqrt(ax * ax + ay * ay)
-            used = np.sqrt(force[x] * force[x] + force[y] * force[y])
-            rim = c.friction * force[3 * j]
-            if used >= rim * (1.0 - 1e-12) and size > noise * (scale_x + scale_y):
-                any_starts = True
-                if start:
-                    c.onset = True
-                    c.toward_x = ax / size
-                    c.toward_y = ay / size
-    if start:
-        for j in range(len(s.contact)):
-            c = s.contact[j]
-            if c.onset and c.grip == STICKING:
-                c.grip = SLIDING
-                c.young = not m.straight
-    return any_starts
-
-
-@frugal
-def let_go(m: Model, s: State, room: Room, j: int) -> None:
-    """
-    Let a sticking contact begin to slide along its `direction`, if the other contacts allow it.
-
-    Contacts that share a constraint may hold one of them in place although its own part of the
+    Contacts that share a constraint may hold one of them in place although its own share of the
     friction (least norm) is beyond its cone. They hold as long as any division of friction can.
     """
-    c = s.contact[j]
-    c.grip = SLIDING
-    hold(m, s, room)
+    c = contacts[j]
+    c.friction_mode = SLIP_ONSET
+    eliminate_sticking(contacts, ws)
     x, y = 3 * j + 1, 3 * j + 2
-    yields = max(s.effective[x, x], s.effective[y, y])
-    if yields > 1e-9 * max(m.response[x, x], m.response[y, y]):
-        stop_slip(s, j)
-        c.onset = True
-        c.young = not m.straight
+    yields = max(ws.reduced[x][x], ws.reduced[y][y])
+    if yields > YIELDS * max(ws.delassus[x][x], ws.delassus[y][y]):
+        stop_slip(c)
     else:
-        c.grip = STICKING
-        c.pinned = True
-        hold(m, s, room)
+        c.friction_mode = REDUNDANT_STICK
+        eliminate_sticking(contacts, ws)
 
 
-@frugal
-def holds(m: Model, s: State, room: Room, order: int, x: float) -> bool:
+@inner
+def sticking_is_feasible(
+    contacts: list[ContactState], ws: Workspace, order: int, x: float
+) -> bool:
     """Whether any division of friction keeps the contacts without slip in place at x."""
-    force = room.push[0]
-    for row in range(force.shape[0]):
-        active = s.contact[row // 3].phase != INACTIVE
-        force[row] = evaluate(s.force[row], order - 1, x) if active else 0.0
-    balance(m, s, force)
-    return not release(m, s, force, 1e-9, False)
+    force = ws.vector[0]
+    for j in range(len(contacts)):
+        c, n = contacts[j], 3 * j
+        force[n] = evaluate(c.force, order - 1, x) if is_active(c) else 0.0
+        force[n + 1] = evaluate(c.friction_1, order - 1, x) if resists(c) else 0.0
+        force[n + 2] = evaluate(c.friction_2, order - 1, x) if resists(c) else 0.0
+    solve_stick_friction(contacts, ws, force)
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c) and sticks(c):
+            exceeds, _along_1, _along_2 = exceeds_cone(c, ws, force, j, 1e-9)
+            if exceeds:
+                return False
+    return True
 
 
-@frugal
-def settle(m: Model, s: State, room: Room, least: float) -> None:
+@inner
+def assign_friction_modes(
+    m: Model, contacts: list[ContactState], ws: Workspace, least: float
+) -> None:
     """
-    Give every active contact its mode of friction, and eliminate the friction of those that stick.
+    Give every active contact its friction mode, and eliminate the friction of those that stick.
 
-    Contacts that slide keep sliding. The others hold or start to slide as the forces of this
-    moment ask, or, where all springs are still empty, those of the next moment. Slip up to `least`
-    is none.
+    Contacts that slip keep slipping. The others stick or start to slip as the forces of this
+    moment ask or, if all springs are still empty, those of the next moment. Slip up to `least` is
+    zero.
     """
-    count = len(s.contact)
-    force = room.push[0]
-    for row in range(3 * count):
-        force[row] = 0.0
+    force = ws.vector[0]
     loaded = False
     waiting = False
-    for j in range(count):
-        loaded = loaded or (s.contact[j].phase != INACTIVE and s.y[j, 0] > 0.0)
-    for j in range(count):
-        c = s.contact[j]
-        if c.phase == INACTIVE:
-            c.young = False
-            c.onset = False
+    for j in range(len(contacts)):
+        loaded = loaded or (is_active(contacts[j]) and contacts[j].compression[0] > 0.0)
+        for i in range(3):
+            force[3 * j + i] = 0.0
+    for j in range(len(contacts)):
+        c, n = contacts[j], 3 * j
+        if c.normal_mode == INACTIVE:
+            c.friction_mode = FRICTIONLESS
             continue
-        pressed = s.y[j, 0] if loaded else max(-s.u[3 * j, 0], 0.0)
-        c.pinned = False
-        force[3 * j] = c.stiffness * pressed**m.exponent
-        if c.friction == 0.0 or c.idle:
-            c.grip = FRICTIONLESS
+        pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
+        force[n] = c.stiffness * pressed**m.exponent
+        if c.friction == 0.0 or c.friction_mode == DEFERRED:
             continue
-        slip = slip_speed(s, j)
+        slip = slip_speed(c)
         if slip > least:
-            c.grip = SLIDING
-            c.toward_x = s.u[3 * j + 1, 0] / slip
-            c.toward_y = s.u[3 * j + 2, 0] / slip
-        elif not c.onset:
-            stop_slip(s, j)
-            c.grip = STICKING
-            c.young = False
+            if c.friction_mode != CREEP:
+                c.friction_mode = SLIP
+            c.slip_dir_1, c.slip_dir_2 = c.slip_1[0] / slip, c.slip_2[0] / slip
+        elif c.friction_mode != SLIP_ONSET:
+            stop_slip(c)
+            c.friction_mode = STICK
             waiting = True
-        if c.grip == SLIDING:
-            force[3 * j + 1] = -c.friction * force[3 * j] * c.toward_x
-            force[3 * j + 2] = -c.friction * force[3 * j] * c.toward_y
+        if slips(c):
+            force[n + 1] = -c.friction * force[n] * c.slip_dir_1
+            force[n + 2] = -c.friction * force[n] * c.slip_dir_2
     if waiting:
-        balance(m, s, force)
-        release(m, s, force, 1e-12, True)
-    hold(m, s, room)
+        solve_stick_friction(contacts, ws, force)
+        start_slip_onsets(contacts, ws, force, 1e-12)
+    eliminate_sticking(contacts, ws)

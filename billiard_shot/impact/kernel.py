@@ -1,159 +1,384 @@
 """
-The collision as a state transition diagram, in time: one call from approach to parting.
+Collisions in contact space, from approach to parting: what machine code is made of.
 
 After Jia, Mason and Erdmann (WAFR 2008), stated in time instead of impulse, where it is smooth:
     y' = -rate n.u     N = stiffness y^exponent     J' = F     u = u(0) + W J
-for contact velocities u, impulses J and virtual springs y (walk.py). Everything inside
-is in units of the largest approach speed, response and stiffness: answers cannot depend on them.
+for contact velocities u, impulses J and virtual springs y (integrator.py). Everything inside is in
+units of the largest approach speed, response and stiffness: answers cannot depend on them.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any
 
-from billiard_shot.compiled import entry, frugal
-from billiard_shot.impact.advance import ROUNDING
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.collocation import TABLEAUS
+from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
+from billiard_shot.impact.integrator import end, integrate
 from billiard_shot.impact.laws import POISSON
+from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
 from billiard_shot.impact.state import (
-    COMPRESSING,
+    components,
+    COMPRESSION,
+    ContactState,
+    FRICTIONLESS,
     INACTIVE,
-    initial_state,
     Model,
-    room_for,
-    State,
+    PhaseLog,
+    Progress,
+    Workspace,
+    workspace,
 )
-from billiard_shot.impact.swings import no_swings
-from billiard_shot.impact.walk import run
+from billiard_shot.records import as_rows, Floats, record, Storage, Vector
 from billiard_shot.status import Status
 
-LOOSEST = 1e-6  # tolerance: a looser one would save a sixth of the steps, and lose its meaning
-UNACCOUNTED = 1e4  # energy, in tolerances, above which it says that the tolerance was not kept,
-LEAST_UNACCOUNTED = 1e-8  # and at least
 OK = int(Status.OK)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
 TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
 
 
-@frugal
-def is_straight(
-    response: NDArray[np.float64], friction: NDArray[np.float64], velocity: NDArray[np.float64]
-) -> bool:
-    """Whether no slip can ever turn: nothing happens in any second tangential direction."""
-    count = friction.shape[0]
-    for i in range(count):
-        if friction[i] > 0.0:
-            if velocity[3 * i + 2] != 0.0:
+@record
+class ContactResult:
+    """Impulse, losses and final slip of a contact after a collision."""
+
+    impulse: float  # [N s] on body a: along the normal, and along the tangents
+    impulse_1: float
+    impulse_2: float
+    restitution_loss: float  # [J]
+    friction_loss: float  # [J]
+    final_slip: float  # [m/s] when the contact last ended
+    # Least margin of a decision between restitution and recompression, relative to the peak of
+    # compression; infinite if there was none. Near 0, the result is close to a discontinuity.
+    discontinuity_margin: float
+
+
+@record
+class CollisionOutcome:
+    """How a collision ended."""
+
+    status: int  # Status
+    phases: int
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class Properties:
+    """What n collisions of N contacts have in common."""
+
+    friction: Sequence[float] | NDArray[np.float64]  # (N,) Coulomb coefficients
+    restitution: Sequence[float] | NDArray[np.float64]  # (N,)
+    stiffness: Sequence[float] | NDArray[np.float64]  # (N,) only ratios matter
+    law: int  # see laws.py
+    exponent: float = 1.0
+    options: Options = DEFAULT_OPTIONS
+
+
+@inner
+def begin(
+    properties: Floats, law: int, exponent: float, options: Options, delassus: Floats,
+    velocity: Vector, tolerance: float, contacts: list[ContactState], ws: Workspace, p: Progress,
+) -> tuple[Model, float, float]:
+    """
+    Set contacts and progress to where a collision begins, in its own units.
+
+    Returns the model and the units of velocities [m/s] and impulses [N s]; zeros if nothing
+    approaches.
+    """
+    count = len(contacts)
+    speed, mobility, firmness = 0.0, 0.0, 0.0
+    for j in range(count):
+        speed = max(speed, -velocity[3 * j])
+        mobility = max(mobility, delassus[3 * j][3 * j])
+        firmness = max(firmness, properties[j][2])
+    approaches = speed > 0.0 and mobility > 0.0
+    start(p)
+    if approaches:
+        for row in range(3 * count):
+            for column in range(3 * count):
+                ws.delassus[row][column] = delassus[row][column] / mobility
+        for j in range(count):
+            start_contact(contacts[j], properties[j], velocity, speed, firmness, j, options)
+    planar = approaches and is_planar(contacts, ws)
+    m = Model(law, exponent, min(tolerance, options.max_tolerance), planar, options)
+    return (m, speed, speed / mobility) if approaches else (m, 0.0, 0.0)
+
+
+@inner
+def finish(
+    m: Model, velocity: Vector, speed: float, unit: float, contacts: list[ContactState],
+    ws: Workspace, p: Progress, results: list[ContactResult], first: int, log: list[PhaseLog],
+) -> None:
+    """Check the balance of energy, and write the results in SI units, from number `first` on."""
+    count = len(contacts)
+    if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
+        allowed = max(m.options.imbalance * m.tolerance, m.options.min_imbalance)
+        if energy_imbalance(contacts, velocity, speed, ws) > allowed:
+            p.status = TOLERANCE_NOT_REACHED
+    for j in range(count):
+        write_result(contacts[j], results[first + j], unit, speed)
+    for i in range(min(p.phases * count, len(log))):
+        logged = log[i]
+        logged.impulse, logged.impulse_1 = unit * logged.impulse, unit * logged.impulse_1
+        logged.impulse_2 = unit * logged.impulse_2
+        logged.energy *= unit * speed
+
+
+@inner
+def start_contact(
+    c: ContactState, properties: Vector, velocity: Vector, speed: float, firmness: float, j: int,
+    options: Options,
+) -> None:
+    """Set a contact to where the collision begins."""
+    c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
+    c.velocity[0] = velocity[3 * j] / speed
+    c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
+    for values in (c.velocity, c.slip_1, c.slip_2):
+        if abs(values[0]) < options.rounding:
+            values[0] = 0.0
+        for k in range(1, len(values)):
+            values[k] = 0.0
+    c.compression[0] = 0.0
+    c.normal_mode = COMPRESSION if c.velocity[0] < 0.0 else INACTIVE
+    c.friction_mode = FRICTIONLESS
+    c.compression_rate, c.peak_compression, c.restitution_end = 1.0, 0.0, 0.0
+    c.activation_impulse, c.negligible_compression = 0.0, 0.0
+    c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
+    c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
+    c.restitution_loss, c.friction_loss, c.final_slip = 0.0, 0.0, 0.0
+    c.discontinuity_margin = inf
+
+
+@inner
+def start(p: Progress) -> None:
+    """Set the progress of a collision to its beginning."""
+    p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
+    p.section, p.section_start, p.sections = -1, 0, 0
+    p.scale, p.speed = 1.0, 1.0
+    p.modes_changed, p.phase_open = True, False
+    p.status, p.phases, p.steps = OK, 0, 0
+
+
+@inner
+def clear_result(result: ContactResult) -> None:
+    """Set a result to that of a contact at which nothing happens."""
+    result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
+    result.restitution_loss, result.friction_loss, result.final_slip = 0.0, 0.0, 0.0
+    result.discontinuity_margin = inf
+
+
+@inner
+def write_result(c: ContactState, result: ContactResult, unit: float, speed: float) -> None:
+    """Write the result of a contact; `unit`: of impulses [N s]."""
+    result.impulse, result.impulse_1 = unit * c.impulse, unit * c.impulse_1
+    result.impulse_2 = unit * c.impulse_2
+    result.restitution_loss = unit * speed * c.restitution_loss
+    result.friction_loss = unit * speed * c.friction_loss
+    result.final_slip = speed * c.final_slip
+    result.discontinuity_margin = c.discontinuity_margin
+
+
+@inner
+def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
+    """Whether no slip can ever turn: nothing happens along any second tangent."""
+    w = ws.delassus
+    for i in range(len(contacts)):
+        if contacts[i].friction > 0.0:
+            if contacts[i].slip_2[0] != 0.0:
                 return False
-            for j in range(count):
-                if response[3 * i + 2, 3 * j] != 0.0:
+            for j in range(len(contacts)):
+                if w[3 * i + 2][3 * j] != 0.0:
                     return False
-                if friction[j] > 0.0 and response[3 * i + 2, 3 * j + 1] != 0.0:
+                if contacts[j].friction > 0.0 and w[3 * i + 2][3 * j + 1] != 0.0:
                     return False
     return True
 
 
-@frugal
-def unaccounted(s: State, velocity: NDArray[np.float64], speed: float) -> float:
+@inner
+def energy_imbalance(
+    contacts: list[ContactState], velocity: Vector, speed: float, ws: Workspace
+) -> float:
     """
-    Energy that came or went without an account, in parts of all that changed hands.
+    Energy imbalance, relative to all the energy exchanged.
 
     Impulses times the mean of the velocities before and after are the work done on the bodies.
     """
     gap, turnover = 0.0, 0.0
-    for row in range(s.u.shape[0]):
-        before, after = velocity[row] / speed, s.u[row, 0]
-        gap += 0.5 * s.impulse[row] * (before + after)
-        turnover += 0.5 * abs(s.impulse[row]) * (abs(before) + abs(after))
-    for j in range(len(s.contact)):
-        gap += s.contact[j].kept + s.contact[j].rubbed
+    after = ws.vector[0]
+    for j in range(len(contacts)):
+        c = contacts[j]
+        components(c, after, j)
+        impulses = (c.impulse, c.impulse_1, c.impulse_2)
+        for k in range(3):
+            before = velocity[3 * j + k] / speed
+            gap += 0.5 * impulses[k] * (before + after[3 * j + k])
+            turnover += 0.5 * abs(impulses[k]) * (abs(before) + abs(after[3 * j + k]))
+        gap += c.restitution_loss + c.friction_loss
     return abs(gap) / turnover if turnover > 0.0 else 0.0
 
 
-@entry
-def solve(
-    response: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    restitution: NDArray[np.float64],
-    stiffness: NDArray[np.float64],
+def _example(storage: Storage) -> tuple[Any, ...]:
+    """One contact that approaches."""
+    return (
+        storage.array(np.full((1, 3), 0.5)), 0, 1.0, DEFAULT_OPTIONS,
+        storage.array(np.eye(3)[np.newaxis]),
+        storage.array(-np.eye(1, 3)), storage.array([1e-9]), storage.records(ContactState, 1),
+        workspace(storage, 1, TABLEAUS[storage]), storage.records(Progress, 1),
+        storage.records(ContactResult, 1), storage.records(PhaseLog, 1),
+        storage.records(CollisionOutcome, 1),
+    )
+
+
+@entry(_example)
+def solve_collisions(
+    properties: Floats,
     law: int,
     exponent: float,
-    tolerance: float,
-    impulse: NDArray[np.float64],
-    account: NDArray[np.float64],
-    log: NDArray[np.float64],
-) -> tuple[int, int, int]:
+    options: Options,
+    delassus: Floats,
+    velocity: Floats,
+    tolerance: Vector,
+    contacts: list[ContactState],
+    ws: Workspace,
+    progress: list[Progress],
+    results: list[ContactResult],
+    log: list[PhaseLog],
+    outcomes: list[CollisionOutcome],
+) -> None:
     """
-    Solve a collision in contact space; return its status, its number of phases, and of steps.
+    Solve n collisions of the same N contacts, one after the other.
 
     Parameters
     ----------
-    response : (3 N, 3 N) float array
+    properties : (N, 3) floats
+        Friction, restitution and stiffness of the contacts.
+    law, exponent, options : int, float, Options
+    delassus : (n, 3 N, 3 N) floats
         W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
-        and 3 j + 2 (tangential). Where all motion stays in one plane per contact, component
-        3 j + 1 should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
-    velocity : (3 N,) float array
-        Contact velocities before the collision [m/s]; approaching where the normal one is below 0.
-    friction, restitution, stiffness : (N,) float arrays
-        Coulomb coefficients, coefficients of restitution, stiffnesses (their ratios matter).
-    law, exponent : int, float
-        See laws.py.
-    tolerance : float
-        Error of the result relative to the largest approach speed.
-    impulse : (3 N,) float array, written
-        Impulses on bodies a [N s].
-    account : (N, 4) float array, written
-        Energy lost to restitution and to friction [J]; slip [m/s] when the contact last ended; how
-        near it came to ending instead of being compressed anew, or the other way round, where the
-        answer may jump (in parts of its largest compression; infinite: it never did).
-    log : (rows, 2 + 5 N) float array, written
-        A row a phase: why it ended (JOIN, END, EMPTY, FLOOR), at which contact, active flags (N),
-        impulses (3 N) [N s] and elastic energies (N) [J] at its end. Phases beyond its rows are
-        counted only; those of swings that were leapt over (leaps.py) are not even counted.
+        and 3 j + 2 (tangential). If all motion stays in one plane per contact, component 3 j + 1
+        should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
+    velocity : (n, 3 N) floats
+        Contact velocities before the collision [m/s]; approaching if the normal one is below 0.
+    tolerance : (n,) floats
+        Error of the velocities relative to the largest approach speed. A collision with a
+        tolerance that is not above 0 is left out.
+    contacts, ws, progress : N ContactState, Workspace, 1 Progress
+        Scratch.
+    results : n N ContactResult, written
+    log : records of PhaseLog, written
+        The phases of the last collision, N records each. Phases beyond the room are counted only.
+    outcomes : n CollisionOutcome, written
 
     """
-    count = friction.shape[0]
-    speed = 0.0
-    mobility = 0.0
-    firmness = 0.0
-    for j in range(count):
-        speed = max(speed, -velocity[3 * j])
-        mobility = max(mobility, response[3 * j, 3 * j])
-        firmness = max(firmness, stiffness[j])
-    for row in range(3 * count):
-        impulse[row] = 0.0
-        account[row // 3, row % 3] = 0.0
-        account[row // 3, 3] = np.inf
-    if speed <= 0.0 or mobility <= 0.0:
-        return OK, 0, 0
-    s = initial_state(count, impulse)
-    scaled = np.empty((3 * count, 3 * count))
-    for row in range(3 * count):
-        u = velocity[row] / speed
-        s.u[row, 0] = u if abs(u) >= ROUNDING else 0.0
-        for column in range(3 * count):
-            scaled[row, column] = response[row, column] / mobility
-    for j in range(count):
-        c = s.contact[j]
-        c.friction, c.restitution = friction[j], restitution[j]
-        c.stiffness, c.rate, c.tie = stiffness[j] / firmness, 1.0, np.inf
-        c.still = s.u[3 * j, 0] == 0.0
-        c.phase = COMPRESSING if s.u[3 * j, 0] < 0.0 else INACTIVE
-    straight = is_straight(response, friction, velocity)
-    m = Model(scaled, law, exponent, min(tolerance, LOOSEST), straight)
-    status, phases, steps = run(m, s, room_for(count), no_swings(count), log)
-    allowed = max(UNACCOUNTED * m.tolerance, LEAST_UNACCOUNTED)
-    ends = status in (OK, INFINITE_SEQUENCE) and law != POISSON
-    if ends and unaccounted(s, velocity, speed) > allowed:
-        status = TOLERANCE_NOT_REACHED
-    unit = speed / mobility
-    for row in range(3 * count):
-        impulse[row] *= unit
-    for j in range(count):
-        c = s.contact[j]
-        account[j, 0] = c.kept * unit * speed
-        account[j, 1] = c.rubbed * unit * speed
-        account[j, 2] = c.last_slip * speed
-    for i in range(min(phases, log.shape[0])):
-        for column in range(2 + count, 2 + 5 * count):
-            log[i, column] *= unit if column < 2 + 4 * count else unit * speed
-    return status, phases, steps
+    p, count = progress[0], len(contacts)
+    for i in range(len(tolerance)):
+        if not tolerance[i] > 0.0:
+            continue
+        m, speed, unit = begin(
+            properties, law, exponent, options, delassus[i], velocity[i], tolerance[i], contacts,
+            ws, p,
+        )
+        if speed > 0.0:
+            while not integrate(m, contacts, ws, p, log):
+                if ends_in_geometric_tail(m, contacts, ws, p):
+                    end(m, contacts, p, log, INFINITE_SEQUENCE)
+                    break
+            finish(m, velocity[i], speed, unit, contacts, ws, p, results, i * count, log)
+        else:
+            for j in range(count):
+                clear_result(results[i * count + j])
+        outcome = outcomes[i]
+        outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """
+    Solved collisions.
+
+    Attributes
+    ----------
+    impulses : (n, N, 3) float array
+        On bodies a [N s].
+    losses : (n, N, 2) float array
+        Energy lost to restitution and to friction [J].
+    final_slips, discontinuity_margins : (n, N) float arrays
+        See `ContactResult`.
+    status, phases, steps : (n,) int arrays
+        See `CollisionOutcome`.
+    log : (phases, N) array of PhaseLog
+        Phases of the last collision.
+
+    """
+
+    impulses: NDArray[np.float64]
+    losses: NDArray[np.float64]
+    final_slips: NDArray[np.float64]
+    discontinuity_margins: NDArray[np.float64]
+    status: NDArray[np.int64]
+    phases: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    log: NDArray[np.void]
+
+
+def solve_in_contact_space(
+    properties: Properties, delassus: NDArray[np.float64], velocity: NDArray[np.float64],
+    tolerance: ArrayLike, phases: int = 0,
+) -> Solved:
+    """
+    Solve n collisions of the same N contacts.
+
+    Parameters
+    ----------
+    properties : Properties
+    delassus, velocity, tolerance
+        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `solve_collisions`.
+    phases : int
+        Of the last collision that are logged. If it has more, all of them are.
+
+    """
+    n, count = len(velocity), len(properties.friction)
+    storage = solve_collisions.current().storage
+    results, outcomes, logged = solve_stored(
+        storage, properties, storage.array(delassus), storage.array(velocity),
+        storage.array(tolerance), phases,
+    )
+    table = as_rows(ContactResult, results).view(np.float64).reshape(n, count, 7)
+    ends = as_rows(CollisionOutcome, outcomes)
+    return Solved(
+        table[..., :3], table[..., 3:5], table[..., 5], table[..., 6], ends['status'],
+        ends['phases'], ends['steps'], logged,
+    )
+
+
+def solve_stored(
+    storage: Storage, properties: Properties, delassus: Floats, velocity: Floats,
+    tolerance: Vector, phases: int,
+) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
+    """
+    Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
+
+    Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
+    """
+    run = solve_collisions.on(storage)
+    n, count = len(velocity), len(properties.friction)
+    given = storage.array(np.array(
+        (properties.friction, properties.restitution, properties.stiffness), float).T)
+    results = storage.records(ContactResult, n * count)
+    outcomes = storage.records(CollisionOutcome, n)
+    while True:
+        log = storage.records(PhaseLog, phases * count)
+        run(
+            given, properties.law, float(properties.exponent), properties.options, delassus,
+            velocity, tolerance, storage.records(ContactState, count),
+            workspace(storage, count, TABLEAUS[storage]), storage.records(Progress, 1), results,
+            log, outcomes,
+        )
+        needed = int(outcomes[-1].phases) if phases and n else 0
+        if needed <= phases:
+            break
+        phases = needed
+    return results, outcomes, as_rows(PhaseLog, log)[: needed * count].reshape(-1, count)

@@ -1,18 +1,18 @@
 """The first root of a polynomial on an interval: how every event of a collision is located."""
 
-import numpy as np
-from numpy.typing import NDArray
+from math import inf
 
-from billiard_shot.compiled import frugal, melted
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.records import Floats, Vector
 
 NO_ROOT = -1.0
-NARROW = 1e-7  # part of the interval within which a pair of roots is no event
-SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them without end
-POSITIVE = -1.0  # in place of `noise`: the function is not known to be zero at the start
+MIN_SEPARATION = 1e-7  # of two roots, relative to the interval: closer ones are no event
+MAX_SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them without end
+NOT_ZERO = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
-@melted
-def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
+@innermost
+def evaluate(c: Vector, degree: int, x: float) -> float:
     """Value at x of the polynomial with coefficients c[0..degree], lowest first."""
     value = c[degree]
     for k in range(degree - 1, -1, -1):
@@ -20,9 +20,9 @@ def evaluate(c: NDArray[np.float64], degree: int, x: float) -> float:
     return value
 
 
-@frugal
+@inner
 def sign_changes(
-    c: NDArray[np.float64], degree: int, low: float, high: float, work: NDArray[np.float64]
+    c: Vector, degree: int, low: float, high: float, work: Floats
 ) -> int:
     """
     Count the sign changes of the polynomial's Bernstein coefficients on [low, high].
@@ -56,8 +56,8 @@ def sign_changes(
     return changes
 
 
-@frugal
-def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> float:
+@inner
+def refine(c: Vector, degree: int, low: float, high: float) -> float:
     """Root between low (polynomial positive) and high (not positive): Newton inside a bracket."""
     x = 0.5 * (low + high)
     for _ in range(80):
@@ -72,7 +72,7 @@ def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> floa
             low = x
         else:
             high = x
-        step = x - value / slope if slope < 0.0 else np.inf
+        step = x - value / slope if slope < 0.0 else inf
         if abs(step - x) <= 2e-16 * x:
             return x
         x = step if low < step < high else 0.5 * (low + high)
@@ -81,30 +81,31 @@ def refine(c: NDArray[np.float64], degree: int, low: float, high: float) -> floa
     return x
 
 
-@melted
+@inner
 def first_root(
-    c: NDArray[np.float64],
+    c: Vector,
     degree: int,
     sign: float,
     offset: float,
     noise: float,
     end: float,
-    work: NDArray[np.float64],
+    work: Floats,
 ) -> float:
     """
     First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.
 
-    The function is POSITIVE at 0, or exactly zero because an event happened there: then that root
+    The function is positive at 0, or exactly zero because an event happened there: then that root
     is divided out, as are coefficients that move the function by less than `noise` and so have no
-    sign, and a negative leading coefficient is an immediate event, 0. `work`: two rows or more.
+    sign, and a negative leading coefficient is an immediate event, 0. `noise` is NOT_ZERO in the
+    first case. `work`: two rows or more.
     """
     p = work[0]
-    fired = noise >= 0.0
-    first = 1 if fired else 0
-    if not fired and sign * c[0] - offset <= 0.0:
+    zero_at_start = noise >= 0.0
+    first = 1 if zero_at_start else 0
+    if not zero_at_start and sign * c[0] - offset <= 0.0:
         return 0.0
     power = 1.0
-    while first <= degree and fired and abs(c[first]) * end**first <= noise:
+    while first <= degree and zero_at_start and abs(c[first]) * end**first <= noise:
         first += 1
     if first > degree:
         return NO_ROOT
@@ -112,7 +113,7 @@ def first_root(
     bound = 0.0
     for k in range(degree + 1):
         p[k] = sign * c[k + first]
-        if k == 0 and not fired:
+        if k == 0 and not zero_at_start:
             p[0] -= offset
         bound += p[k] * power if k == 0 else min(p[k], 0.0) * power
         power *= end
@@ -122,14 +123,14 @@ def first_root(
         return NO_ROOT
     low = 0.0
     width = end
-    for _ in range(SUBDIVISIONS):
+    for _ in range(MAX_SUBDIVISIONS):
         high = min(low + width, end)
         changes = sign_changes(p, degree, low, high, work[1])
         if changes == 1:
             return refine(p, degree, low, high)
         if changes == 0 and evaluate(p, degree, high) <= 0.0:
             return high
-        if changes == 0 or width < NARROW * end:
+        if changes == 0 or width < MIN_SEPARATION * end:
             # Nothing here, or a pair of roots so close that nothing happens between them.
             low = high
             width *= 2.0

@@ -1,127 +1,227 @@
-"""What a collision is given, what it carries from step to step, and room to work in."""
-
-from typing import NamedTuple
+"""The state of a collision: a record for each contact, and the matrices that couple them."""
+from enum import IntEnum
+from math import sqrt
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, frugal
+from billiard_shot.compiled import inner
+from billiard_shot.impact.options import Options
+from billiard_shot.records import Floats, record, Storage
 
-COLUMNS = 26  # room for the coefficients of a step's polynomials
-STAGES = 8  # nodes of an implicit step
+MAX_COEFFICIENTS = 26  # of a step's polynomials
+STAGES = 8  # of an implicit step
+HISTORY = 15  # sections of a sequence that are kept, see geometric_tail.py
+SECTION = 11  # numbers of a contact in each
 
-INACTIVE, COMPRESSING, RESTORING = 0, 1, 2  # phase of a contact
-FRICTIONLESS, SLIDING, STICKING = 0, 1, 2  # grip of an active contact
+Series = Annotated[Any, MAX_COEFFICIENTS]
+Nodes = Annotated[Any, STAGES]
 
-# What is known of one contact: its parameters, its condition, its account.
-_FIELDS = np.dtype(
-    [
-        ('friction', np.float64),
-        ('restitution', np.float64),
-        ('stiffness', np.float64),
-        ('phase', np.int64),  # INACTIVE, COMPRESSING, RESTORING
-        ('grip', np.int64),  # FRICTIONLESS, SLIDING, STICKING
-        ('young', np.int64),  # 1, or 2: sliding so slowly that the forces set the direction
-        ('still', np.int64),  # 1: the normal velocity is exactly zero, an event happened there
-        ('onset', np.int64),  # 1: the slip is exactly zero and about to grow
-        ('pinned', np.int64),  # 1: sticking beyond its own cone, others help to hold it
-        ('light', np.int64),  # 1: the force is negligible (exponent > 1: not analytic at 0)
-        ('faint', np.float64),  # compression up to which it is
-        ('idle', np.int64),  # 1: without friction until it presses enough to say how it slides
-        ('armed', np.int64),  # 1: a swing has begun that no event will end
-        ('toward_x', np.float64),  # direction of sliding
-        ('toward_y', np.float64),
-        ('rate', np.float64),  # y' = -rate u_n
-        ('goal', np.float64),  # compression (law poisson: impulse) that ends restitution
-        ('peak', np.float64),  # compression at which restitution began
-        ('begun', np.float64),  # normal impulse at which the contact became active
-        ('kept', np.float64),  # energy lost to restitution
-        ('rubbed', np.float64),  # energy lost to friction
-        ('last_slip', np.float64),  # slip when the contact last ended
-        ('tie', np.float64),  # least distance to a jump of the law, in parts of the peak
-    ],
-    align=True,
-)
-CONTACT = np.dtype((np.record, _FIELDS))
+
+class NormalMode(IntEnum):
+    """What the spring of a contact does."""
+
+    INACTIVE = 0
+    COMPRESSION = 1
+    RESTITUTION = 2
+
+
+class FrictionMode(IntEnum):
+    """
+    How a contact resists slip.
+
+    An inactive contact is FRICTIONLESS. An active one can be in any mode, in compression and in
+    restitution alike.
+    """
+
+    FRICTIONLESS = 0
+    DEFERRED = 1  # no friction yet: the contact presses too little to say where it will slip
+    STICK = 2
+    REDUNDANT_STICK = 3  # its own share of friction is beyond its cone; other contacts hold it
+    SLIP = 4
+    SLIP_ONSET = 5  # the slip is exactly zero and about to grow along the slip direction
+    CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
+
+
+INACTIVE, COMPRESSION, RESTITUTION = map(int, NormalMode)
+FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP = map(int, FrictionMode)
+
+
+@record
+class ContactState:
+    """
+    A contact of a collision: parameters, modes, the step's polynomials, results.
+
+    The axes of a contact are its normal and two tangents, numbered 1 and 2. A polynomial is one in
+    x = time / scale, lowest coefficient first: coefficient 0 is the value now. Units are those of
+    `Options`.
+    """
+
+    friction: float
+    restitution: float
+    stiffness: float  # relative to the largest
+    normal_mode: int
+    friction_mode: int
+    compression_rate: float  # of the spring, relative to the approach: y' = -rate u_n
+    peak_compression: float  # at which restitution began
+    restitution_end: float  # compression (law poisson: impulse) that ends restitution
+    activation_impulse: float  # normal impulse when the contact became active
+    negligible_compression: float  # up to which the force is negligible
+    slip_dir_1: float  # unit vector of the slip
+    slip_dir_2: float
+    impulse: float  # on body a since the start: along the normal, and along the tangents
+    impulse_1: float
+    impulse_2: float
+    restitution_loss: float  # energy
+    friction_loss: float
+    final_slip: float  # when the contact last ended
+    discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
+    velocity: Series  # polynomials: normal velocity, slip,
+    slip_1: Series
+    slip_2: Series
+    compression: Series
+    force: Series  # on body a: normal force, friction
+    friction_1: Series
+    friction_2: Series
+    size: Series  # of the slip, and its direction
+    dir_1: Series
+    dir_2: Series
+    node_velocity: Nodes  # the same at the stages of an implicit step
+    node_slip_1: Nodes
+    node_slip_2: Nodes
+    node_compression: Nodes
+    angle: Nodes  # by which the slip has turned; its cosine and sine along the tangents
+    cosine: Nodes
+    sine: Nodes
+
+
+@record
+class Progress:
+    """How far the integration of a collision is."""
+
+    status: int
+    phases: int  # logged so far
+    steps: int
+    steps_since_event: int
+    events: int
+    section: int  # contact that sections are counted by, -1: none yet; see geometric_tail.py
+    section_start: int  # number of events when the section began
+    sections: int  # recorded so far
+    event_hash: int  # of the events in this section
+    scale: float  # length of the next step
+    speed: float  # largest velocity that a contact has, or that its spring could still give
+    modes_changed: bool  # forces jumped: friction modes must be assigned anew
+    phase_open: bool  # the motion went on since the last phase was logged
+    stiff: int  # contacts that needed an implicit step last
+
+
+@record
+class PhaseLog:
+    """How a contact stood at the end of a phase; N of these are one phase."""
+
+    ending: int  # why the phase ended, an `Ending`
+    contact: int  # at which contact, -1: at all
+    active: int
+    impulse: float  # [N s] on body a since the start
+    impulse_1: float
+    impulse_2: float
+    energy: float  # [J] elastic
 
 
 class Model(NamedTuple):
-    """
-    The collision's data for N contacts, in units of its largest speed, response and stiffness.
+    """Law, exponent, tolerance and options with which a collision is solved."""
 
-    Contact j has components 3 j (normal), 3 j + 1 and 3 j + 2 (tangential).
-    """
-
-    response: NDArray[np.float64]  # (3 N, 3 N) W: contact velocities per impulse
     law: int
-    exponent: float  # of the springs: N = stiffness * y**exponent
+    exponent: float  # of the springs: force = stiffness * compression**exponent
     tolerance: float
-    straight: bool  # no slip can ever turn: nothing happens in the second tangential components
+    planar: bool  # slip never turns: nothing happens along any second tangent
+    options: Options
 
 
-class State(NamedTuple):
-    """
-    The collision's state, and the polynomials of the current step in x = time / scale.
+class Workspace(NamedTuple):
+    """Matrices of a collision of N contacts, and scratch arrays."""
 
-    Column 0 of `u` and `y` is the state itself, the other columns are the step's coefficients.
-    """
-
-    contact: NDArray[np.void]  # (N,) CONTACT
-    u: NDArray[np.float64]  # (3 N, COLUMNS) contact velocities
-    y: NDArray[np.float64]  # (N, COLUMNS) compressions of the springs
-    force: NDArray[np.float64]  # (3 N, COLUMNS) contact forces on bodies a
-    impulse: NDArray[np.float64]  # (3 N,) their integrals since the start
-    effective: NDArray[np.float64]  # (3 N, 3 N) response with the sticking contacts' friction
-    gain: NDArray[np.float64]  # (3 N, 3 N) friction of the sticking contacts per other force
-    work: NDArray[np.float64]  # (3 N + 3, COLUMNS) scratch
-
-
-class Room(NamedTuple):
-    """Scratch arrays of the steps that need more of them."""
-
-    chosen: NDArray[np.int64]  # (2 N,) numbers of components or contacts
-    push: NDArray[np.float64]  # (2, 3 N)
-    square: NDArray[np.float64]  # (3, 2 N, 2 N)
-    newton: NDArray[np.float64]  # (STAGES N + 1, STAGES N)
-    nodes: NDArray[np.float64]  # (10 N + 1, STAGES)
+    delassus: Any  # (3 N, 3 N) W: contact velocities per contact impulse
+    reduced: Any  # (3 N, 3 N) the same, with the friction of sticking contacts eliminated
+    stick_gain: Any  # (3 N, 3 N) friction of sticking contacts per other force
+    matrix: Any  # (3, 2 N, 2 N) scratch
+    newton: Any  # (STAGES N, STAGES N) scratch
+    residual: Any  # (STAGES N,) scratch
+    vector: Any  # (2, 3 N) scratch
+    polynomials: Any  # (3, MAX_COEFFICIENTS) scratch
+    indices: Any  # (2 N,) scratch
+    stages: Any  # (STAGES,) nodes of an implicit step
+    integral: Any  # (STAGES, STAGES) from values at the nodes to integrals at the nodes
+    monomial: Any  # (STAGES, STAGES) from values at the nodes to coefficients
+    history: Any  # (HISTORY, SECTION N) of geometric_tail.py
+    hashes: Any  # (HISTORY,)
 
 
-@compiled
-def initial_state(count: int, impulse: NDArray[np.float64]) -> State:
-    """State of N contacts that have not met yet, on the caller's impulse."""
-    return State(
-        np.zeros(count, CONTACT),
-        np.zeros((3 * count, COLUMNS)),
-        np.zeros((count, COLUMNS)),
-        np.zeros((3 * count, COLUMNS)),
-        impulse,
-        np.zeros((3 * count, 3 * count)),
-        np.zeros((3 * count, 3 * count)),
-        np.zeros((3 * count + 3, COLUMNS)),
+def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
+    """Make room for a collision of N contacts; `tableau`: of collocation, in the storage."""
+    zeros, size, nodes = storage.zeros, 3 * count, STAGES * count
+    delassus, reduced, stick_gain = zeros(3, size, size)
+    stages, integral, monomial = tableau
+    return Workspace(
+        delassus, reduced, stick_gain, zeros(3, 2 * count, 2 * count), zeros(nodes, nodes),
+        zeros(nodes), zeros(2, size), zeros(3, MAX_COEFFICIENTS),
+        storage.array(np.zeros(2 * count, np.int64)), stages, integral, monomial,
+        zeros(HISTORY, SECTION * count), storage.array(np.zeros(HISTORY, np.int64)),
     )
 
 
-@compiled
-def room_for(count: int) -> Room:
-    """Scratch arrays for N contacts."""
-    return Room(
-        np.empty(2 * count, np.int64),
-        np.empty((2, 3 * count)),
-        np.empty((3, 2 * count, 2 * count)),
-        np.empty((STAGES * count + 1, STAGES * count)),
-        np.empty((10 * count + 1, STAGES)),
-    )
+@inner
+def is_active(c: ContactState) -> bool:
+    """Whether a contact exerts forces."""
+    return c.normal_mode != INACTIVE
 
 
-@frugal
-def slip_speed(s: State, contact: int) -> float:
+@inner
+def slips(c: ContactState) -> bool:
+    """Whether a contact slips, or is about to."""
+    return c.friction_mode >= SLIP
+
+
+@inner
+def resists(c: ContactState) -> bool:
+    """Whether friction acts at a contact."""
+    return c.friction_mode > DEFERRED
+
+
+@inner
+def sticks(c: ContactState) -> bool:
+    """Whether friction holds a contact."""
+    return c.friction_mode == STICK or c.friction_mode == REDUNDANT_STICK
+
+
+@inner
+def is_stiff(m: Model, c: ContactState) -> bool:
+    """Whether a contact needs implicit steps."""
+    return c.friction_mode == CREEP or (c.friction_mode == SLIP_ONSET and not m.planar)
+
+
+@inner
+def force_is_negligible(m: Model, c: ContactState) -> bool:
+    """Whether a contact presses so little that its force is taken as zero."""
+    return m.exponent != 1.0 and c.compression[0] < c.negligible_compression
+
+
+@inner
+def slip_speed(c: ContactState) -> float:
     """Slip at a contact now."""
-    x, y = s.u[3 * contact + 1, 0], s.u[3 * contact + 2, 0]
-    return float(np.sqrt(x * x + y * y))
+    return sqrt(c.slip_1[0] * c.slip_1[0] + c.slip_2[0] * c.slip_2[0])
 
 
-@frugal
-def stop_slip(s: State, contact: int) -> None:
+@inner
+def stop_slip(c: ContactState) -> None:
     """Set a contact's slip to exactly zero."""
-    s.u[3 * contact + 1, 0] = 0.0
-    s.u[3 * contact + 2, 0] = 0.0
+    c.slip_1[0] = 0.0
+    c.slip_2[0] = 0.0
+
+
+@inner
+def components(c: ContactState, velocity: Floats, j: int) -> None:
+    """Write a contact's velocity into the three components that belong to it."""
+    velocity[3 * j] = c.velocity[0]
+    velocity[3 * j + 1] = c.slip_1[0]
+    velocity[3 * j + 2] = c.slip_2[0]

@@ -1,208 +1,218 @@
 """What an event does to the state of a collision: the arrows of the state transition diagram."""
 
-import numpy as np
+from math import inf, sqrt
 
-from billiard_shot.compiled import frugal
-from billiard_shot.impact.events import CONE, EMPTY, JOIN, SLIP_STOP, SWING, TURN
-from billiard_shot.impact.friction import hold, let_go
+from billiard_shot.compiled import inner
+from billiard_shot.impact.events import (
+    ACTIVATION,
+    CONE_EXIT,
+    Event,
+    NORMAL_REVERSAL,
+    SLIP_STOP,
+    SPRING_EXHAUSTED,
+)
+from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import (
-    BISTIFFNESS,
     elastic_energy,
-    end_of_restitution,
-    opening_rate,
     POISSON,
+    restitution_end,
+    unloading_loss,
+    unloading_rate,
 )
 from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
-    COMPRESSING,
+    COMPRESSION,
+    ContactState,
     FRICTIONLESS,
     INACTIVE,
+    is_active,
     Model,
-    RESTORING,
-    Room,
-    SLIDING,
+    RESTITUTION,
+    SLIP_ONSET,
     slip_speed,
-    State,
-    STICKING,
+    slips,
+    STICK,
+    sticks,
     stop_slip,
+    Workspace,
 )
 
 
-@frugal
-def opening_loss(m: Model, s: State, j: int) -> float:
-    """Energy lost while a spring opened from its peak: law bistiffness gives back e^2 of it."""
-    c = s.contact[j]
-    if m.law != BISTIFFNESS:
-        return 0.0
-    e = c.restitution
-    peak = elastic_energy(c.stiffness, c.peak, m.exponent)
-    return (1.0 - e * e) * (peak - elastic_energy(c.stiffness, s.y[j, 0], m.exponent))
+@inner
+def apply(
+    m: Model, contacts: list[ContactState], ws: Workspace, event: Event, known: bool
+) -> bool:
+    """
+    Make the change that an event brings; return whether forces jumped.
+
+    `known`: the normal velocity of the contact is passing zero just now.
+    """
+    j = event.contact
+    c = contacts[j]
+    if event.kind == NORMAL_REVERSAL:
+        reverse_normal_motion(m, c)
+        return False
+    if event.kind == CONE_EXIT:
+        start_slip(m, contacts, ws, j)
+        return False
+    if event.kind == SLIP_STOP:
+        stop_slip(c)
+        if c.friction_mode == SLIP_ONSET:  # the slip that was to begin is less than noise
+            c.friction_mode = STICK
+            eliminate_sticking(contacts, ws)
+            return False
+    elif event.kind == ACTIVATION:
+        activate(c, known)
+    else:
+        if event.kind == SPRING_EXHAUSTED:
+            apply_remaining_impulse(contacts, ws, j)
+        margin = recompression_margin(m, contacts, ws, j)
+        c.discontinuity_margin = min(c.discontinuity_margin, margin)
+        deactivate(m, c)
+    return True
 
 
-@frugal
-def normal_acceleration(m: Model, s: State, j: int) -> float:
+@inner
+def activate(c: ContactState, known: bool) -> None:
+    """Make a contact active; `known`: its normal velocity is passing zero just now."""
+    c.normal_mode = COMPRESSION
+    c.friction_mode = FRICTIONLESS
+    c.compression[0] = 0.0
+    c.compression_rate = 1.0
+    c.activation_impulse = c.impulse
+    if known:
+        c.velocity[0] = 0.0
+
+
+@inner
+def deactivate(m: Model, c: ContactState) -> None:
+    """End a contact: book the energy that its spring keeps, and note its slip."""
+    c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
+    c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    c.final_slip = 0.0 if sticks(c) else slip_speed(c)
+    c.normal_mode = INACTIVE
+    c.friction_mode = FRICTIONLESS
+    c.compression[0] = 0.0
+
+
+@inner
+def reverse_normal_motion(m: Model, c: ContactState) -> None:
+    """End a contact's compression, or begin it anew."""
+    c.velocity[0] = 0.0
+    y = c.compression[0]
+    if c.normal_mode == COMPRESSION:
+        c.normal_mode = RESTITUTION
+        c.peak_compression = y
+        c.compression_rate = unloading_rate(m.law, c.restitution)
+        c.restitution_end = restitution_end(m.law, c.restitution, m.exponent, y)
+        if m.law == POISSON:
+            c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
+    else:
+        if m.law != POISSON and c.peak_compression > 0.0:
+            margin = (y - c.restitution_end) / c.peak_compression
+            c.discontinuity_margin = min(c.discontinuity_margin, margin)
+        c.normal_mode = COMPRESSION
+        c.compression_rate = 1.0
+        c.restitution_loss += loss_since_peak(m, c)
+
+
+@inner
+def loss_since_peak(m: Model, c: ContactState) -> float:
+    """Energy lost while a contact's spring opened from its peak."""
+    return unloading_loss(
+        m.law, c.restitution, c.stiffness, m.exponent, c.peak_compression, c.compression[0]
+    )
+
+
+@inner
+def recompression_margin(
+    m: Model, contacts: list[ContactState], ws: Workspace, j: int
+) -> float:
+    """
+    Further decompression before recompression would have begun, relative to the peak.
+
+    Infinite if none was coming. A small value means that the contact only just ended.
+    """
+    c = contacts[j]
+    if m.law == POISSON or c.normal_mode != RESTITUTION or c.restitution == 0.0:
+        return inf
+    acceleration = normal_acceleration(m, contacts, ws, j)
+    if acceleration >= 0.0 or c.peak_compression == 0.0:
+        return inf
+    return c.velocity[0] * c.velocity[0] / (-2.0 * acceleration * c.peak_compression)
+
+
+@inner
+def normal_acceleration(
+    m: Model, contacts: list[ContactState], ws: Workspace, j: int
+) -> float:
     """Acceleration of a contact's normal velocity under the forces of this moment."""
     total = 0.0
-    for k in range(len(s.contact)):
-        c = s.contact[k]
-        if c.phase != INACTIVE:
-            response = s.effective[3 * j, 3 * k]
-            if c.grip == SLIDING:
-                response -= c.friction * s.effective[3 * j, 3 * k + 1] * c.toward_x
-                response -= c.friction * s.effective[3 * j, 3 * k + 2] * c.toward_y
-            total += response * c.stiffness * s.y[k, 0] ** m.exponent
+    row = ws.reduced[3 * j]
+    for k in range(len(contacts)):
+        c = contacts[k]
+        if is_active(c):
+            response = row[3 * k]
+            if slips(c):
+                response -= c.friction * row[3 * k + 1] * c.slip_dir_1
+                response -= c.friction * row[3 * k + 2] * c.slip_dir_2
+            total += response * c.stiffness * c.compression[0] ** m.exponent
     return total
 
 
-@frugal
-def margin_of_end(m: Model, s: State, j: int) -> float:
-    """
-    How much compression a contact that ends would still have lost before it was compressed anew.
-
-    In parts of its peak; infinite where it was not about to be. Small: had it had a little more
-    left, it would not have ended.
-    """
-    c = s.contact[j]
-    if m.law == POISSON or c.phase != RESTORING or c.restitution == 0.0:
-        return np.inf
-    acceleration = normal_acceleration(m, s, j)
-    if acceleration >= 0.0:
-        return np.inf
-    return float(s.u[3 * j, 0] ** 2 / (-2.0 * acceleration * c.peak))
+@inner
+def set_onset_direction(c: ContactState, order: int, x: float) -> None:
+    """Let the slip of a sticking contact begin at x against the force that held it until then."""
+    f_1 = evaluate(c.friction_1, order - 1, x)
+    f_2 = evaluate(c.friction_2, order - 1, x)
+    for k in range(order):
+        if x == 0.0 and f_1 == 0.0 and f_2 == 0.0:
+            f_1, f_2 = c.friction_1[k], c.friction_2[k]
+    size = sqrt(f_1 * f_1 + f_2 * f_2)
+    if size > 0.0:
+        c.slip_dir_1, c.slip_dir_2 = -f_1 / size, -f_2 / size
 
 
-@frugal
-def turn(m: Model, s: State, j: int) -> None:
-    """End a contact's compression, or begin it anew."""
-    c = s.contact[j]
-    s.u[3 * j, 0] = 0.0
-    c.still = True
-    if c.phase == COMPRESSING:
-        c.phase = RESTORING
-        c.peak = s.y[j, 0]
-        c.rate = opening_rate(m.law, c.restitution)
-        c.goal = end_of_restitution(m.law, c.restitution, m.exponent, s.y[j, 0])
-        if m.law == POISSON:
-            c.goal = s.impulse[3 * j] + c.restitution * (s.impulse[3 * j] - c.begun)
-    else:
-        if m.law != POISSON:
-            c.tie = min(c.tie, (s.y[j, 0] - c.goal) / c.peak)
-        c.phase = COMPRESSING
-        c.rate = 1.0
-        c.kept += opening_loss(m, s, j)
-
-
-@frugal
-def join(s: State, j: int, known: bool) -> None:
-    """Make a contact active; `known`: its normal velocity is just now passing zero."""
-    c = s.contact[j]
-    c.phase = COMPRESSING
-    c.grip = FRICTIONLESS
-    s.y[j, 0] = 0.0
-    c.rate = 1.0
-    c.begun = s.impulse[3 * j]
-    c.idle = 0
-    if known:
-        s.u[3 * j, 0] = 0.0
-        c.still = True
-
-
-@frugal
-def part(m: Model, s: State, j: int) -> None:
-    """End a contact: book the energy that its spring keeps, and note the slip it ends with."""
-    c = s.contact[j]
-    c.kept += opening_loss(m, s, j) if c.phase == RESTORING else 0.0
-    c.kept += elastic_energy(c.stiffness, s.y[j, 0], m.exponent)
-    c.last_slip = 0.0 if c.grip == STICKING else slip_speed(s, j)
-    c.phase = INACTIVE
-    c.grip = FRICTIONLESS
-    s.y[j, 0] = 0.0
-    c.still = s.u[3 * j, 0] == 0.0  # where it had only just joined
-
-
-@frugal
-def complete_impulse(s: State, room: Room, j: int) -> None:
+@inner
+def apply_remaining_impulse(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
     Law poisson: give a contact with an empty spring the rest of its impulse, all others untouched.
 
-    Friction acts as before the moment (it holds, or slides until it stops); the energy that
-    the spring does not have is booked as a negative loss.
+    Friction acts as before the moment (it holds, or slips until it stops). The energy that the
+    spring does not have is booked as a negative loss.
     """
-    c = s.contact[j]
-    n = 3 * j
-    size = s.u.shape[0]
-    remaining = c.goal - s.impulse[n]
-    push, change = room.push[0], room.push[1]
+    c, n = contacts[j], 3 * j
+    push, change = ws.vector[0], ws.vector[1]
+    size = 3 * len(contacts)
+    remaining = c.restitution_end - c.impulse
     while remaining > 0.0:
-        dx, dy = c.toward_x, c.toward_y
         for row in range(size):
-            push[row] = s.gain[row, n]
+            push[row] = ws.stick_gain[row][n]
         push[n] = 1.0
-        if c.grip == SLIDING:
-            push[n + 1], push[n + 2] = -c.friction * dx, -c.friction * dy
+        if slips(c):
+            push[n + 1], push[n + 2] = -c.friction * c.slip_dir_1, -c.friction * c.slip_dir_2
         for row in range(size):
-            change[row] = s.effective[row, n]
-            if c.grip == SLIDING:
-                change[row] += s.effective[row, n + 1] * push[n + 1]
-                change[row] += s.effective[row, n + 2] * push[n + 2]
+            change[row] = ws.reduced[row][n]
+            if slips(c):
+                change[row] += ws.reduced[row][n + 1] * push[n + 1]
+                change[row] += ws.reduced[row][n + 2] * push[n + 2]
         amount = remaining
-        slip = s.u[n + 1, 0] * dx + s.u[n + 2, 0] * dy
-        rate = change[n + 1] * dx + change[n + 2] * dy
-        if c.grip == SLIDING and slip + rate * amount < 0.0:
+        slip = c.slip_1[0] * c.slip_dir_1 + c.slip_2[0] * c.slip_dir_2
+        rate = change[n + 1] * c.slip_dir_1 + change[n + 2] * c.slip_dir_2
+        if slips(c) and slip + rate * amount < 0.0:
             amount = -slip / rate
-        for row in range(n, n + 3):
-            work = amount * push[row] * (s.u[row, 0] + 0.5 * amount * change[row])
-            if row == n:
-                c.kept -= work
-            else:
-                c.rubbed -= work
-        for row in range(size):
-            s.u[row, 0] += amount * change[row]
-            s.impulse[row] += amount * push[row]
+        half = 0.5 * amount
+        c.restitution_loss -= amount * push[n] * (c.velocity[0] + half * change[n])
+        c.friction_loss -= amount * push[n + 1] * (c.slip_1[0] + half * change[n + 1])
+        c.friction_loss -= amount * push[n + 2] * (c.slip_2[0] + half * change[n + 2])
+        for k in range(len(contacts)):
+            d = contacts[k]
+            d.velocity[0] += amount * change[3 * k]
+            d.slip_1[0] += amount * change[3 * k + 1]
+            d.slip_2[0] += amount * change[3 * k + 2]
+            d.impulse += amount * push[3 * k]
+            d.impulse_1 += amount * push[3 * k + 1]
+            d.impulse_2 += amount * push[3 * k + 2]
         remaining -= amount
         if remaining > 0.0:
-            # It stopped; the springs of the others set no direction.
-            c.grip = FRICTIONLESS
-
-
-@frugal
-def slide_against(s: State, j: int, order: int, x: float) -> None:
-    """Begin to slide at x: against the force that held until then."""
-    c = s.contact[j]
-    fx, fy = evaluate(s.force[3 * j + 1], order - 1, x), evaluate(s.force[3 * j + 2], order - 1, x)
-    for k in range(order):
-        if x == 0.0 and fx == 0.0 and fy == 0.0:
-            fx, fy = s.force[3 * j + 1, k], s.force[3 * j + 2, k]
-    size = np.sqrt(fx * fx + fy * fy)
-    c.toward_x = -fx / size
-    c.toward_y = -fy / size
-
-
-@frugal
-def transition(m: Model, s: State, room: Room, event: int, j: int, known: bool) -> bool:
-    """Carry out an event at contact j; True where forces jumped, so that friction must settle."""
-    if event == TURN:
-        turn(m, s, j)
-        return False
-    if event == SWING:
-        s.contact[j].armed = False
-        return False
-    if event == CONE:
-        let_go(m, s, room, j)
-        return False
-    if event == SLIP_STOP:
-        c = s.contact[j]
-        stop_slip(s, j)
-        if c.onset:  # what was to begin is less than noise: it holds
-            c.onset = False
-            c.grip = STICKING
-            hold(m, s, room)
-            return False
-    elif event == JOIN:
-        join(s, j, known)
-    else:
-        if event == EMPTY:
-            complete_impulse(s, room, j)
-        s.contact[j].tie = min(s.contact[j].tie, margin_of_end(m, s, j))
-        part(m, s, j)
-    return True
+            c.friction_mode = FRICTIONLESS  # it stopped; no spring sets a direction

@@ -3,7 +3,8 @@ import numpy as np
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.impact.kernel import solve
+from billiard_shot.impact.kernel import solve_in_contact_space
+from billiard_shot.shot.model import contact_properties
 from billiard_shot.status import Status
 from billiard_shot.study.problem import Problem
 
@@ -243,12 +244,12 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
 
 def solved(problem, tolerance):
     """Impulses, status and steps of a problem that is solved, its energy ledger closed."""
-    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
-    status, _, steps = solve(
-        problem.response, problem.velocity, problem.friction, problem.restitution,
-        problem.stiffness, problem.model.law, 1.0, tolerance, impulse, account, log,
+    done = solve_in_contact_space(
+        contact_properties(problem.model), problem.response[np.newaxis],
+        problem.velocity[np.newaxis], [tolerance],
     )
+    impulse, status, steps = done.impulses.ravel(), done.status[0], done.steps[0]
     assert status in (Status.OK, Status.INFINITE_SEQUENCE)
     work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
-    assert abs(work + account[:, :2].sum()) < 1e-10 * 0.5 * problem.model.cue_mass
+    assert abs(work + done.losses.sum()) < 1e-10 * 0.5 * problem.model.cue_mass
     return impulse, status, steps

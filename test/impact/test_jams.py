@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from setups import guided_strike, solved
 
+from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.status import Status
 
 # As of `guided_strike`.
@@ -26,7 +27,11 @@ DEAD_TIP = (1.4e-4, 5.88342, 'bistiffness', (0.687788, 0.0189014), (0.0, 0.09422
             0.403421, (0.2754, 0.0, 0.9613))
 
 
-@pytest.mark.parametrize('name', STROKES)
+# With a light cue and n.c of 1e-11 the sequence of events changes all the time.
+HOPELESS = 'light cue', 'cue of a millionth'
+
+
+@pytest.mark.parametrize('name', sorted({*STROKES} - {*HOPELESS}))
 def test_what_grows_is_followed_in_steps_that_grow_with_it(name):
     problem = guided_strike(*STROKES[name])
     exact, status, steps = solved(problem, 1e-12)
@@ -45,3 +50,14 @@ def test_contacts_at_their_cone_do_not_reach_it_for_ever():
 
 def test_slip_does_not_stop_and_start_for_ever():
     solved(guided_strike(*DEAD_TIP), 1e-12)
+
+
+@pytest.mark.parametrize('name', HOPELESS)
+def test_a_hopeless_jam_ends_soon_and_says_so(name):
+    problem = guided_strike(*STROKES[name])
+    impulse, steps, status = problem.adaptive(1e-12)
+    assert status == Status.BUDGET_EXCEEDED
+    assert steps < 1.01 * DEFAULT_OPTIONS.max_steps
+    assert np.isfinite(impulse).all()
+    work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
+    assert work < 1e-9 * problem.model.cue_mass  # no energy is gained

@@ -1,0 +1,367 @@
+"""
+The integration of a collision through its state transition diagram.
+
+Contract of the integrator, as long as a contact is active or approaches:
+
+1. *Modes.* If forces jumped, `assign_friction_modes` decides which contacts stick.
+2. *Propose a step.* `propose_step` returns a `Step`: forces, velocities and compressions of all
+   contacts as polynomials, as far as the tolerance allows. It is an explicit step (taylor.py) or,
+   if a contact's slip has just begun or creeps, an implicit one (collocation.py).
+3. *Locate the first event* on the polynomials: `first_event` returns an `Event`, at the end of the
+   step if nothing happens.
+4. *Advance* the state to the event, and book impulses and losses (advance.py).
+5. *Apply its transition*, which changes modes, never velocities by a finite amount; law poisson
+   excepted (transitions.py).
+
+Whenever the set of active contacts changes, a phase is logged. A status says how it ended.
+"""
+
+from math import log10, sqrt
+
+from billiard_shot.compiled import inner
+from billiard_shot.impact.advance import advance
+from billiard_shot.impact.collocation import implicit_step
+from billiard_shot.impact.events import (
+    ACTIVATION,
+    CONE_EXIT,
+    Event,
+    first_event,
+    NO_EVENT,
+    NORMAL_REVERSAL,
+    RESTITUTION_END,
+    SPRING_EXHAUSTED,
+    Step,
+)
+from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
+from billiard_shot.impact.laws import elastic_energy
+from billiard_shot.impact.options import Options
+from billiard_shot.impact.state import (
+    ContactState,
+    CREEP,
+    DEFERRED,
+    INACTIVE,
+    is_active,
+    is_stiff,
+    MAX_COEFFICIENTS,
+    Model,
+    PhaseLog,
+    Progress,
+    REDUNDANT_STICK,
+    RESTITUTION,
+    SLIP,
+    slip_speed,
+    slips,
+    STAGES,
+    STICK,
+    stop_slip,
+    Workspace,
+)
+from billiard_shot.impact.taylor import explicit_step
+from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
+from billiard_shot.status import Status
+
+ENERGY_FLOOR = 10  # why a phase ended, beside the kinds of events: the motion has died down
+CREEPS = 0.1  # a slip is stiff if friction can change so large a part of it within a step
+SECTION_EVENTS = 100  # after so many without the end of a section, another contact ends them
+
+OK = int(Status.OK)
+INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
+NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
+BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+
+
+@inner
+def integrate(
+    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, log: list[PhaseLog]
+) -> bool:
+    """
+    Integrate a collision until it is over, or a section of it ends (geometric_tail.py).
+
+    Returns whether it is over; then `p.status` says how it ended.
+    """
+    while p.steps < steps_allowed(m.options, len(contacts)):
+        if p.modes_changed or is_time_to_rescale(m, p):
+            update_speed(m, contacts, ws, p)
+        if p.modes_changed:
+            p.modes_changed = False
+            assign_friction_modes(m, contacts, ws, zero_slip(m, p))
+            if p.speed < max(m.options.energy_floor * m.tolerance, 10.0 * m.options.rounding):
+                return end(m, contacts, p, log, INFINITE_SEQUENCE)
+        step = propose_step(m, contacts, ws, p)
+        if step.scale == 0.0:
+            cancel_slip_onsets(m, contacts, m.tolerance * max(p.speed, 1.0))
+            p.modes_changed, p.scale = True, 1.0
+            continue
+        if p.stiff == 0 and is_jammed(m, contacts, ws):
+            return end(m, contacts, p, log, p.status)
+        event = first_event(m, contacts, ws, step, p.speed)
+        take_step(m, contacts, ws, p, step, event)
+        if event.kind != NO_EVENT:
+            carry_out(m, contacts, ws, p, log, event)
+        if is_over(m, contacts):
+            return True
+        p.scale = min(next_scale(p, step), m.options.max_step)
+        if p.events > m.options.tail_after and ends_section(contacts, p, event):
+            return False
+    p.status = BUDGET_EXCEEDED
+    return True
+
+
+@inner
+def steps_allowed(options: Options, contacts: int) -> int:
+    """Budget of steps of a collision."""
+    return max(options.max_steps, options.max_steps_per_contact * contacts)
+
+
+@inner
+def is_time_to_rescale(m: Model, p: Progress) -> bool:
+    """Whether velocities may have grown unnoticed, because there was no event for a while."""
+    return p.steps_since_event % m.options.rescale_interval == m.options.rescale_interval - 1
+
+
+@inner
+def ends_section(contacts: list[ContactState], p: Progress, event: Event) -> bool:
+    """Whether an event ends the compression of the contact that sections are counted by."""
+    if event.kind != NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
+        return False
+    if p.section < 0 or p.events - p.section_start > SECTION_EVENTS:
+        p.section, p.sections = event.contact, 0
+    if event.contact != p.section:
+        return False
+    p.section_start = p.events
+    return True
+
+
+@inner
+def zero_slip(m: Model, p: Progress) -> float:
+    """Slip below which a contact does not slip."""
+    return m.options.zero_slip_share * m.tolerance * max(p.speed, 1.0)
+
+
+@inner
+def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> None:
+    """Find the largest velocity that a contact has, or that its spring could still give."""
+    largest = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode == INACTIVE:
+            largest = max(largest, -c.velocity[0])
+        else:
+            energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+            spring = sqrt(2.0 * energy * ws.delassus[3 * j][3 * j])
+            largest = max(largest, abs(c.velocity[0]), spring)
+    p.speed = largest if p.modes_changed else max(p.speed, largest)
+    if p.modes_changed:
+        for j in range(len(contacts)):
+            c = contacts[j]
+            least = m.options.negligible_force * m.tolerance * min(largest, 1.0)
+            c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
+
+
+@inner
+def propose_step(
+    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress
+) -> Step:
+    """Fill the polynomials of a step as long as the tolerance allows; scale 0 if none is good."""
+    o = m.options
+    stiff, redundant = prepare_contacts(m, contacts)
+    p.steps += 1 + o.implicit_cost * stiff * stiff
+    p.steps_since_event += 1
+    share = o.step_share * m.tolerance * min(1.0, o.nominal_steps / p.steps)
+    tolerance = max(share * min(p.speed, 1.0), o.min_step_tolerance * p.speed)
+    scale, length = p.scale, 1.0
+    if stiff > 0:
+        if p.stiff == 0:
+            scale *= o.first_implicit_factor
+        order = STAGES
+        tolerance = max(o.implicit_factor * tolerance, o.min_implicit_tolerance * p.speed)
+        scale, error = implicit_step(m, contacts, ws, scale, tolerance)
+        noise = error / p.speed
+    else:
+        order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
+        scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
+        error, noise = tolerance, max(o.rounding, tolerance / p.speed)
+    p.stiff = stiff
+    reach = min(length, o.max_redundant_step / scale) if redundant and scale > 0.0 else length
+    return Step(scale, order, reach, noise, error, tolerance)
+
+
+@inner
+def prepare_contacts(m: Model, contacts: list[ContactState]) -> tuple[int, bool]:
+    """Note the slip directions; count stiff contacts, and say whether one sticks redundantly."""
+    stiff, redundant = 0, False
+    for j in range(len(contacts)):
+        c = contacts[j]
+        stiff += 1 if is_stiff(m, c) else 0
+        redundant = redundant or c.friction_mode == REDUNDANT_STICK
+        if (c.friction_mode == SLIP or c.friction_mode == CREEP) and not m.planar:
+            size = slip_speed(c)
+            if size > 0.0:
+                c.slip_dir_1, c.slip_dir_2 = c.slip_1[0] / size, c.slip_2[0] / size
+    return stiff, redundant
+
+
+@inner
+def take_step(
+    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, step: Step, event: Event
+) -> None:
+    """Advance to an event; note what that changes of the modes."""
+    if event.kind == CONE_EXIT:
+        set_onset_direction(contacts[event.contact], step.order, event.x)
+    if event.x > 0.0:
+        p.phase_open = True
+        for j in range(len(contacts)):
+            if contacts[j].friction_mode == REDUNDANT_STICK:
+                feasible = sticking_is_feasible(contacts, ws, step.order, event.x)
+                p.modes_changed = p.modes_changed or not feasible
+                break
+        advance(m, contacts, step.scale, step.order, event.x)
+        for j in range(len(contacts)):
+            c = contacts[j]
+            if c.friction_mode == CREEP and not creeps(m, ws, c, j, step.scale):
+                c.friction_mode = SLIP
+            if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
+                p.modes_changed = True
+    for j in range(len(contacts)):
+        c = contacts[j]
+        presses = c.compression[0] >= (1.0 - 1e-9) * c.negligible_compression
+        if c.friction_mode == DEFERRED and presses:
+            c.friction_mode = STICK  # until modes are assigned
+            p.modes_changed = True
+
+
+@inner
+def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> bool:
+    """Whether a contact slips too slowly for an explicit step of a length."""
+    x, y = 3 * j + 1, 3 * j + 2
+    response = max(ws.reduced[x][x], ws.reduced[y][y])
+    turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
+    return slip_speed(c) < CREEPS * length * turning
+
+
+@inner
+def carry_out(
+    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, log: list[PhaseLog],
+    event: Event,
+) -> None:
+    """Log the phase that an event ends, if it ends one, and apply its transition."""
+    kind, j = event.kind, event.contact
+    p.steps_since_event = 0
+    p.events += 1
+    p.event_hash = (p.event_hash * 31 + 8 * j + kind) % 1_000_000_007
+    if kind in (ACTIVATION, RESTITUTION_END, SPRING_EXHAUSTED):
+        if p.phase_open:
+            log_phase(m, contacts, p, log, kind, j)
+        p.phase_open = False
+    if kind == SPRING_EXHAUSTED:
+        p.status = NEGATIVE_ENERGY
+    known = event.x > 0.0 or contacts[j].velocity[0] == 0.0
+    jumped = apply(m, contacts, ws, event, known)
+    if kind == CONE_EXIT and p.stiff > 1:  # else slip onsets follow each other without end
+        defer_friction(m, contacts)
+        jumped = True
+    p.modes_changed = p.modes_changed or jumped
+
+
+@inner
+def next_scale(p: Progress, step: Step) -> float:
+    """Scale of the next step: as long as the tolerance allowed this one to be."""
+    if p.stiff > 0:
+        growth = 0.8 * (step.tolerance / max(step.error, 1e-300)) ** (1.0 / STAGES)
+        return step.scale * min(max(growth, 0.2), 4.0)
+    return step.scale * min(max(step.end, 1e-3), 1e3)
+
+
+@inner
+def cancel_slip_onsets(m: Model, contacts: list[ContactState], tolerance: float) -> None:
+    """Cancel the slip onsets that no implicit step resolves; contacts that slip go on."""
+    defer_friction(m, contacts)
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_stiff(m, c):
+            if slip_speed(c) <= tolerance:
+                stop_slip(c)
+                c.friction_mode = STICK
+            else:
+                c.friction_mode = SLIP
+
+
+@inner
+def defer_friction(m: Model, contacts: list[ContactState]) -> None:
+    """
+    Defer friction at stiff contacts whose normal force is still negligible.
+
+    If many contacts join at once the springs load one after the other, as ever higher powers of
+    time: the first is under way before anything can be said of the last.
+    """
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_stiff(m, c) and c.compression[0] < c.negligible_compression:
+            c.friction_mode = DEFERRED
+
+
+@inner
+def is_jammed(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
+    """Whether the active contacts are pressed together for good: nothing moves, nor will."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode == INACTIVE:
+            if c.velocity[0] < 0.0:
+                return False
+            continue
+        if abs(c.velocity[0]) > m.options.jam_speed or slips(c):
+            return False
+        push, size = 0.0, 0.0
+        for k in range(len(contacts)):
+            d = contacts[k]
+            if is_active(d):
+                row = ws.reduced[3 * j]
+                force = row[3 * k] * d.force[0]
+                push, size = push + force, size + abs(force)
+                if slips(d):
+                    friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
+                    push, size = push + friction, size + abs(friction)
+        if abs(push) > m.options.rounding * size:
+            return False
+    return True
+
+
+@inner
+def is_over(m: Model, contacts: list[ContactState]) -> bool:
+    """Whether no contact is active and none approaches."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode != INACTIVE or c.velocity[0] < -m.options.rounding:
+            return False
+    return True
+
+
+@inner
+def end(
+    m: Model, contacts: list[ContactState], p: Progress, log: list[PhaseLog], status: int
+) -> bool:
+    """Log the last phase and end all contacts; True."""
+    log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
+    for j in range(len(contacts)):
+        if is_active(contacts[j]):
+            deactivate(m, contacts[j])
+    p.status = status
+    return True
+
+
+@inner
+def log_phase(
+    m: Model, contacts: list[ContactState], p: Progress, log: list[PhaseLog], ending: int,
+    contact: int,
+) -> None:
+    """Log a phase that ends now, if the log has room; else only count it."""
+    first = p.phases * len(contacts)
+    p.phases += 1
+    if first + len(contacts) > len(log):
+        return
+    for j in range(len(contacts)):
+        c, row = contacts[j], log[first + j]
+        row.ending, row.contact = ending, contact
+        row.active = 1 if is_active(c) else 0
+        row.impulse, row.impulse_1, row.impulse_2 = c.impulse, c.impulse_1, c.impulse_2
+        row.energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)

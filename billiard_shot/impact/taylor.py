@@ -1,0 +1,209 @@
+"""
+An explicit step of a collision: forces and contact velocities as Taylor series, order by order.
+
+Powers of y and the direction of slip follow from recurrences (Knuth, The Art of Computer
+Programming, vol. 2, section 4.7): a step of any order costs one pass of convolutions.
+"""
+
+from math import inf, sqrt
+
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.impact.state import (
+    ContactState,
+    force_is_negligible,
+    INACTIVE,
+    is_active,
+    Model,
+    slips,
+    sticks,
+    Workspace,
+)
+
+
+@inner
+def explicit_step(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int,
+    tolerance: float,
+) -> tuple[float, float]:
+    """
+    Expand the state in polynomials.
+
+    Returns
+    -------
+    scale, length : float
+        The scale of the polynomials, shorter than the given one if coefficients overflow, or 0 if
+        they always do; and the length of the step in units of the scale.
+
+    """
+    while scale > 1e-100:
+        expand(m, contacts, ws, scale, order)
+        length = step_length(m, contacts, order, tolerance)
+        if length > 0.0:
+            return scale, length
+        scale *= 1e-3
+    return 0.0, 0.0
+
+
+@innermost
+def expand(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+) -> None:
+    """Fill coefficients of forces (below `order`), velocities and compressions (to `order`)."""
+    for k in range(order):
+        for j in range(len(contacts)):
+            c = contacts[j]
+            if c.normal_mode == INACTIVE:
+                continue
+            if force_is_negligible(m, c):
+                c.force[k] = 0.0
+            else:
+                c.force[k] = force_coefficient(c, k, m.exponent)
+            if slips(c):
+                if m.planar:
+                    c.friction_1[k] = -c.friction * c.force[k] * c.slip_dir_1
+                    c.friction_2[k] = -c.friction * c.force[k] * c.slip_dir_2
+                else:
+                    expand_friction(c, k)
+        integrate_coefficients(contacts, ws, scale, k)
+    fill_stick_forces(contacts, ws, order)
+
+
+@innermost
+def force_coefficient(c: ContactState, k: int, exponent: float) -> float:
+    """Coefficient k of F = stiffness y**exponent, from y to order k and F to order k - 1."""
+    if exponent == 1.0:
+        return c.stiffness * c.compression[k]
+    if k == 0:
+        return c.stiffness * c.compression[0] ** exponent
+    total = 0.0
+    for i in range(1, k + 1):
+        total += (exponent * i - (k - i)) * c.compression[i] * c.force[k - i]
+    return total / (k * c.compression[0])
+
+
+@innermost
+def expand_friction(c: ContactState, k: int) -> None:
+    """
+    Coefficient k of the friction -mu F d, where slip = size d and F is known to order k.
+
+    size' = d . slip' gives k size_k from the lower orders of d; then size d = slip gives d_k.
+    """
+    if k == 0:
+        size = sqrt(c.slip_1[0] * c.slip_1[0] + c.slip_2[0] * c.slip_2[0])
+        c.size[0] = max(size, 1e-300)  # slip that is zero has no direction, and no friction
+    growth = 0.0
+    rest_1, rest_2 = c.slip_1[k], c.slip_2[k]
+    push_1, push_2 = 0.0, 0.0
+    for i in range(1, k):
+        d_1, d_2 = c.dir_1[k - i], c.dir_2[k - i]
+        growth += i * (c.slip_1[i] * d_1 + c.slip_2[i] * d_2)
+        rest_1 -= c.size[i] * d_1
+        rest_2 -= c.size[i] * d_2
+        push_1 += c.force[i] * d_1
+        push_2 += c.force[i] * d_2
+    if k > 0:
+        d_1, d_2 = c.dir_1[0], c.dir_2[0]
+        size = growth / k + c.slip_1[k] * d_1 + c.slip_2[k] * d_2
+        c.size[k] = size
+        rest_1 -= size * d_1
+        rest_2 -= size * d_2
+        push_1 += c.force[k] * d_1
+        push_2 += c.force[k] * d_2
+    c.dir_1[k] = rest_1 / c.size[0]
+    c.dir_2[k] = rest_2 / c.size[0]
+    c.friction_1[k] = -c.friction * (push_1 + c.force[0] * c.dir_1[k])
+    c.friction_2[k] = -c.friction * (push_2 + c.force[0] * c.dir_2[k])
+
+
+@innermost
+def integrate_coefficients(
+    contacts: list[ContactState], ws: Workspace, scale: float, k: int
+) -> None:
+    """Coefficients k + 1 of velocities and compressions: u' = W F, y' = -rate u_n."""
+    factor = scale / (k + 1)
+    for i in range(len(contacts)):
+        c = contacts[i]
+        row, row_1, row_2 = ws.reduced[3 * i], ws.reduced[3 * i + 1], ws.reduced[3 * i + 2]
+        normal, first, second = 0.0, 0.0, 0.0
+        for j in range(len(contacts)):
+            d = contacts[j]
+            if d.normal_mode == INACTIVE:
+                continue
+            n = 3 * j
+            force = d.force[k]
+            normal += row[n] * force
+            first += row_1[n] * force
+            second += row_2[n] * force
+            if slips(d):
+                f_1, f_2 = d.friction_1[k], d.friction_2[k]
+                normal += row[n + 1] * f_1 + row[n + 2] * f_2
+                first += row_1[n + 1] * f_1 + row_1[n + 2] * f_2
+                second += row_2[n + 1] * f_1 + row_2[n + 2] * f_2
+        c.velocity[k + 1] = factor * normal
+        if c.friction > 0.0:
+            c.slip_1[k + 1] = factor * first
+            c.slip_2[k + 1] = factor * second
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode != INACTIVE:
+            c.compression[k + 1] = -c.compression_rate * factor * c.velocity[k]
+
+
+@inner
+def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -> None:
+    """Fill in the friction of sticking contacts, as far as `count` coefficients or stages."""
+    for i in range(len(contacts)):
+        c = contacts[i]
+        if not (is_active(c) and sticks(c)):
+            continue
+        gain_1, gain_2 = ws.stick_gain[3 * i + 1], ws.stick_gain[3 * i + 2]
+        for k in range(count):
+            c.friction_1[k] = 0.0
+            c.friction_2[k] = 0.0
+        for j in range(len(contacts)):
+            d = contacts[j]
+            if d.normal_mode == INACTIVE:
+                continue
+            n = 3 * j
+            for k in range(count):
+                c.friction_1[k] += gain_1[n] * d.force[k]
+                c.friction_2[k] += gain_2[n] * d.force[k]
+            if slips(d):
+                for k in range(count):
+                    f_1, f_2 = d.friction_1[k], d.friction_2[k]
+                    c.friction_1[k] += gain_1[n + 1] * f_1 + gain_1[n + 2] * f_2
+                    c.friction_2[k] += gain_2[n + 1] * f_1 + gain_2[n + 2] * f_2
+
+
+@innermost
+def step_length(
+    m: Model, contacts: list[ContactState], order: int, tolerance: float
+) -> float:
+    """
+    Length of a step in units of its scale, from the last two coefficients; 0: overflow.
+
+    The direction of slip is looked at too. If another contact holds the slip, velocities do not
+    show how wrong the friction is.
+    """
+    last = 0.0
+    before = 0.0
+    turning = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        last = max(last, abs(c.velocity[order]))
+        before = max(before, abs(c.velocity[order - 1]))
+        if c.friction > 0.0:
+            last = max(last, abs(c.slip_1[order]), abs(c.slip_2[order]))
+            before = max(before, abs(c.slip_1[order - 1]), abs(c.slip_2[order - 1]))
+        if slips(c) and not m.planar:
+            turning = max(turning, abs(c.dir_1[order - 1]), abs(c.dir_2[order - 1]))
+    if not (last < 1e200 and before < 1e200):
+        return 0.0
+    x = 1e3
+    if last > 1e-300:
+        x = min(x, (tolerance / last) ** (1.0 / order))
+    if before > 1e-300:
+        x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
+    if 1e-300 < turning < inf:
+        x = min(x, (m.options.direction_error / turning) ** (1.0 / (order - 1)))
+    return 0.9 * x

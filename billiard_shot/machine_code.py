@@ -1,0 +1,257 @@
+"""
+The machine code of the entries: compiled once, in other processes, and kept on disk.
+
+A process interprets until the machine code is there, and then switches to it. Compiling takes tens
+of seconds, so it begins only where that pays: `require` (batches, plans) waits for it, `prepare`
+(nodes) begins it, and so does a process that has interpreted for some seconds. Each entry is
+compiled in a process of its own, because compiling in a thread stops all others. A lock makes it
+happen once, however many processes ask.
+
+Machine code is kept in `folder()`, named after everything that it depends on: sources, versions,
+processor. If anything goes wrong, a warning says so, and the process goes on interpreting.
+"""
+import atexit
+from collections.abc import Callable
+from functools import cache
+import gc
+import hashlib
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+import os
+from pathlib import Path
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from threading import Lock, Thread
+from time import monotonic, sleep
+from typing import Any
+import warnings
+
+from billiard_shot.compiled import compile_entries, Entry
+
+try:
+    from fcntl import flock, LOCK_EX
+except ImportError:  # Windows: two processes may compile the same, which harms nothing
+    flock = None  # type: ignore[assignment]
+
+# The longest first, so that they end together.
+ENTRIES = (
+    'billiard_shot.impact.kernel:solve_collisions',
+    'billiard_shot.table.event_loop:simulate_tables',
+    'billiard_shot.shot.strike:finish_strikes',
+    'billiard_shot.shot.strike:prepare_strikes',
+)
+LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
+COMPILING_PAYS = 5.0  # s and after which it compiles
+POLL = 0.1  # s
+
+_HERE = Path(__file__).parents[1]  # a child finds the same package from there
+
+Report = Callable[[int, int, float], None]
+"""Is told how many entries are compiled, how many there are, and the time [s] waited so far."""
+
+
+@cache
+def available() -> bool:
+    """Whether there is a numba to compile with. If not, warns once, and says what that costs."""
+    if os.environ.get('NUMBA_DISABLE_JIT') not in (None, '', '0'):  # numba's way to say so
+        return False
+    if find_spec('numba') is None:
+        _warn('numba is not installed: strokes are interpreted, which takes about 500 times as '
+              "long as compiled code. Install it: pip install 'billiard_shot[fast]'")
+        return False
+    return True
+
+
+@cache
+def folder() -> Path:
+    """Where the machine code of this version is kept, on this machine."""
+    home = os.environ.get('BILLIARD_SHOT_CACHE') or os.environ.get('XDG_CACHE_HOME')
+    root = Path(home or Path.home() / '.cache') / 'billiard_shot' / _key()
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root) as file:
+            file.write(b'may be written')
+    except OSError as error:
+        _warn(f'{root} cannot be written ({error.strerror}): machine code is kept for this '
+              'process only. Set BILLIARD_SHOT_CACHE to a folder that can be written')
+        temporary = tempfile.TemporaryDirectory(prefix='billiard_shot-')
+        _keep.append(temporary)
+        root = Path(temporary.name)
+    return root
+
+
+def look(seconds_interpreted: float) -> None:
+    """Begin to load or to compile machine code if a process has interpreted for so long."""
+    if seconds_interpreted < LOADING_PAYS or _worker or not available():
+        return
+    if seconds_interpreted > COMPILING_PAYS or is_complete():
+        prepare()
+
+
+def prepare() -> None:
+    """Begin to compile the missing entries, and then to load all of them; return at once."""
+    with _lock:
+        if not _worker and available():
+            _worker.append(_Worker())
+            _worker[0].start()
+
+
+def require(report: Report | None = None) -> bool:
+    """
+    Wait for machine code; return whether there is any.
+
+    Parameters
+    ----------
+    report : callable, optional
+        Is called several times a second while this waits: with the number of entries compiled, of
+        all entries, and the seconds waited so far.
+
+    """
+    begin = monotonic()
+    prepare()
+    for worker in _worker:
+        while worker.is_alive():
+            worker.join(POLL)
+            if report is not None:
+                report(sum(map(_is_compiled, ENTRIES)), len(ENTRIES), monotonic() - begin)
+    return is_loaded()
+
+
+def is_loaded() -> bool:
+    """Whether this process runs machine code."""
+    return bool(Entry.machine_code)
+
+
+def is_complete() -> bool:
+    """Whether all entries are compiled."""
+    return all(map(_is_compiled, ENTRIES))
+
+
+class _Worker(Thread):
+    """Compiles the missing entries in other processes, and loads all entries into this one."""
+
+    def __init__(self) -> None:
+        super().__init__(name='machine code', daemon=True)
+        self.running: dict[str, subprocess.Popen[bytes]] = {}
+        atexit.register(self.end)
+
+    def run(self) -> None:
+        """Do it; if anything fails, warn, and leave the process interpreting."""
+        waiting = [name for name in ENTRIES if not _is_compiled(name)]
+        failed = ''
+        while (waiting and not failed) or self.running:
+            while waiting and not failed and len(self.running) < (os.cpu_count() or 1):
+                name = waiting.pop(0)
+                self.running[name] = _child(name)
+            sleep(POLL)
+            for name, process in list(self.running.items()):
+                if process.poll() is not None:
+                    del self.running[name]
+                    failed = failed if _is_compiled(name) else name
+        if failed:
+            log = _path(failed, 'log')
+            _warn(f'{failed} could not be compiled, so strokes are interpreted, which is slow: '
+                  f'{_last_line(log)} (see {log})')
+            return
+        self.load()
+
+    def load(self) -> None:
+        """Load all entries."""
+        try:
+            entries = [_entry(name) for name in ENTRIES]
+            Entry.machine_code = dict(
+                zip(entries, compile_entries(entries, folder()), strict=True))
+        except Exception as error:
+            _warn(f'the machine code in {folder()} cannot be loaded ({error!r}): it is removed, '
+                  'and the next process compiles it anew. This one interprets, which is slow')
+            shutil.rmtree(folder(), ignore_errors=True)
+
+    def end(self) -> None:
+        """Stop compiling."""
+        for process in self.running.values():
+            process.terminate()
+
+
+def _child(name: str) -> subprocess.Popen[bytes]:
+    """Compile an entry in another process."""
+    with _path(name, 'log').open('wb') as log:
+        return subprocess.Popen(
+            [sys.executable, '-m', 'billiard_shot.machine_code', str(folder()), name],
+            stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=_HERE,
+        )
+
+
+def _entry(name: str) -> Entry:
+    module, function = name.split(':')
+    found: Entry = getattr(import_module(module), function)
+    return found
+
+
+def _path(name: str, suffix: str, where: Path | None = None) -> Path:
+    return (where or folder()) / f'{name.replace(":", ".")}.{suffix}'
+
+
+def _is_compiled(name: str) -> bool:
+    return _path(name, 'done').exists()
+
+
+def _last_line(path: Path) -> str:
+    lines = path.read_text(errors='replace').split('\n') if path.exists() else []
+    return next((line.strip() for line in reversed(lines) if line.strip()), 'it was killed')
+
+
+def _key() -> str:
+    """Digest of all that machine code depends on."""
+    here = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(here.glob('*/**/*.py')) + sorted(here.glob('*.py')):
+        if path.parent.name in ('impact', 'table', 'shot', 'study', here.name):
+            digest.update(path.read_bytes())
+            # numba looks at the time of the file, and compiles again if it has changed
+            digest.update(f'{path} {path.stat().st_mtime_ns}'.encode())
+    for package in ('numba', 'llvmlite', 'numpy'):
+        try:
+            digest.update(version(package).encode())
+        except PackageNotFoundError:
+            digest.update(b'-')
+    digest.update(f'{sys.version} {platform.machine()} {_processor()}'.encode())
+    return digest.hexdigest()[:16]
+
+
+def _processor() -> str:
+    """Describe the processor: machine code uses all that it can do."""
+    try:
+        lines = Path('/proc/cpuinfo').read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    wanted = ('model name', 'flags', 'Features')
+    return ' '.join(sorted({line for line in lines if line.startswith(wanted)}))
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
+def compile_one(where: Path, name: str) -> None:
+    """In a process of its own: compile an entry, unless another process has done so."""
+    with _path(name, 'lock', where).open('w') as lock:
+        if flock is not None:
+            flock(lock, LOCK_EX)
+        done = _path(name, 'done', where)
+        if not done.exists():
+            gc.disable()  # to look through a heap as large as numba's takes a tenth of the time
+            os.nice(5)
+            compile_entries([_entry(name)], where)
+            done.touch()
+
+
+_keep: list[Any] = []
+_worker: list[_Worker] = []  # one at most
+_lock = Lock()
+
+if __name__ == '__main__':
+    compile_one(Path(sys.argv[1]), sys.argv[2])
