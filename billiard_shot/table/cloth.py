@@ -5,113 +5,105 @@ u = v - r w x z is the velocity of the ball's lowest point. Sliding friction doe
 that the acceleration is constant and the centre follows a parabola until u = 0 (Coriolis 1835; for
 a solid ball after 2 |u| / (7 mu g)). The spin about the vertical decays by itself.
 """
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from billiard_shot.compiled import fused
-from billiard_shot.table.motion import (
-    ACCELERATION,
-    ANGULAR,
-    ANGULAR_ACCELERATION,
-    END,
-    halt,
-    MOTION,
-    REST,
-    ROLL,
-    SLIDE,
-    SPIN,
-    SPIN_ENDS,
-    TIME,
-    VELOCITY,
-    VERTICAL_SPIN,
-)
-from billiard_shot.table.surface import Surface
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.table.motion import Ball, REST, ROLL, SLIDE, SPIN, stop_ball
+from billiard_shot.table.params import BallClothParams
 
 
-@fused
-def speed_of(ball: NDArray[np.float64], radius: float) -> float:
-    """Speed scale of a ball, to tell motion from rounding."""
+@innermost
+def speed_of(ball: Ball, radius: float) -> float:
+    """Speed scale of a ball [m/s], to tell motion from rounding."""
     largest = 0.0
     for i in range(3):
-        largest = max(largest, abs(ball[VELOCITY + i]), radius * abs(ball[ANGULAR + i]))
+        largest = max(largest, abs(ball.velocity[i]), radius * abs(ball.spin[i]))
     return largest
 
 
-@fused
-def slip_of(ball: NDArray[np.float64], radius: float) -> tuple[float, float, float]:
-    """Size and direction (x, y) of the lowest point's velocity; zero where it is only rounding."""
-    x = ball[VELOCITY] - radius * ball[ANGULAR + 1]
-    y = ball[VELOCITY + 1] + radius * ball[ANGULAR]
-    slip = np.sqrt(x * x + y * y)
+@inner
+def slip_of(ball: Ball, radius: float) -> tuple[float, float, float]:
+    """Size [m/s] and direction (x, y) of the lowest point's velocity; zero if only rounding."""
+    x = ball.velocity[0] - radius * ball.spin[1]
+    y = ball.velocity[1] + radius * ball.spin[0]
+    slip = math.sqrt(x * x + y * y)
     if slip <= 1e-14 * speed_of(ball, radius):
         return 0.0, 0.0, 0.0
     return slip, x / slip, y / slip
 
 
-@fused
+@innermost
 def time_to_stop(speed: float, deceleration: float) -> float:
     """Time until a speed is used up, infinite without deceleration."""
-    return speed / deceleration if deceleration > 0.0 else np.inf
+    return speed / deceleration if deceleration > 0.0 else math.inf
 
 
-@fused
-def roll_with(surface: Surface, ball: NDArray[np.float64]) -> None:
+@innermost
+def rolling_share(params: BallClothParams) -> float:
+    """One over the fraction of a ball's slip that its velocity gives up until it rolls."""
+    return 1.0 + params.mass * (params.radius * params.radius) / params.inertia
+
+
+@innermost
+def set_rolling_spin(params: BallClothParams, ball: Ball) -> None:
     """Turn a ball as it rolls at its speed."""
-    ball[ANGULAR] = -ball[VELOCITY + 1] / surface.radius
-    ball[ANGULAR + 1] = ball[VELOCITY] / surface.radius
+    ball.spin[0] = -ball.velocity[1] / params.radius
+    ball.spin[1] = ball.velocity[0] / params.radius
 
 
-@fused
-def lie(surface: Surface, ball: NDArray[np.float64]) -> None:
-    """Find what a ball on the cloth does from now on, its accelerations, and when it ends."""
-    lasting = np.inf
-    slip, x, y = slip_of(ball, surface.radius)
-    if surface.sliding == np.inf and slip > 0.0:
-        left = slip / (1.0 + surface.mass * surface.radius**2 / surface.inertia)
-        ball[VELOCITY] -= left * x
-        ball[VELOCITY + 1] -= left * y
-        roll_with(surface, ball)
+@inner
+def start_cloth_motion(params: BallClothParams, ball: Ball) -> None:
+    """Find what a ball on the cloth does from now on, its accelerations, and when that ends."""
+    lasting = math.inf
+    slip, x, y = slip_of(ball, params.radius)
+    if params.sliding_friction == math.inf and slip > 0.0:
+        lost = slip / rolling_share(params)
+        ball.velocity[0] -= lost * x
+        ball.velocity[1] -= lost * y
+        set_rolling_spin(params, ball)
         slip = 0.0
-    speed = np.sqrt(ball[VELOCITY] ** 2 + ball[VELOCITY + 1] ** 2)
+    speed = math.sqrt(ball.velocity[0] * ball.velocity[0] + ball.velocity[1] * ball.velocity[1])
+    spin = ball.spin[2]
     if slip > 0.0:
-        ball[MOTION] = SLIDE
-        deceleration = surface.sliding * surface.gravity
-        lever = surface.mass * surface.radius / surface.inertia
-        ball[ACCELERATION] = -deceleration * x
-        ball[ACCELERATION + 1] = -deceleration * y
-        ball[ANGULAR_ACCELERATION] = -lever * deceleration * y
-        ball[ANGULAR_ACCELERATION + 1] = lever * deceleration * x
-        lasting = time_to_stop(slip, deceleration * (1.0 + lever * surface.radius))
+        ball.motion = SLIDE
+        deceleration = params.sliding_friction * params.gravity
+        lever = params.mass * params.radius / params.inertia
+        ball.acceleration[0] = -deceleration * x
+        ball.acceleration[1] = -deceleration * y
+        ball.spin_acceleration[0] = -lever * deceleration * y
+        ball.spin_acceleration[1] = lever * deceleration * x
+        lasting = time_to_stop(slip, deceleration * (1.0 + lever * params.radius))
     elif speed > 0.0:
-        ball[MOTION] = ROLL
-        deceleration = surface.rolling * surface.gravity
-        ball[ACCELERATION] = -deceleration * ball[VELOCITY] / speed
-        ball[ACCELERATION + 1] = -deceleration * ball[VELOCITY + 1] / speed
-        ball[ANGULAR_ACCELERATION] = -ball[ACCELERATION + 1] / surface.radius
-        ball[ANGULAR_ACCELERATION + 1] = ball[ACCELERATION] / surface.radius
+        ball.motion = ROLL
+        deceleration = params.rolling_resistance * params.gravity
+        ball.acceleration[0] = -deceleration * ball.velocity[0] / speed
+        ball.acceleration[1] = -deceleration * ball.velocity[1] / speed
+        ball.spin_acceleration[0] = -ball.acceleration[1] / params.radius
+        ball.spin_acceleration[1] = ball.acceleration[0] / params.radius
         lasting = time_to_stop(speed, deceleration)
-    elif ball[VERTICAL_SPIN] != 0.0:
-        ball[MOTION] = SPIN
+    elif spin != 0.0:
+        ball.motion = SPIN
     else:
-        halt(ball, REST)
+        stop_ball(ball, REST)
         return
-    spin = ball[VERTICAL_SPIN]
-    if spin != 0.0 and surface.spin_deceleration > 0.0:
-        ball[ANGULAR_ACCELERATION + 2] = -np.sign(spin) * surface.spin_deceleration
-        left = abs(spin) / surface.spin_deceleration
+    if spin != 0.0 and params.spin_deceleration > 0.0:
+        ball.spin_acceleration[2] = (
+            -params.spin_deceleration if spin > 0.0 else params.spin_deceleration
+        )
+        left = abs(spin) / params.spin_deceleration
         if left < lasting:
-            ball[SPIN_ENDS] = 1.0
+            ball.spin_ends = True
             lasting = left
-    ball[END] = ball[TIME] + lasting
+    ball.end = ball.time + lasting
 
 
-@fused
-def settle(surface: Surface, ball: NDArray[np.float64]) -> None:
-    """Make exact what the end of a motion on the cloth brings: no slip, no speed, or no spin."""
-    if ball[SPIN_ENDS] != 0.0:
-        ball[VERTICAL_SPIN] = 0.0
+@inner
+def snap_to_segment_end(params: BallClothParams, ball: Ball) -> None:
+    """Make exact what a segment on the cloth ends in: no slip, no speed, or no spin."""
+    if ball.spin_ends:
+        ball.spin[2] = 0.0
         return
-    if ball[MOTION] == ROLL:
-        ball[VELOCITY] = 0.0
-        ball[VELOCITY + 1] = 0.0
-    roll_with(surface, ball)
+    if ball.motion == ROLL:
+        ball.velocity[0] = 0.0
+        ball.velocity[1] = 0.0
+    set_rolling_spin(params, ball)

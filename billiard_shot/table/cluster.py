@@ -4,165 +4,180 @@ Three bodies or more in touch when one of them is hit: all at once, by billiard_
 Who takes part: the balls that are connected to those that meet by gaps within the tolerance, the
 cushions that these touch, and the cloth below balls that touch a cushion, which presses them down.
 """
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
-from billiard_shot.table.airborne import beside, edge_at
-from billiard_shot.table.furniture import Bed, Furniture, lay_out
-from billiard_shot.table.motion import (
-    advance,
-    ANGULAR,
-    CLUSTER,
-    FLIGHT,
-    MOTION,
-    POSITION,
-    VELOCITY,
-)
-from billiard_shot.table.rails import ARCS, FACINGS
-from billiard_shot.table.surface import Surface
-from billiard_shot.table.world import energy_of, log_event, place_at, World
+from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
+from billiard_shot.table.geometry import Table
+from billiard_shot.table.motion import advance, Ball, CLUSTER, FLIGHT, NOTHING
+from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.rolling_boundary import ARCS, FACINGS
+from billiard_shot.table.simulation_state import energy_of, log_event, position_at, Simulation
 
 TOLERANCE = 1e-7  # of the impact, relative to the approach
 LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
 
-def connected(
-    place: dict[int, NDArray[np.float64]], seeds: set[int], reach: float
+def touching_group(
+    places: dict[int, NDArray[np.float64]], seeds: set[int], reach: float
 ) -> list[int]:
     """Balls that are within reach of one of the seeds, or of each other, from there on."""
     found, fresh = set(seeds), list(seeds)
     while fresh:
-        here = place[fresh.pop()]
-        near = {i for i in place if i not in found and np.linalg.norm(place[i] - here) <= reach}
+        here = places[fresh.pop()]
+        near = {i for i in places if i not in found and np.linalg.norm(places[i] - here) <= reach}
         found |= near
         fresh += sorted(near)
     return sorted(found)
 
 
-def ball_contacts(
-    surface: Surface, furniture: Furniture, balls: list[NDArray[np.float64]]
-) -> list[Contact]:
+def ball_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
     """Contacts between balls, those that come first against those that come later."""
-    contacts = []
+    n, contacts = table.numbers, []
+    places = [np.array(ball.position) for ball in balls]
     for i, a in enumerate(balls):
         for j in range(i + 1, len(balls)):
-            apart = a[POSITION : POSITION + 3] - balls[j][POSITION : POSITION + 3]
+            apart = places[i] - places[j]
             distance = np.linalg.norm(apart)
-            if distance > 2.0 * surface.radius + furniture.gap:
+            if distance > 2.0 * table.params.radius + n.contact_gap:
                 continue
             normal = apart / distance
-            point = balls[j][POSITION : POSITION + 3] + 0.5 * apart
+            point = places[j] + 0.5 * apart
             slip = _surface_velocity(a, point) - _surface_velocity(balls[j], point)
             slip -= normal * (normal @ slip)
-            friction = furniture.friction_fast + furniture.friction_slow * np.exp(
-                -furniture.friction_decay * np.linalg.norm(slip)
+            friction = n.friction_fast + n.friction_slow * np.exp(
+                -n.friction_decay * np.linalg.norm(slip)
             )
             contacts.append(Contact(
-                i, j, point, normal, furniture.ball_restitution, float(friction),
-                furniture.ball_stiffness,
+                i, j, point, normal, n.ball_restitution, float(friction), n.ball_stiffness
             ))
     return contacts
 
 
-def cushion_contacts(
-    surface: Surface, furniture: Furniture, bed: Bed, balls: list[NDArray[np.float64]]
-) -> list[Contact]:
+def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
     """Contacts of balls with the cushions they touch, and then with the cloth."""
-    contacts, fixed = [], len(balls)
+    n, params, radius = table.numbers, table.params, table.params.radius
+    contacts, fixed, jaws = [], len(balls), len(table.jaws)
+    features = (*range(4), *range(FACINGS, FACINGS + jaws), *range(ARCS, ARCS + jaws))
     for i, ball in enumerate(balls):
-        x, y, z = ball[POSITION : POSITION + 3]
-        if z != surface.radius:
+        x, y, z = ball.position
+        if z != radius:
             continue
         held = False
-        jaws = len(bed.arcs)
-        for what in (*range(4), *range(FACINGS, FACINGS + jaws), *range(ARCS, ARCS + jaws)):
-            nx, ny, away = edge_at(bed, what, x, y)
-            if abs(away - bed.reach) <= furniture.gap and beside(bed, what, x, y):
+        for feature in features:
+            nx, ny, away = edge_at(table, feature, x, y)
+            touches = abs(away - n.nose_standoff) <= n.contact_gap
+            if touches and projects_onto_edge(table, feature, x, y):
                 normal = np.array([
-                    nx * bed.reach, ny * bed.reach, surface.radius - furniture.height
-                ]) / surface.radius
+                    nx * n.nose_standoff, ny * n.nose_standoff, radius - n.nose_height
+                ]) / radius
                 contacts.append(Contact(
-                    i, fixed, ball[POSITION : POSITION + 3] - surface.radius * normal, normal,
-                    furniture.cushion_restitution, furniture.cushion_friction,
-                    furniture.cushion_stiffness,
+                    i, fixed, np.array(ball.position) - radius * normal, normal,
+                    n.cushion_restitution, n.cushion_friction, n.cushion_stiffness,
                 ))
                 held = True
         if held:
             contacts.append(Contact(
-                i, fixed, (x, y, 0.0), UP, surface.restitution, surface.friction,
-                surface.stiffness,
+                i, fixed, (x, y, 0.0), UP, params.cloth_restitution, params.cloth_friction,
+                params.cloth_stiffness,
             ))
     return contacts
 
 
-def contacts_among(
-    surface: Surface, furniture: Furniture, balls: list[NDArray[np.float64]]
-) -> list[Contact]:
+def contacts_among(table: Table, balls: list[Ball]) -> list[Contact]:
     """Contacts of balls with each other, and with what is fixed: the body after the balls."""
-    contacts = ball_contacts(surface, furniture, balls)
+    n, contacts = table.numbers, ball_contacts(table, balls)
     outside = max(
-        max(abs(ball[POSITION]) - 0.5 * furniture.length,
-            abs(ball[POSITION + 1]) - 0.5 * furniture.width) for ball in balls
+        max(abs(ball.position[0]) - n.nose_half_length, abs(ball.position[1]) - n.nose_half_width)
+        for ball in balls
     )
-    if outside + surface.radius >= 0.0:  # the table is laid out only where it is needed
-        contacts += cushion_contacts(
-            surface, furniture, lay_out(furniture, surface.radius), balls
-        )
+    if outside + table.params.radius >= 0.0:  # to look at all edges takes a while
+        contacts += cushion_contacts(table, balls)
     return contacts
 
 
-def body_of(surface: Surface, ball: NDArray[np.float64]) -> Body:
+def body_of(params: BallClothParams, ball: Ball) -> Body:
     """Ball as a rigid body."""
-    return Body(
-        surface.mass, surface.inertia, ball[VELOCITY : VELOCITY + 3],
-        ball[ANGULAR : ANGULAR + 3], ball[POSITION : POSITION + 3],
-    )
+    return Body(params.mass, params.inertia, ball.velocity, ball.spin, ball.position)
 
 
-def resolve(surface: Surface, furniture: Furniture, w: World) -> None:
+def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
     """
-    Let all bodies collide for which the play has paused; then it can go on.
+    Let all bodies collide whose impact is pending; then the simulation can go on.
 
-    Where their collision is not solved, the play ends there, with its status.
+    If their collision is not solved, the simulation ends there, with its status.
+
+    Parameters
+    ----------
+    table : Table
+        Laid out in objects.
+    s : Simulation, changed
+        In objects or in rows.
+    participants : list of (int, int), appended to
+        Number of the event, and a ball that takes part.
+
     """
-    time, ball, other = float(w.pause[1]), int(w.pause[2]), int(w.pause[3])
-    reach = 2.0 * surface.radius + furniture.gap
-    place = {i: np.array(place_at(row, time)) for i, row in enumerate(w.balls)
-             if row[MOTION] <= FLIGHT}
-    members = connected(place, {ball, other}, reach)
-    balls = [w.balls[i] for i in members]
-    for row in balls:
-        advance(row, time)
-    before, motion = sum(energy_of(surface, row) for row in balls), w.balls[ball, MOTION]
-    bodies = [body_of(surface, row) for row in balls]
-    contacts = contacts_among(surface, furniture, balls)
+    params, progress = table.params, s.progress
+    time, number = float(progress.time), int(progress.events)
+    every = _as_objects(s.balls)
+    places = {i: np.array(position_at(ball, time)) for i, ball in enumerate(every)
+              if ball.motion <= FLIGHT}
+    reach = 2.0 * params.radius + table.numbers.contact_gap
+    members = touching_group(places, {int(progress.ball), int(progress.other)}, reach)
+    balls = [every[i] for i in members]
+    for ball in balls:
+        advance(ball, time)
+    before = sum(energy_of(params, ball) for ball in balls)
+    contacts = contacts_among(table, balls)
     result = collide(
-        [*bodies, Body.fixed()], contacts, law=LAW_NAMES[surface.law], exponent=surface.exponent,
-        tolerance=TOLERANCE,
+        [*(body_of(params, ball) for ball in balls), Body.fixed()], contacts,
+        law=LAW_NAMES[params.law], exponent=params.exponent, tolerance=TOLERANCE,
     )
     if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
-        w.pause[0] = -float(result.status)
-    for k, (i, row) in enumerate(zip(members, balls, strict=True)):
-        row[VELOCITY : VELOCITY + 3] = result.velocities[k]
-        row[ANGULAR : ANGULAR + 3] = result.spins[k]
-        w.touched[i] = True
+        progress.unsolved = int(result.status)
+    velocities, spins = result.velocities.tolist(), result.spins.tolist()
+    for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
+        for axis in range(3):
+            ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
+        ball.modified = True
         met = [c.a + c.b - k for c in contacts if k in (c.a, c.b) and len(balls) not in (c.a, c.b)]
-        if w.first[i] < 0 and met:
-            w.first[i] = members[min(met)]
-    after = sum(energy_of(surface, row) for row in balls)
-    log_event(
-        w, time, CLUSTER, ball, other, sum(2.0**i for i in members), before, after,
-        motion + 8.0 * motion,
-    )
+        if ball.first_contact == NOTHING and met:
+            ball.first_contact = members[min(met)]
+        participants.append((number, i))
+    after = sum(energy_of(params, ball) for ball in balls)
+    _write_back(s.balls, every)
+    ball = every[int(progress.ball)]
+    log_event(s, time, CLUSTER, ball, int(progress.other), before, after, ball.motion)
 
 
-def _surface_velocity(
-    ball: NDArray[np.float64], point: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    lever = point - ball[POSITION : POSITION + 3]
-    turning: NDArray[np.float64] = np.cross(ball[ANGULAR : ANGULAR + 3], lever)
-    return ball[VELOCITY : VELOCITY + 3] + turning
+_CHANGED = ('time', 'position', 'velocity', 'spin', 'first_contact', 'modified')
+_READ = (*_CHANGED, 'acceleration', 'spin_acceleration', 'motion', 'ball')
+
+
+def _as_objects(balls: Any) -> list[Ball]:
+    """Balls as objects, whose attributes Python reads much faster than fields of rows."""
+    if isinstance(balls, list):
+        return balls
+    objects = [Ball() for _ in range(len(balls))]
+    for name in _READ:
+        for ball, value in zip(objects, balls[name].tolist(), strict=True):
+            setattr(ball, name, value)
+    return objects
+
+
+def _write_back(balls: Any, objects: list[Ball]) -> None:
+    """Write what an impact changes of balls into the rows that they were read from."""
+    if balls is not objects:
+        for name in _CHANGED:
+            balls[name] = [getattr(ball, name) for ball in objects]
+
+
+def _surface_velocity(ball: Ball, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    turning: NDArray[np.float64] = np.cross(ball.spin, point - np.array(ball.position))
+    return np.array(ball.velocity) + turning

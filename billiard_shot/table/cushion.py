@@ -1,66 +1,66 @@
 """What a cushion does to a ball: by the model that the scene asks for, or an edge to a flier."""
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from billiard_shot.compiled import fused
-from billiard_shot.table.airborne import edge_at
-from billiard_shot.table.furniture import Bed, Furniture, MATHAVAN
-from billiard_shot.table.mathavan import bounce_of
-from billiard_shot.table.motion import ANGULAR, CLIMB, HEIGHT, POSITION, VELOCITY
-from billiard_shot.table.sphere import strike_fixed
-from billiard_shot.table.surface import Surface
+from billiard_shot.compiled import inner
+from billiard_shot.table.ball_impact import collide_fixed
+from billiard_shot.table.flight_boundary import edge_at
+from billiard_shot.table.geometry import Table
+from billiard_shot.table.mathavan import rebound
+from billiard_shot.table.motion import Ball
+from billiard_shot.table.params import MATHAVAN
 
 
-@fused
-def touch_edge(
-    furniture: Furniture, bed: Bed, radius: float, ball: NDArray[np.float64], what: int
-) -> tuple[float, float, float, bool]:
+@inner
+def edge_contact(table: Table, ball: Ball, feature: int) -> tuple[float, float, float, bool]:
     """Find the normal where a ball touches a nose, facing or arc, and whether the ball lies."""
-    x, y, away = edge_at(bed, what, ball[POSITION], ball[POSITION + 1])
-    if ball[HEIGHT] == radius:
-        shift = bed.reach - away  # rounding; or pressed in by its motion on the cloth
-        ball[POSITION] += shift * x
-        ball[POSITION + 1] += shift * y
-        flat = bed.reach / radius
-        return flat * x, flat * y, 1.0 - furniture.height / radius, True
-    z = ball[HEIGHT] - furniture.height
-    distance = np.sqrt(away * away + z * z)
+    n, radius = table.numbers, table.params.radius
+    x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
+    if ball.position[2] == radius:
+        shift = n.nose_standoff - away  # rounding; or pressed in by its motion on the cloth
+        ball.position[0] += shift * x
+        ball.position[1] += shift * y
+        flat = n.nose_standoff / radius
+        return flat * x, flat * y, 1.0 - n.nose_height / radius, True
+    z = ball.position[2] - n.nose_height
+    distance = math.sqrt(away * away + z * z)
+    if distance == 0.0:
+        return x, y, 0.0, False
     return x * away / distance, y * away / distance, z / distance, False
 
 
-@fused
-def strike_cushion(
-    surface: Surface, furniture: Furniture, ball: NDArray[np.float64], lying: bool,
-    x: float, y: float, z: float, restitution: float,
+@inner
+def collide_cushion(
+    table: Table, ball: Ball, lying: bool, x: float, y: float, z: float, restitution: float
 ) -> None:
-    """Let a ball strike a cushion whose normal, where they touch, is (x, y, z)."""
-    if lying and furniture.model == MATHAVAN and restitution > 0.0:
-        flat = np.sqrt(x * x + y * y)
-        strike_lying(surface, furniture, ball, x / flat, y / flat, restitution)
+    """Let a ball collide with a cushion whose normal, where they touch, is (x, y, z)."""
+    n = table.numbers
+    if lying and n.cushion_model == MATHAVAN and restitution > 0.0:
+        flat = math.sqrt(x * x + y * y)
+        collide_cushion_mathavan(table, ball, x / flat, y / flat, restitution)
     else:
-        strike_fixed(surface, ball, x, y, z, restitution, furniture.cushion_friction)
+        collide_fixed(table.params, ball, x, y, z, restitution, n.cushion_friction)
     if lying:
-        ball[CLIMB] = 0.0  # the cloth holds it
+        ball.velocity[2] = 0.0  # the cloth holds it
 
 
-@fused
-def strike_lying(
-    surface: Surface, furniture: Furniture, ball: NDArray[np.float64], nx: float, ny: float,
-    restitution: float,
+@inner
+def collide_cushion_mathavan(
+    table: Table, ball: Ball, nx: float, ny: float, restitution: float
 ) -> None:
-    """Let a lying ball strike a cushion with the normal (nx, ny), by Mathavan's model."""
-    r = surface.radius
-    u, v = ball[VELOCITY], ball[VELOCITY + 1]
-    p, q = ball[ANGULAR], ball[ANGULAR + 1]
+    """Let a lying ball collide with a cushion with the normal (nx, ny), by Mathavan's model."""
+    params = table.params
+    r = params.radius
+    u, v = ball.velocity[0], ball.velocity[1]
+    p, q = ball.spin[0], ball.spin[1]
     # x along the cushion is (-ny, nx), y into it (-nx, -ny)
-    vx, vy, wx, wy, wz = bounce_of(
+    vx, vy, wx, wy, wz = rebound(
         nx * v - ny * u, -nx * u - ny * v, r * (nx * q - ny * p), -r * (nx * p + ny * q),
-        r * ball[ANGULAR + 2], (furniture.height - r) / r, restitution,
-        furniture.cushion_friction, min(surface.sliding, 1e3),
-        surface.mass * r * r / surface.inertia,
+        r * ball.spin[2], (table.numbers.nose_height - r) / r, restitution,
+        table.numbers.cushion_friction, min(params.sliding_friction, 1e3),
+        params.mass * r * r / params.inertia,
     )
-    ball[VELOCITY] = -ny * vx - nx * vy
-    ball[VELOCITY + 1] = nx * vx - ny * vy
-    ball[ANGULAR] = (-ny * wx - nx * wy) / r
-    ball[ANGULAR + 1] = (nx * wx - ny * wy) / r
-    ball[ANGULAR + 2] = wz / r
+    ball.velocity[0] = -ny * vx - nx * vy
+    ball.velocity[1] = nx * vx - ny * vy
+    ball.spin[0] = (-ny * wx - nx * wy) / r
+    ball.spin[1] = (nx * wx - ny * wy) / r
+    ball.spin[2] = wz / r

@@ -1,58 +1,47 @@
 """
 A ball in the air: parabolas, and between them bounces.
 
-Bounces get smaller without end. Those that are not worth resolving are done at once, exactly as
-far as their sums go: after leaving the cloth at speed s, with restitution e, the ball hops for
-2 s / (g (1 - e)) and the cloth pushes it with m s (1 + e) / (1 - e) in all. That is one level
-pause, and one bounce from a fall at s / (1 - e), after which the ball stays down.
+Bounces get smaller without end (a Zeno sequence). Those too small to resolve are lumped into one
+event that has exactly their sums. After leaving the cloth at speed s, with restitution e, the ball
+bounces for 2 s / (g (1 - e)), and the cloth's impulse is m s (1 + e) / (1 - e) in all. So the ball
+moves on level for that time, and then lands once, at s / (1 - e), and stays down.
 """
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from billiard_shot.compiled import fused
-from billiard_shot.table.cloth import slip_of, speed_of
-from billiard_shot.table.motion import (
-    ACCELERATION,
-    CLIMB,
-    END,
-    FALL,
-    FLIGHT,
-    HEIGHT,
-    HOPS,
-    MOTION,
-    TIME,
-)
-from billiard_shot.table.sphere import strike_fixed
-from billiard_shot.table.surface import OFF, ON, Surface
+from billiard_shot.compiled import inner
+from billiard_shot.table.ball_impact import collide_fixed
+from billiard_shot.table.cloth import rolling_share, slip_of, speed_of
+from billiard_shot.table.motion import Ball, FLIGHT
+from billiard_shot.table.params import BallClothParams, OFF, ON
 
-MAX_HOPS = 1000  # more than it takes at restitution 0.99
-LYING = 1e-9  # in radii: height above the cloth that is only rounding
-LOWEST = 1e-20  # in radii: height of a hop that is lost in rounding
+MAX_BOUNCES = 1000  # more than it takes at restitution 0.99
+LYING = 1e-9  # relative to the radius: height above the cloth that is only rounding
+LOWEST = 1e-20  # relative to the radius: height of a bounce that is lost in rounding
 
 
-@fused
-def error_of_pause(surface: Surface, ball: NDArray[np.float64], up: float) -> float:
+@inner
+def lumped_bounce_error(params: BallClothParams, ball: Ball, up: float) -> float:
     """
-    Bound of the error in position [m] if all hops from a speed `up` [m/s] on are done at once.
+    Bound of the error in position [m] if all bounces from a speed `up` [m/s] on are lumped.
 
-    The height that is left out; and the change of velocity that the cloth makes, which comes at
-    the end of the pause instead of in the course of it.
+    It is the larger of two: the height that is left out; and the change of velocity by the cloth,
+    which comes at the end instead of bit by bit, times how long that is.
     """
-    if surface.restitution == 1.0:
-        return np.inf
-    slip, _, _ = slip_of(ball, surface.radius)
-    stopping = slip / (1.0 + surface.mass * surface.radius**2 / surface.inertia)
-    push = surface.friction * up * (1.0 + surface.restitution) / (1.0 - surface.restitution)
-    pause = 2.0 * up / (surface.gravity * (1.0 - surface.restitution))
-    height = 0.5 * up * up / surface.gravity
-    error: float = max(height, min(push, stopping) * pause)
-    return error
+    if params.cloth_restitution == 1.0:
+        return math.inf
+    slip, _, _ = slip_of(ball, params.radius)
+    stopping = slip / rolling_share(params)
+    push = (
+        params.cloth_friction * up
+        * (1.0 + params.cloth_restitution) / (1.0 - params.cloth_restitution)
+    )
+    pause = 2.0 * up / (params.gravity * (1.0 - params.cloth_restitution))
+    height = 0.5 * up * up / params.gravity
+    return max(height, min(push, stopping) * pause)
 
 
-@fused
-def take_off(
-    surface: Surface, ball: NDArray[np.float64], tolerance: float
-) -> tuple[bool, float]:
+@inner
+def take_off(params: BallClothParams, ball: Ball, tolerance: float) -> tuple[bool, float]:
     """
     Let a ball fly that leaves the cloth or is above it, until it comes down.
 
@@ -63,46 +52,48 @@ def take_off(
         for all the bounces that follow. An endless series of bounces ends in an endless motion.
 
     """
-    above = ball[HEIGHT] - surface.radius
-    lowest = np.sqrt(2.0 * surface.gravity * LOWEST * surface.radius)
-    least = max(1e-14 * speed_of(ball, surface.radius), lowest)  # less is rounding
-    if above <= LYING * surface.radius:
+    above = ball.position[2] - params.radius
+    lowest = math.sqrt(2.0 * params.gravity * LOWEST * params.radius)
+    least = max(1e-14 * speed_of(ball, params.radius), lowest)  # less is rounding
+    if above <= LYING * params.radius:
         above = 0.0
-        ball[HEIGHT] = surface.radius
-        if ball[CLIMB] <= least or (surface.flight == OFF and ball[HOPS] == 0.0):
-            ball[CLIMB] = 0.0
+        ball.position[2] = params.radius
+        if ball.velocity[2] <= least or (params.flight_gate == OFF and ball.bounces == 0):
+            ball.velocity[2] = 0.0
             return False, 0.0
-    ball[MOTION] = FLIGHT
-    up = ball[CLIMB]
-    slip, _, _ = slip_of(ball, surface.radius)
-    periodic = surface.restitution == 1.0 and (slip == 0.0 or surface.friction == 0.0)
-    if above == 0.0 and (ball[HOPS] >= MAX_HOPS or (periodic and ball[HOPS] > 0.0)):
-        ball[CLIMB] = 0.0
-        ball[END] = np.inf
+    ball.motion = FLIGHT
+    up = ball.velocity[2]
+    slip, _, _ = slip_of(ball, params.radius)
+    periodic = params.cloth_restitution == 1.0 and (slip == 0.0 or params.cloth_friction == 0.0)
+    if above == 0.0 and (ball.bounces >= MAX_BOUNCES or (periodic and ball.bounces > 0)):
+        ball.velocity[2] = 0.0
+        ball.end = math.inf
         return True, 0.0
-    followed = surface.bounce == ON or (surface.flight == ON and ball[HOPS] == 0.0)
-    if above == 0.0 and not followed:
-        error = error_of_pause(surface, ball, up)
+    resolved = params.bounce_gate == ON or (params.flight_gate == ON and ball.bounces == 0)
+    if above == 0.0 and not resolved:
+        error = lumped_bounce_error(params, ball, up)
         if error <= tolerance:
-            ball[FALL] = up / (1.0 - surface.restitution)
-            ball[CLIMB] = 0.0
-            ball[END] = ball[TIME] + 2.0 * ball[FALL] / surface.gravity
+            ball.landing_speed = up / (1.0 - params.cloth_restitution)
+            ball.velocity[2] = 0.0
+            ball.end = ball.time + 2.0 * ball.landing_speed / params.gravity
             return True, error
-    ball[ACCELERATION + 2] = -surface.gravity
-    fall = np.sqrt(up * up + 2.0 * surface.gravity * above)
-    lasting = (up + fall) / surface.gravity
-    ball[END] = ball[TIME] + max(lasting, 0.0)
+    ball.acceleration[2] = -params.gravity
+    fall = math.sqrt(up * up + 2.0 * params.gravity * above)
+    lasting = (up + fall) / params.gravity
+    ball.end = ball.time + max(lasting, 0.0)
     return True, 0.0
 
 
-@fused
-def bounce(surface: Surface, ball: NDArray[np.float64]) -> None:
-    """Let a ball that comes down to the cloth leave it again; after a pause it stays down."""
-    paused = ball[FALL] > 0.0
-    if paused:
-        ball[CLIMB] = -ball[FALL]
-    ball[HEIGHT] = surface.radius
-    strike_fixed(surface, ball, 0.0, 0.0, 1.0, surface.restitution, surface.friction)
-    if paused:
-        ball[CLIMB] = 0.0
-    ball[HOPS] += 1.0
+@inner
+def bounce(params: BallClothParams, ball: Ball) -> None:
+    """Let a ball that comes down to the cloth leave it again; after lumped bounces it stays."""
+    lumped = ball.landing_speed > 0.0
+    if lumped:
+        ball.velocity[2] = -ball.landing_speed
+    ball.position[2] = params.radius
+    collide_fixed(
+        params, ball, 0.0, 0.0, 1.0, params.cloth_restitution, params.cloth_friction
+    )
+    if lumped:
+        ball.velocity[2] = 0.0
+    ball.bounces += 1

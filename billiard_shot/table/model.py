@@ -4,28 +4,27 @@ import math
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.furniture import Pocket
-from billiard_shot.table.furniture import Furniture, HAN, MATHAVAN
-from billiard_shot.table.rails import BEYOND
-from billiard_shot.table.surface import AUTO, Surface
+from billiard_shot.table.params import AUTO, BallClothParams, HAN, MATHAVAN, Mouth, TableParams
+from billiard_shot.table.rolling_boundary import BEYOND
 
 _CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
 
 
-def surface_of(scene: Scene) -> Surface:
+def ball_cloth_params(scene: Scene) -> BallClothParams:
     """Collect what the motion of a ball on the cloth depends on, all effects as called for."""
     ball, cloth, table = scene.ball, scene.cloth, scene.contacts.ball_table
-    return Surface(
+    return BallClothParams(
         mass=float(ball.mass), radius=float(ball.radius), inertia=float(ball.inertia),
-        gravity=float(cloth.gravity), sliding=float(cloth.sliding_friction),
-        rolling=float(cloth.rolling_resistance),
+        gravity=float(cloth.gravity), sliding_friction=float(cloth.sliding_friction),
+        rolling_resistance=float(cloth.rolling_resistance),
         spin_deceleration=float(cloth.spin_deceleration),
-        restitution=float(table.restitution), friction=float(table.friction),
-        stiffness=float(table.stiffness), law=LAWS[scene.law], exponent=float(scene.exponent),
-        flight=AUTO, bounce=AUTO,
+        cloth_restitution=float(table.restitution), cloth_friction=float(table.friction),
+        cloth_stiffness=float(table.stiffness), law=LAWS[scene.law],
+        exponent=float(scene.exponent), flight_gate=AUTO, bounce_gate=AUTO,
     )
 
 
-def furniture_of(scene: Scene) -> Furniture:
+def table_params(scene: Scene) -> TableParams:
     """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
     if table is None:
@@ -47,7 +46,7 @@ def furniture_of(scene: Scene) -> Furniture:
             float(table.corner.radius),
         )
         side_hole = table.side.shelf + table.side.radius, float(table.side.radius)
-    return Furniture(
+    return TableParams(
         length, width, pockets, model, *numbers, height, depth, corner, side, corner_hole,
         side_hole, float(balls.restitution), float(balls.friction_fast),
         float(balls.friction_slow), float(balls.friction_decay), float(balls.stiffness),
@@ -57,7 +56,7 @@ def furniture_of(scene: Scene) -> Furniture:
     )
 
 
-def _mouth(pocket: Pocket) -> tuple[float, float, float, float, float]:
+def _mouth(pocket: Pocket) -> Mouth:
     """Mouth, sine and cosine of the turn from nose to facing, radius and setback of the jaws."""
     turn = math.radians(180.0 - pocket.cut_deg)
     return (

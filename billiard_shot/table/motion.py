@@ -1,15 +1,14 @@
 """
-The kinds of motion, each at constant acceleration, and the rows in which they are written down.
+The kinds of motion, each at constant acceleration, and the records of balls and segments.
 
-A segment is one row of numbers: from its time on, until the next row's,
+A segment holds from its time on, until the next segment of the ball begins:
     position = p + v dt + a dt^2 / 2 ,   velocity = v + a dt ,   spin = w + w' dt .
 """
 from enum import IntEnum
+import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from billiard_shot.compiled import fused
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.records import record, Vector, Vector3
 
 
 class Motion(IntEnum):
@@ -24,14 +23,11 @@ class Motion(IntEnum):
     OFF_TABLE = 6  # left the table, where it was last seen
 
 
-REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = (int(motion) for motion in Motion)
-
-
 class Cause(IntEnum):
-    """What began a segment."""
+    """What began a segment. Names of members are values of `EventKind`, but for START and OWN."""
 
     START = 0
-    OWN = 1  # the motion before it was over: it stopped slipping, landed ...
+    OWN = 1  # the segment before it was over: the ball stopped slipping, landed ...
     BALL = 2
     CUSHION = 3
     CLUSTER = 4  # an impact of more than two bodies
@@ -39,66 +35,103 @@ class Cause(IntEnum):
     OFF = 6
 
 
-START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF = (int(cause) for cause in Cause)
+REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
+START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF = map(int, Cause)
 
-# columns of a row
-TIME, MOTION = 0, 1
-POSITION, VELOCITY, ACCELERATION = 2, 5, 8  # three each
-ANGULAR, ANGULAR_ACCELERATION = 11, 14
-CAUSE = 17
-COLUMNS = 18
-
-# A ball on its way is such a row too, with more columns. SPIN_ENDS: what ends is only the spin
-# about the vertical. FALL: speed [m/s] with which a ball comes down after a pause (flight.py).
-# HOPS: bounces since the last impact with anything but the cloth. COUNT: segments written so far.
-END, SPIN_ENDS, FALL, HOPS, COUNT = 18, 19, 20, 21, 22
-STATE = 23
-
-HEIGHT, CLIMB, VERTICAL_SPIN = POSITION + 2, VELOCITY + 2, ANGULAR + 2
+NOTHING = -1  # index of a ball, pocket or feature that does not exist
 
 
-@fused
-def start(
-    position: NDArray[np.float64], velocity: NDArray[np.float64], spin: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Ball on its way from this state at time 0."""
-    ball = np.zeros(STATE)
+@record
+class Segment:
+    """A stretch of one kind of motion, from its start on."""
+
+    time: float  # s
+    position: Vector3  # m, of the centre
+    velocity: Vector3  # m/s
+    acceleration: Vector3  # m/s^2
+    spin: Vector3  # rad/s
+    spin_acceleration: Vector3  # rad/s^2
+    motion: int  # Motion
+    cause: int  # Cause
+    ball: int  # index
+
+
+@record
+class Ball:
+    """A ball in its present segment, and what happens to it next."""
+
+    time: float  # s; this and the next eight fields are those of its segment
+    position: Vector3
+    velocity: Vector3
+    acceleration: Vector3
+    spin: Vector3
+    spin_acceleration: Vector3
+    motion: int
+    cause: int
+    ball: int
+    end: float  # s, when the segment ends
+    spin_ends: bool  # the segment ends because the spin about the vertical is used up
+    landing_speed: float  # m/s, with which it comes down after lumped bounces (flight.py), or 0
+    bounces: int  # since the last impact with anything but the cloth
+    segments: int  # written so far, see `append_segment`
+    boundary_time: float  # s, when the ball meets something of the table, or inf
+    boundary_feature: int  # what that is, see rolling_boundary.py
+    pocket: int  # in which the ball lies, or NOTHING
+    first_contact: int  # the first ball that it met, or NOTHING
+    modified: bool  # by an impact of several bodies: its next segment has to begin
+
+
+@inner
+def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> None:
+    """Put a ball into a state at time 0."""
     for i in range(3):
-        ball[POSITION + i] = position[i]
-        ball[VELOCITY + i] = velocity[i]
-        ball[ANGULAR + i] = spin[i]
-    return ball
+        ball.position[i], ball.velocity[i], ball.spin[i] = position[i], velocity[i], spin[i]
+        ball.acceleration[i], ball.spin_acceleration[i] = 0.0, 0.0
+    ball.time, ball.end, ball.boundary_time, ball.landing_speed = 0.0, 0.0, math.inf, 0.0
+    ball.motion, ball.cause, ball.ball = REST, START, 0
+    ball.bounces, ball.segments = 0, 0
+    ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
+    ball.spin_ends, ball.modified = False, False
 
 
-@fused
-def record(ball: NDArray[np.float64], segments: NDArray[np.float64]) -> None:
-    """Write the ball's motion down as its next segment; without room for it, only count it."""
-    count = int(ball[COUNT])
-    if count < segments.shape[0]:
-        for i in range(COLUMNS):
-            segments[count, i] = ball[i]
-    ball[COUNT] += 1.0
-
-
-@fused
-def advance(ball: NDArray[np.float64], time: float) -> None:
-    """Move the ball on to a time."""
-    dt = time - ball[TIME]
+@inner
+def write_segment(ball: Ball, segment: Segment) -> None:
+    """Write a ball's present motion into a segment."""
+    segment.time, segment.ball = ball.time, ball.ball
+    segment.motion, segment.cause = ball.motion, ball.cause
     for i in range(3):
-        change = ball[ACCELERATION + i] * dt
-        ball[POSITION + i] += (ball[VELOCITY + i] + 0.5 * change) * dt
-        ball[VELOCITY + i] += change
-        ball[ANGULAR + i] += ball[ANGULAR_ACCELERATION + i] * dt
-    ball[TIME] = time
+        segment.position[i] = ball.position[i]
+        segment.velocity[i] = ball.velocity[i]
+        segment.acceleration[i] = ball.acceleration[i]
+        segment.spin[i] = ball.spin[i]
+        segment.spin_acceleration[i] = ball.spin_acceleration[i]
 
 
-@fused
-def halt(ball: NDArray[np.float64], motion: int) -> None:
-    """Stop the ball where it is, for good."""
+@inner
+def append_segment(ball: Ball, segments: list[Segment]) -> None:
+    """Write a ball's motion as its next segment; if there is no room for it, only count it."""
+    if ball.segments < len(segments):
+        write_segment(ball, segments[ball.segments])
+    ball.segments += 1
+
+
+@innermost
+def advance(ball: Ball, time: float) -> None:
+    """Move a ball on to a time."""
+    dt = time - ball.time
     for i in range(3):
-        ball[VELOCITY + i] = 0.0
-        ball[ACCELERATION + i] = 0.0
-        ball[ANGULAR + i] = 0.0
-        ball[ANGULAR_ACCELERATION + i] = 0.0
-    ball[MOTION] = motion
-    ball[END] = np.inf
+        change = ball.acceleration[i] * dt
+        ball.position[i] += (ball.velocity[i] + 0.5 * change) * dt
+        ball.velocity[i] += change
+        ball.spin[i] += ball.spin_acceleration[i] * dt
+    ball.time = time
+
+
+@inner
+def stop_ball(ball: Ball, motion: int) -> None:
+    """Stop a ball where it is, for good."""
+    for i in range(3):
+        ball.velocity[i], ball.acceleration[i] = 0.0, 0.0
+        ball.spin[i], ball.spin_acceleration[i] = 0.0, 0.0
+    ball.motion = motion
+    ball.end = math.inf

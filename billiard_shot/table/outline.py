@@ -1,7 +1,7 @@
 """
 The shape of a table as seen from above, for pictures, RViz and the view in the browser.
 
-Made of the same lines and arcs that balls meet (billiard_shot.table.furniture), not of a drawing
+Made of the same lines and arcs that balls meet (billiard_shot.table.geometry), not of a drawing
 of its own.
 """
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.table.effects import numbers_on_table
-from billiard_shot.table.furniture import Bed, lay_out
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.geometry import Jaw, layout_of
 
 Outline = NDArray[np.float64]
 RAIL = 0.075  # m that the wooden frame reaches beyond the cushions; for the eye only
@@ -47,15 +47,17 @@ class TableOutline:
 
 def outline_of(scene: Scene) -> TableOutline:
     """Outline the table of a scene that has one."""
-    _, furniture = numbers_on_table(scene)
-    bed = lay_out(furniture, scene.ball.radius)
-    half = 0.5 * np.array([furniture.length, furniture.width])
-    back = half + furniture.depth
-    holes = bed.holes
+    params, table = params_on_table(scene)
+    layout = layout_of(params, table)
+    half = 0.5 * np.array([table.length, table.width])
+    back = half + table.cushion_depth
+    holes = np.array([
+        (pocket.hole_x, pocket.hole_y, pocket.hole_radius) for pocket in layout.pockets
+    ]).reshape(-1, 3)
     reach = np.abs(holes[:, :2]) + holes[:, 2:] if len(holes) else back[np.newaxis]
     frame = np.maximum(back, reach.max(axis=0)) + RAIL
-    cushions = _between_pockets(bed) if len(holes) else _around(half, back)
-    return TableOutline(tuple(cushions), holes, back, frame, furniture.height)
+    cushions = _between_pockets(layout.jaws) if len(holes) else _around(half, back)
+    return TableOutline(tuple(cushions), holes, back, frame, table.nose_height)
 
 
 def _around(half: NDArray[np.float64], back: NDArray[np.float64]) -> list[Outline]:
@@ -65,18 +67,19 @@ def _around(half: NDArray[np.float64], back: NDArray[np.float64]) -> list[Outlin
     return [np.array([back * a, half * a, half * b, back * b]) for a, b in sides]
 
 
-def _between_pockets(bed: Bed) -> list[Outline]:
+def _between_pockets(jaws: list[Jaw]) -> list[Outline]:
     """Six cushions, each from the jaw of a pocket to the jaw of the next one."""
-    # around the table from the foot on; jaws are numbered as in furniture.py
+    # around the table from the foot on; jaws are numbered as in geometry.py
     ends = ((7, 1), (0, 8), (9, 2), (3, 5), (4, 11), (10, 6))
-    return [np.concatenate([_jaw(bed, a), _jaw(bed, b)[::-1]]) for a, b in ends]
+    return [np.concatenate([_jaw(jaws, a), _jaw(jaws, b)[::-1]]) for a, b in ends]
 
 
-def _jaw(bed: Bed, jaw: int) -> Outline:
+def _jaw(jaws: list[Jaw], number: int) -> Outline:
     """From the back of a cushion along the facing and around the arc to the straight nose."""
-    begin, end = bed.facings[jaw, :2], bed.facings[jaw, 2:4]
-    centre, radius = bed.arcs[jaw, :2], bed.arcs[jaw, 2]
-    across = 0 if jaw < 8 and jaw % 2 else 1  # the short sides' noses have x constant
+    jaw = jaws[number]
+    begin, end = np.array([jaw.start_x, jaw.start_y]), np.array([jaw.end_x, jaw.end_y])
+    centre, radius = np.array([jaw.arc_x, jaw.arc_y]), jaw.arc_radius
+    across = 0 if number < 8 and number % 2 else 1  # the short sides' noses have x constant
     a, b = begin - centre, np.zeros(2)
     b[across] = -np.sign(centre[across]) * radius
     turn = np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)

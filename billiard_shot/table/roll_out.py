@@ -1,43 +1,42 @@
 """All that a ball does on an empty, unbounded table, from one state to rest."""
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from billiard_shot.compiled import fused
+from billiard_shot.compiled import inner
 from billiard_shot.status import Status
-from billiard_shot.table.motion import END, FLIGHT, MOTION, record, REST
-from billiard_shot.table.steps import begin, finish
-from billiard_shot.table.surface import Surface
+from billiard_shot.table.motion import append_segment, Ball, FLIGHT, REST, Segment
+from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.segments import end_segment, start_segment
 
 OK = int(Status.OK)
 NEVER_RESTS = int(Status.NEVER_RESTS)
 BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
-@fused
-def ending(surface: Surface, ball: NDArray[np.float64]) -> int:
-    """Status of a ball in its last motion: OK, NEVER_RESTS or BUDGET_EXCEEDED."""
-    if ball[MOTION] == FLIGHT and surface.restitution < 1.0:
+@inner
+def ending(params: BallClothParams, ball: Ball) -> int:
+    """Status of a ball in its last segment: OK, NEVER_RESTS or BUDGET_EXCEEDED."""
+    if ball.motion == FLIGHT and params.cloth_restitution < 1.0:
         return BUDGET_EXCEEDED
-    return OK if ball[MOTION] == REST or ball[MOTION] > FLIGHT else NEVER_RESTS
+    return OK if ball.motion == REST or ball.motion > FLIGHT else NEVER_RESTS
 
 
-@fused
+@inner
 def roll_out(
-    surface: Surface, ball: NDArray[np.float64], tolerance: float, segments: NDArray[np.float64]
+    params: BallClothParams, ball: Ball, tolerance: float, segments: list[Segment]
 ) -> tuple[int, float]:
     """
     Follow a ball until it rests.
 
     Parameters
     ----------
-    surface : Surface
-    ball : (STATE,) float array, changed
-        The ball, see motion.py. In the end its state at rest or, where it never rests, where its
-        last, endless motion begins.
+    params : BallClothParams
+    ball : Ball, changed
+        From `start_ball`. In the end it is at rest or, if it never rests, where its last, endless
+        segment begins.
     tolerance : float
         For leaving out small bounces [m].
-    segments : (n, COLUMNS) float array, written
-        The motion, as far as there is room.
+    segments : records of Segment, written
+        The motion, as far as there is room; `ball.segments` counts all.
 
     Returns
     -------
@@ -45,10 +44,10 @@ def roll_out(
         OK, NEVER_RESTS or BUDGET_EXCEEDED; the bound of the error made by leaving out bounces [m].
 
     """
-    error = begin(surface, ball, tolerance)
-    record(ball, segments)
-    while ball[END] < np.inf:
-        finish(surface, ball)
-        error = max(error, begin(surface, ball, tolerance))
-        record(ball, segments)
-    return ending(surface, ball), error
+    error = start_segment(params, ball, tolerance)
+    append_segment(ball, segments)
+    while ball.end < math.inf:
+        end_segment(params, ball)
+        error = max(error, start_segment(params, ball, tolerance))
+        append_segment(ball, segments)
+    return ending(params, ball), error

@@ -2,14 +2,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.records import ROWS
 from billiard_shot.status import Status
-from billiard_shot.table import world
-from billiard_shot.table.motion import Cause, COLUMNS, Motion
-from billiard_shot.table.rails import ARCS, FACINGS, NOTHING
+from billiard_shot.table.motion import Cause, Motion, NOTHING
+from billiard_shot.table.rolling_boundary import ARCS, FACINGS
+from billiard_shot.table.simulation_state import Event
 from billiard_shot.table.trajectory import BallState, EventKind, kinds_of, Trajectory
 
 # Corners in the quadrants (+, +), (-, +), (-, -), (+, -) of (x, y), then the sides: the foot is at
@@ -54,6 +56,36 @@ class TableEvent:
         return self.energy_before - self.energy_after
 
 
+class EventLog(NamedTuple):
+    """
+    What happened on a table.
+
+    Attributes
+    ----------
+    rows : (n,) array of Event
+    participants : (m, 2) int array
+        Number of an event that is an impact of several bodies, and a ball that took part in it.
+
+    """
+
+    rows: NDArray[np.void]
+    participants: NDArray[np.int64]
+
+    def balls(self) -> list[list[int]]:
+        """Balls that took part in each event, in their order."""
+        members: list[list[int]] = [[] for _ in range(len(self.rows))]
+        for number, ball in self.participants.tolist():
+            if number < len(members):
+                members[number].append(ball)
+        columns = (self.rows[name].tolist() for name in ('cause', 'ball', 'other'))
+        for found, cause, ball, other in zip(members, *columns, strict=True):
+            if cause == Cause.BALL:
+                found += [ball, other]
+            elif cause != Cause.CLUSTER:
+                found.append(ball)
+        return members
+
+
 @dataclass(frozen=True, eq=False)
 class TableRun:
     """A simulated table. Numbers are in SI units and the frame `table`."""
@@ -63,17 +95,16 @@ class TableRun:
     duration: float  # s until all balls rest, or the last endless motion begins
     wall_time: float  # s that the simulation took
     searches: int  # how many contacts were looked for
-    _segments: NDArray[np.float64] = field(repr=False)
-    _events: NDArray[np.float64] = field(repr=False)
-    _places: NDArray[np.int64] = field(repr=False)
+    _segments: NDArray[np.void] = field(repr=False)  # Segment
+    _events: EventLog = field(repr=False)
+    _places: NDArray[np.int64] = field(repr=False)  # (balls, 2) pocket, first ball met; or NOTHING
 
     @cached_property
     def balls(self) -> Mapping[str, Trajectory]:
         """Trajectory of every ball."""
-        owner = self._segments[:, COLUMNS]
+        owner = self._segments['ball']
         return {
-            name: Trajectory(self._segments[owner == i, :COLUMNS])
-            for i, name in enumerate(self.names)
+            name: Trajectory(self._segments[owner == i]) for i, name in enumerate(self.names)
         }
 
     def at(self, time: ArrayLike) -> dict[str, BallState]:
@@ -105,31 +136,73 @@ class TableRun:
     @cached_property
     def events(self) -> tuple[TableEvent, ...]:
         """All events in the order in which they were simulated, which is that of time."""
-        return tuple(event for row in self._events for event in self._read(row))
+        members = self._events.balls()
+        return tuple(
+            event for row, balls in zip(self._events.rows, members, strict=True)
+            for event in self._read(row, balls)
+        )
 
-    def _read(self, row: NDArray[np.float64]) -> list[TableEvent]:
-        cause = Cause(int(row[world.EVENT_CAUSE]))
-        ball, other = int(row[world.EVENT_BALL]), int(row[world.EVENT_OTHER])
-        time, mask = float(row[world.EVENT_TIME]), int(row[world.EVENT_BALLS])
-        balls = tuple(name for i, name in enumerate(self.names) if mask >> i & 1)
-        after, before = divmod(int(row[world.EVENT_MOTIONS]), 8)
+    def _read(self, row: np.void, members: list[int]) -> list[TableEvent]:
+        cause, other, time = Cause(int(row['cause'])), int(row['other']), float(row['time'])
+        balls = tuple(self.names[i] for i in members)
         place = ''
         if cause == Cause.POCKET:
             place = POCKET_NAMES[other]
         elif cause == Cause.CUSHION:
             place = _cushion_name(other)
-        position = self.balls[self.names[ball]].at(time).position
+        position = self.balls[self.names[int(row['ball'])]].at(time).position
+        before, after = Motion(int(row['motion_before'])), Motion(int(row['motion_after']))
         events = []
-        energy = float(row[world.BEFORE])
-        for kind in kinds_of(Motion(before), Motion(after), cause):
-            events.append(TableEvent(
-                time, kind, balls, place, position, energy, float(row[world.AFTER])
-            ))
-            energy = float(row[world.AFTER])  # all that is lost is booked to the first
+        energy, energy_after = float(row['energy_before']), float(row['energy_after'])
+        for kind in kinds_of(before, after, cause):
+            events.append(
+                TableEvent(time, kind, balls, place, position, energy, energy_after)
+            )
+            energy = energy_after  # all that is lost is booked to the first
         return events
 
 
-def _cushion_name(what: int) -> str:
-    if what < FACINGS:
-        return NOSE_NAMES[what]
-    return f'jaw of {POCKET_NAMES[(what - (FACINGS if what < ARCS else ARCS)) // 2]}'
+EVENT_COLUMNS = 8
+
+
+def events_to_columns(events: EventLog) -> NDArray[np.float64]:
+    """
+    Write events (n,) as floats (n, 8).
+
+    Time, cause, ball, other, the balls that took part as a sum of powers of two (exact for the
+    first 53 balls only), energies before and after, motion before + 8 motion after.
+    """
+    masks = [float(sum(1 << ball for ball in members)) for members in events.balls()]
+    rows = events.rows
+    return np.vstack([
+        rows['time'], rows['cause'], rows['ball'], rows['other'], masks,
+        rows['energy_before'], rows['energy_after'],
+        rows['motion_before'] + 8 * rows['motion_after'],
+    ]).T
+
+
+def events_from_columns(columns: ArrayLike) -> EventLog:
+    """Read events from floats (n, 8) as `events_to_columns` writes them."""
+    array = np.asarray(columns, float)
+    if array.size == 0:
+        array = array.reshape(0, EVENT_COLUMNS)
+    if array.ndim != 2 or array.shape[1] != EVENT_COLUMNS:
+        raise ValueError(f'shape {array.shape} is not allowed; it must be (n, {EVENT_COLUMNS})')
+    rows: NDArray[np.void] = ROWS.records(Event, len(array))
+    for name, column in zip(
+        ('time', 'cause', 'ball', 'other', 'energy_before', 'energy_after'),
+        (0, 1, 2, 3, 5, 6), strict=True,
+    ):
+        rows[name] = array[:, column]
+    rows['motion_after'], rows['motion_before'] = np.divmod(array[:, 7], 8)
+    participants = [
+        (number, ball) for number in np.flatnonzero(rows['cause'] == Cause.CLUSTER).tolist()
+        for ball in range(int(array[number, 4]).bit_length()) if int(array[number, 4]) >> ball & 1
+    ]
+    return EventLog(rows, np.array(participants, np.int64).reshape(-1, 2))
+
+
+def _cushion_name(feature: int) -> str:
+    if feature < FACINGS:
+        return NOSE_NAMES[feature]
+    return f'jaw of {POCKET_NAMES[(feature - (FACINGS if feature < ARCS else ARCS)) // 2]}'

@@ -1,38 +1,47 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import math
 import os
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.records import as_rows
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
-from billiard_shot.table import motion, world
 from billiard_shot.table.cluster import resolve
-from billiard_shot.table.effects import numbers_on_table
-from billiard_shot.table.furniture import Furniture
-from billiard_shot.table.given import check_options, checked, many, States
-from billiard_shot.table.play import play_tables, RESULT
-from billiard_shot.table.run import TableRun
-from billiard_shot.table.surface import Surface
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.event_loop import BallOutcome, simulate_tables, TableOutcome
+from billiard_shot.table.geometry import edges_of, layout_of, numbers_of
+from billiard_shot.table.initial_states import (
+    batch_states,
+    check_options,
+    States,
+    validated_states,
+)
+from billiard_shot.table.motion import Ball, Segment
+from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.run import EventLog, TableRun
+from billiard_shot.table.simulation_state import Event, never, Progress, Simulation
+
+T = TypeVar('T')
 
 # Hops after impacts with balls and cushions that move a ball by less [m] are left out. Friction
 # between balls makes one at nearly every impact, a third of a millimetre high at most.
 DEFAULT_TOLERANCE = 2e-3
-DEFAULT_LIMIT = 20_000  # events of a table
-_SEGMENTS, _EVENTS = 256, 256  # rows that most runs have room in
+DEFAULT_MAX_EVENTS = 20_000  # of a table
+_CAPACITY = 32  # segments and events for each of all balls and two: most runs have fewer
 
 
 def simulate(
     scene: Scene,
     states: States,
     tolerance: float = DEFAULT_TOLERANCE,
-    max_events: int = DEFAULT_LIMIT,
+    max_events: int = DEFAULT_MAX_EVENTS,
 ) -> TableRun:
     """
     Simulate all that balls do on a table, without a stroke, until they rest.
@@ -61,76 +70,110 @@ def simulate(
 
     """
     check_options(tolerance, max_events)
-    return run_one(scene, tuple(states), checked(scene, states), tolerance, tolerance, max_events)
-
-
-def run_one(
-    scene: Scene, names: tuple[str, ...], given: NDArray[np.float64], tolerance: float,
-    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT,
-) -> TableRun:
-    """Simulate one table from checked states (1, balls, INPUT), with all that happens."""
-    begin = perf_counter()
-    surface, furniture = numbers_on_table(scene)
-    room = _SEGMENTS, _EVENTS
-    while True:
-        segments = np.empty((room[0], motion.COLUMNS + 1))
-        events = np.empty((room[1], world.EVENT_COLUMNS))
-        _, summary, places = _play(
-            surface, furniture, given, tolerance, hop, max_events, segments, events
-        )
-        needed = int(summary[0, 2]), int(summary[0, 3])
-        if needed[0] <= room[0] and needed[1] <= room[1]:
-            break
-        room = needed
-    return TableRun(
-        names, Status(int(summary[0, 1])), float(summary[0, 0]), perf_counter() - begin,
-        int(summary[0, 4]), segments[: needed[0]], events[: needed[1]], places[0],
+    return run_one(
+        scene, tuple(states), validated_states(scene, states), tolerance, tolerance, max_events
     )
 
 
-class Record(NamedTuple):
-    """Tables that were played, with the motion of all their balls."""
+def run_one(
+    scene: Scene, names: tuple[str, ...], states: NDArray[np.float64], tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+) -> TableRun:
+    """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
+    begin = perf_counter()
+    params = params_on_table(scene)
+    segments = events = _CAPACITY * (2 + len(names))
+    while True:
+        played = _simulate(
+            *params, states, tolerance, hop_tolerance, max_events, segments, events
+        )
+        end = played.tables[0]
+        if end['segments'] <= segments and end['events'] <= events:
+            break
+        segments, events = int(end['segments']), int(end['events'])
+    return TableRun(
+        names, Status(int(end['status'])), float(end['duration']), perf_counter() - begin,
+        int(end['searches']), played.segments, played.events,
+        np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
+    )
 
-    results: NDArray[np.float64]  # (tables, balls, RESULT), see `play_tables`
-    summary: NDArray[np.float64]  # (tables, 5)
-    places: NDArray[np.int64]  # (tables, balls, 2)
-    segments: NDArray[np.float64]  # (segments, COLUMNS + 1) of all tables, one after the other
+
+class BatchRecording(NamedTuple):
+    """
+    Simulated tables.
+
+    Attributes
+    ----------
+    balls : (tables, balls) array of BallOutcome
+    tables : (tables,) array of TableOutcome
+    segments : (segments,) array of Segment
+        Of all tables, one after the other, as far as there was room.
+    events : EventLog
+        Of the last table, as far as there was room.
+
+    """
+
+    balls: NDArray[np.void]
+    tables: NDArray[np.void]
+    segments: NDArray[np.void]
+    events: EventLog
 
 
 def run_recorded(
-    surface: Surface, furniture: Furniture, given: NDArray[np.float64], tolerance: float,
-    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT,
-) -> Record:
-    """Simulate tables from states (tables, balls, INPUT) in this thread, recording all motion."""
-    room = 8 * given.shape[0] * (2 + given.shape[1])
-    nothing = np.empty((0, world.EVENT_COLUMNS))
+    params: BallClothParams, table: TableParams, states: NDArray[np.float64], tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+) -> BatchRecording:
+    """Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion."""
+    capacity = 8 * states.shape[0] * (2 + states.shape[1])
     while True:
-        segments = np.empty((room, motion.COLUMNS + 1))
-        played = _play(surface, furniture, given, tolerance, hop, max_events, segments, nothing)
-        needed = int(played[1][-1, 2]) if len(given) else 0
-        if needed <= room:
-            return Record(*played, segments[:needed])
-        room = needed
-
-
-def _play(
-    surface: Surface, furniture: Furniture, given: NDArray[np.float64], tolerance: float,
-    hop: float, max_events: int, segments: NDArray[np.float64], events: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """Play tables: see `play_tables` for what comes back."""
-    tables, count = given.shape[:2]
-    results, summary = np.empty((tables, count, RESULT)), np.empty((tables, 5))
-    places = np.empty((tables, count, 2), np.int64)
-    w = world.empty_world(count, segments, events)
-    table = 0
-    while True:
-        table = play_tables(
-            surface, furniture, given, table, tolerance, hop, max_events, w, results, summary,
-            places,
+        played = _simulate(
+            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0
         )
-        if table == tables:
-            return results, summary, places
-        resolve(surface, furniture, w)
+        needed = int(played.tables['segments'][-1]) if len(states) else 0
+        if needed <= capacity:
+            return played
+        capacity = needed
+
+
+def _simulate(
+    params: BallClothParams, table: TableParams, states: NDArray[np.float64], tolerance: float,
+    hop_tolerance: float, max_events: int, segments: int, events: int,
+) -> BatchRecording:
+    """Simulate tables, with room for so many segments of all and so many events of the last."""
+    run = simulate_tables.current()
+    storage = run.storage
+    tables, count = states.shape[:2]
+    balls, progress = storage.records(Ball, count), storage.records(Progress, 1)
+    segment_records, event_records = storage.records(Segment, segments), storage.records(
+        Event, events)
+    ball_outcomes = storage.records(BallOutcome, tables * count)
+    table_outcomes = storage.records(TableOutcome, tables)
+    numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
+    edges, given = edges_of(storage, table, params.radius), storage.array(states)
+    collisions = never(storage, count)
+    participants: list[tuple[int, int]] = []
+    number = 0
+    while True:
+        before, number = number, run(
+            params, numbers, *edges, given, number, max_events, balls, collisions, progress,
+            segment_records, event_records, ball_outcomes, table_outcomes,
+        )
+        if number == tables:
+            break
+        if number != before:
+            participants.clear()
+        state = Simulation(balls, collisions, progress[0], segment_records, event_records)
+        resolve(layout_of(params, table), state, participants)
+    end = int(progress[0].segments), int(progress[0].events)
+    return BatchRecording(
+        as_rows(BallOutcome, ball_outcomes).reshape(tables, count),
+        as_rows(TableOutcome, table_outcomes),
+        as_rows(Segment, segment_records[: end[0]]),
+        EventLog(
+            as_rows(Event, event_records[: end[1]]),
+            np.array(participants, np.int64).reshape(-1, 2),
+        ),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,7 +195,7 @@ def simulate_batch(
     scene: Scene,
     states: States | Sequence[States],
     tolerance: float = DEFAULT_TOLERANCE,
-    max_events: int = DEFAULT_LIMIT,
+    max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
 ) -> TableBatch:
     """
@@ -171,32 +214,50 @@ def simulate_batch(
 
     """
     check_options(tolerance, max_events)
-    names, given = many(states)
-    return run_many(scene, names, given, tolerance, tolerance, max_events, workers)
+    names, array = batch_states(states)
+    return run_many(scene, names, array, tolerance, tolerance, max_events, workers)
+
+
+def in_threads(
+    work: Callable[[slice], T], count: int, workers: int | None = None
+) -> list[T]:
+    """
+    Divide a batch among threads; return what each part gave, in order.
+
+    Parameters
+    ----------
+    work : callable
+        Does the rows of a slice.
+    count : int
+        Rows of the batch.
+    workers : int, optional
+        Threads; by default as many as there are cores.
+
+    """
+    threads = workers or os.cpu_count() or 1
+    size = max(1, math.ceil(count / (8 * threads)))  # small parts, because rows differ in cost
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(work, (slice(i, i + size) for i in range(0, count, size))))
 
 
 def run_many(
-    scene: Scene, names: tuple[str, ...], given: NDArray[np.float64], tolerance: float,
-    hop: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_LIMIT, workers: int | None = None,
+    scene: Scene, names: tuple[str, ...], states: NDArray[np.float64], tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+    workers: int | None = None,
 ) -> TableBatch:
-    """Simulate tables from states (tables, balls, INPUT)."""
-    surface, furniture = numbers_on_table(scene)
-    tables = len(given)
-    threads = workers or os.cpu_count() or 1
-    size = max(1, math.ceil(tables / (8 * threads)))  # small parts: tables differ in cost
-    nothing = np.empty((0, motion.COLUMNS + 1)), np.empty((0, world.EVENT_COLUMNS))
+    """Simulate tables from states (tables, balls, STATE_COLUMNS)."""
+    params = params_on_table(scene)
 
-    def play(begin: int) -> tuple[NDArray[Any], ...]:
-        part = given[begin : begin + size]
-        return _play(surface, furniture, part, tolerance, hop, max_events, *nothing)
+    def simulate_part(part: slice) -> BatchRecording:
+        return _simulate(*params, states[part], tolerance, hop_tolerance, max_events, 0, 0)
 
-    with ThreadPoolExecutor(threads) as pool:
-        parts = list(pool.map(play, range(0, tables, size)))
-    empty = _play(surface, furniture, given[:0], tolerance, hop, max_events, *nothing)
-    results, summary, places = (np.concatenate(part) for part in zip(empty, *parts, strict=True))
+    parts = in_threads(simulate_part, len(states), workers)
+    parts.append(simulate_part(slice(0, 0)))  # so that there is one
+    balls = np.concatenate([part.balls for part in parts])
+    tables = np.concatenate([part.tables for part in parts])
     return TableBatch(
-        names=names, rest=results[..., :3], motion=results[..., 9].astype(np.uint8),
-        pocket=places[..., 0], first_met=places[..., 1], duration=summary[:, 0],
-        status=summary[:, 1].astype(np.uint16), events=summary[:, 3].astype(np.int64),
-        searches=summary[:, 4].astype(np.int64),
+        names=names, rest=balls['position'], motion=balls['motion'].astype(np.uint8),
+        pocket=balls['pocket'], first_met=balls['first_contact'], duration=tables['duration'],
+        status=tables['status'].astype(np.uint16), events=tables['events'],
+        searches=tables['searches'],
     )

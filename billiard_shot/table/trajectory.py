@@ -8,19 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.table.motion import (
-    ACCELERATION,
-    ANGULAR,
-    ANGULAR_ACCELERATION,
-    CAUSE,
-    Cause,
-    COLUMNS,
-    MOTION,
-    Motion,
-    POSITION,
-    TIME,
-    VELOCITY,
-)
+from billiard_shot.records import ROWS
+from billiard_shot.table import motion
+from billiard_shot.table.motion import Cause, Motion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +52,7 @@ class Segment:
 
 
 class EventKind(StrEnum):
-    """What happens where one segment meets the next."""
+    """What happens where one segment meets the next. Values are names in `Cause` or `Motion`."""
 
     BOUNCE = 'bounce'
     LAND = 'land'  # comes down to the cloth and stays on it
@@ -93,34 +83,36 @@ class Trajectory:
 
     Parameters
     ----------
-    rows : (n, COLUMNS) float array
-        Segments as in motion.py.
+    rows : (n,) array of motion.Segment, n > 0
 
     """
 
-    rows: NDArray[np.float64]
+    rows: NDArray[np.void]
 
     def __post_init__(self) -> None:
-        if self.rows.ndim != 2 or self.rows.shape[1] != COLUMNS or len(self.rows) == 0:
+        dtype: np.dtype[np.void] = motion.Segment.dtype  # type: ignore[attr-defined]
+        if self.rows.ndim != 1 or self.rows.dtype != dtype or len(self.rows) == 0:
             raise ValueError(
-                f'rows: shape {self.rows.shape} is not allowed; it must be (n, {COLUMNS}), n > 0'
+                f'rows: {self.rows.dtype} {self.rows.shape} is not allowed; it must be segments '
+                '(n,), n > 0'
             )
         self.rows.flags.writeable = False
 
     @property
     def rests(self) -> bool:
         """Whether the ball comes to rest, on the table, in a pocket or off it."""
-        return self.rows[-1, MOTION] in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
+        return self.rows['motion'][-1] in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
 
     @property
     def duration(self) -> float:
-        """Time at which the ball rests or, if it never does, its last motion begins [s]."""
-        return float(self.rows[-1, TIME])
+        """Time at which the ball rests or, if it never does, its last segment begins [s]."""
+        return float(self.rows['time'][-1])
 
     @property
     def rest(self) -> NDArray[np.float64]:
         """Centre of the ball at `duration` (3,) [m]."""
-        return self.rows[-1, POSITION:VELOCITY]
+        last: NDArray[np.float64] = self.rows['position'][-1]
+        return last
 
     def at(self, time: ArrayLike) -> BallState:
         """
@@ -133,30 +125,29 @@ class Trajectory:
         if not np.isfinite(t).all():
             raise ValueError(f'time: {time!r} is not allowed; it must be finite (s)')
         t = np.clip(t, 0.0, self.duration if self.rests else None)
-        index = np.searchsorted(self.rows[:, TIME], t, side='right') - 1
-        row = self.rows[index]
-        dt = (t - row[..., TIME])[..., np.newaxis]
-        velocity = row[..., VELOCITY:ACCELERATION]
-        acceleration = row[..., ACCELERATION:ANGULAR]
-        spin = row[..., ANGULAR:ANGULAR_ACCELERATION]
+        times = self.rows['time']
+        index = np.searchsorted(times, t, side='right') - 1
+        dt = (t - times[index])[..., np.newaxis]
+        velocity, acceleration = self.rows['velocity'][index], self.rows['acceleration'][index]
         return BallState(
-            position=row[..., POSITION:VELOCITY] + (velocity + 0.5 * acceleration * dt) * dt,
+            position=self.rows['position'][index] + (velocity + 0.5 * acceleration * dt) * dt,
             velocity=velocity + acceleration * dt,
-            spin=spin + row[..., ANGULAR_ACCELERATION:CAUSE] * dt,
-            motion=row[..., MOTION].astype(np.uint8),
+            spin=self.rows['spin'][index] + self.rows['spin_acceleration'][index] * dt,
+            motion=self.rows['motion'][index].astype(np.uint8),
         )
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """Segments in order of time, the last one endless."""
-        ends = [*self.rows[1:, TIME].tolist(), np.inf]
+        rows = self.rows
+        times = rows['time'].tolist()
         return tuple(
-            Segment(
-                float(row[TIME]), end, Motion(int(row[MOTION])), row[POSITION:VELOCITY],
-                row[VELOCITY:ACCELERATION], row[ACCELERATION:ANGULAR],
-                row[ANGULAR:ANGULAR_ACCELERATION], row[ANGULAR_ACCELERATION:CAUSE],
+            Segment(begin, end, Motion(kind), *vectors)
+            for begin, end, kind, *vectors in zip(
+                times, [*times[1:], np.inf], rows['motion'].tolist(), rows['position'],
+                rows['velocity'], rows['acceleration'], rows['spin'], rows['spin_acceleration'],
+                strict=True,
             )
-            for row, end in zip(self.rows, ends, strict=True)
         )
 
     @cached_property
@@ -165,7 +156,7 @@ class Trajectory:
         return tuple(self._events())
 
     def _events(self) -> Iterator[Event]:
-        causes = [Cause(int(code)) for code in self.rows[1:, CAUSE]]
+        causes = map(Cause, self.rows['cause'][1:].tolist())
         for (before, after), cause in zip(pairwise(self.segments), causes, strict=True):
             for kind in kinds_of(before.motion, after.motion, cause):
                 yield Event(after.start, kind, after.position)
@@ -182,3 +173,32 @@ def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]
         yield EventKind.SPIN_END
     if after != before and after.name.lower() in list(EventKind):
         yield EventKind(after.name.lower())
+
+
+SEGMENT_COLUMNS = 18  # of a ball; segments of a table have one more: which ball
+_VECTORS = ('position', 'velocity', 'acceleration', 'spin', 'spin_acceleration')
+
+
+def segments_to_columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
+    """Write segments (n,) as floats (n, 19): time, motion, five vectors, cause, ball."""
+    columns = [rows['time'], rows['motion'], *(rows[name].T for name in _VECTORS), rows['cause'],
+               rows['ball']]
+    return np.vstack(columns).T
+
+
+def segments_from_columns(columns: ArrayLike) -> NDArray[np.void]:
+    """Read segments (n,) from floats (n, 19) as `segments_to_columns` writes them, or (n, 18)."""
+    array = np.asarray(columns, float)
+    if array.size == 0:
+        array = array.reshape(0, SEGMENT_COLUMNS)
+    if array.ndim != 2 or array.shape[1] not in (SEGMENT_COLUMNS, SEGMENT_COLUMNS + 1):
+        raise ValueError(
+            f'shape {array.shape} is not allowed; it must be (n, {SEGMENT_COLUMNS}) or one more'
+        )
+    rows: NDArray[np.void] = ROWS.records(motion.Segment, len(array))
+    rows['time'], rows['motion'], rows['cause'] = array[:, 0], array[:, 1], array[:, 17]
+    for k, name in enumerate(_VECTORS):
+        rows[name] = array[:, 2 + 3 * k : 5 + 3 * k]
+    if array.shape[1] > SEGMENT_COLUMNS:
+        rows['ball'] = array[:, 18]
+    return rows

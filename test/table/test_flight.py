@@ -3,22 +3,22 @@ import pytest
 from rolling import POOL, run
 
 from billiard_shot.table.motion import Motion
-from billiard_shot.table.surface import OFF, ON
+from billiard_shot.table.params import OFF, ON
 from billiard_shot.table.trajectory import EventKind
 
 G = 9.8
 
 
-def bounced(velocity, spin, surface=POOL):
+def bounced(velocity, spin, params=POOL):
     """Closed form of one bounce: the slip stops if friction suffices (for a solid ball, 2/7)."""
     velocity, spin = np.array(velocity, float), np.array(spin, float)
-    r, m = surface.radius, surface.mass
+    r, m = params.radius, params.mass
     slip = velocity[:2] + r * np.array([-spin[1], spin[0]])
-    push = m * (1 + surface.restitution) * -velocity[2]
+    push = m * (1 + params.cloth_restitution) * -velocity[2]
     most = 2 / 7 * m * np.linalg.norm(slip)
-    drag = -min(surface.friction * push, most) * slip / np.linalg.norm(slip)
+    drag = -min(params.cloth_friction * push, most) * slip / np.linalg.norm(slip)
     velocity += np.array([*drag, push]) / m
-    spin += r / surface.inertia * np.array([drag[1], -drag[0], 0.0])
+    spin += r / params.inertia * np.array([drag[1], -drag[0], 0.0])
     return velocity, spin
 
 
@@ -46,12 +46,12 @@ def test_hops_shrink_and_end():
 @pytest.mark.parametrize('restitution', [0.2, 0.5, 0.9])
 @pytest.mark.parametrize('tolerance', [1e-3, 1e-4, 1e-5, 1e-6])
 def test_leaving_out_bounces_keeps_the_tolerance(restitution, tolerance):
-    surface = POOL._replace(restitution=restitution)
+    params = POOL._replace(cloth_restitution=restitution)
     for velocity, spin in (
         ((1, 0.2, 1), (10, -60, 5)), ((3, 0, 0.2), (0, 0, 0)), ((0, 0, 2), (9, 0, 0)),
     ):
-        rough, _, error = run(velocity, spin, surface, tolerance)
-        exact, _, _ = run(velocity, spin, surface, 1e-12, rows=400)
+        rough, _, error = run(velocity, spin, params, tolerance)
+        exact, _, _ = run(velocity, spin, params, 1e-12, rows=400)
         assert error <= tolerance
         t = np.linspace(0, exact.duration, 2000)
         gap = np.abs(rough.at(t).position - exact.at(t).position).max()
@@ -59,19 +59,19 @@ def test_leaving_out_bounces_keeps_the_tolerance(restitution, tolerance):
 
 
 def test_a_jump_without_bounce_stops_hopping_at_once():
-    path, _, _ = run((1, 0, 1), surface=POOL._replace(restitution=0.0))
+    path, _, _ = run((1, 0, 1), params=POOL._replace(cloth_restitution=0.0))
     assert [s.motion for s in path.segments][:2] == [Motion.FLIGHT, Motion.SLIDE]
 
 
 def test_flight_off_keeps_the_horizontal_motion():
-    off, _, error = run((1, 0, 1), (0, 9, 1), POOL._replace(flight=OFF))
+    off, _, error = run((1, 0, 1), (0, 9, 1), POOL._replace(flight_gate=OFF))
     level, _, _ = run((1, 0, 0), (0, 9, 1))
     assert error == 0
     assert (off.rows == level.rows).all()
 
 
 def test_flight_on_flies_the_smallest_hop():
-    path, _, _ = run((1, 0, 1e-5), surface=POOL._replace(flight=ON))
+    path, _, _ = run((1, 0, 1e-5), params=POOL._replace(flight_gate=ON))
     assert path.segments[0].acceleration[2] == -G
     path, _, _ = run((1, 0, 1e-5))
     assert path.segments[0].acceleration[2] == 0

@@ -7,7 +7,7 @@ its parameters, over the rebounds that it plots.
 import numpy as np
 import pytest
 
-from billiard_shot.table.mathavan import bounce_of
+from billiard_shot.table.mathavan import rebound
 
 # Snooker (section 4): restitution, friction at cushion and cloth, height of the nose (eq. 1).
 RESTITUTION, CUSHION, CLOTH, SINE = 0.98, 0.14, 0.212, 0.4
@@ -62,7 +62,7 @@ def test_rebounds_are_those_of_the_published_equations(topspin):
     expected = reference(speed, angle, topspin, sidespin)
     for i, row in enumerate(expected):
         cos, sin = np.cos(angle[i]), np.sin(angle[i])
-        found = bounce_of(cos, sin, -topspin * sin, topspin * cos, sidespin[i], SINE,
+        found = rebound(cos, sin, -topspin * sin, topspin * cos, sidespin[i], SINE,
                           RESTITUTION, CUSHION, CLOTH, TURN)
         # the scheme's own slip directions tremble about zero slip, by its step
         assert found == pytest.approx(row, abs=1e-3)

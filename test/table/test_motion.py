@@ -58,22 +58,22 @@ def test_spin_in_place_and_spin_that_ends_on_the_way():
 
 def test_inertia_counts():
     hollow = POOL._replace(inertia=2 / 3 * 0.17 * 0.028**2)
-    path, _, _ = run((1, 0, 0), surface=hollow)
+    path, _, _ = run((1, 0, 0), params=hollow)
     assert path.segments[1].velocity[0] == pytest.approx(0.6, rel=1e-13)
 
 
 @pytest.mark.parametrize(('change', 'velocity', 'spin', 'last'), [
-    ({'sliding': 0.0, 'friction': 0.0}, (1, 0, 0.5), (0, 0, 0), Motion.SLIDE),
-    ({'rolling': 0.0}, (1, 0, 0), (3, 0, 5), Motion.ROLL),
+    ({'sliding_friction': 0.0, 'cloth_friction': 0.0}, (1, 0, 0.5), (0, 0, 0), Motion.SLIDE),
+    ({'rolling_resistance': 0.0}, (1, 0, 0), (3, 0, 5), Motion.ROLL),
     ({'spin_deceleration': 0.0}, (1, 0, 0), (0, 0, 5), Motion.SPIN),
-    ({'restitution': 1.0}, (1, 0, 1), (0, 0, 5), Motion.FLIGHT),
+    ({'cloth_restitution': 1.0}, (1, 0, 1), (0, 0, 5), Motion.FLIGHT),
 ])
 def test_endless_motion(change, velocity, spin, last):
     path, status, _ = run(velocity, spin, POOL._replace(**change), rows=3000)
     assert status == Status.NEVER_RESTS
     assert not path.rests
     assert path.segments[-1].motion == last
-    assert np.isfinite(path.rows).all()
+    assert all(np.isfinite(path.rows[name]).all() for name in path.rows.dtype.names)
     assert np.isfinite(path.rest).all()
     assert np.isfinite(path.duration)
     state = path.at(path.duration + 10)

@@ -8,58 +8,38 @@ import numpy as np
 import pytest
 from tables import ENDLESS, play, POOL, R, random_states, state
 
-from billiard_shot.compiled import entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
-from billiard_shot.table.motion import (
-    ACCELERATION,
-    Cause,
-    COLUMNS,
-    MOTION,
-    Motion,
-    POSITION,
-    VELOCITY,
-)
+from billiard_shot.table.motion import Cause, Motion
+from billiard_shot.table.run import events_from_columns, events_to_columns
 from billiard_shot.table.simulate import simulate, simulate_batch
-from billiard_shot.table.trajectory import BallState, EventKind
-from billiard_shot.table.world import AFTER, BEFORE, EVENT_BALLS, EVENT_CAUSE
+from billiard_shot.table.trajectory import (
+    BallState,
+    EventKind,
+    segments_from_columns,
+    segments_to_columns,
+)
 
 TINY = 1e-18  # J
 
 
-@entry
-def worst(segments, count, duration, step, diameter, x_most, y_most):
+def worst(run, step, x_most, y_most):
     """Deepest overlap of two balls, and of a ball with the walls where there is no pocket."""
-    current = np.full(count, -1)
-    places = np.zeros((count, 3))
-    deepest, outside = 0.0, 0.0
-    row = 0
-    for k in range(int(duration / step) + 1):
-        t = k * step
-        while row < len(segments) and segments[row, 0] <= t:
-            current[int(segments[row, COLUMNS])] = row
-            row += 1
-        for i in range(count):
-            s = segments[current[i]]
-            dt = t - s[0]
-            for c in range(3):
-                places[i, c] = s[POSITION + c] + dt * (
-                    s[VELOCITY + c] + 0.5 * dt * s[ACCELERATION + c]
-                )
-            if s[MOTION] > 4:
-                places[i, 2] = 1e9 * (i + 1)  # pocketed
-                continue
-            x, y = abs(places[i, 0]), abs(places[i, 1])
-            lying = places[i, 2] == 0.5 * diameter  # above the cloth it may reach farther
-            if lying and y < y_most - 0.1 and x > x_most:
-                outside = max(outside, x - x_most)
-            if lying and 0.1 < x < x_most - 0.1 and y > y_most:
-                outside = max(outside, y - y_most)
-            for j in range(i):
-                square = 0.0
-                for c in range(3):
-                    square += (places[i, c] - places[j, c]) ** 2
-                deepest = max(deepest, diameter - np.sqrt(square))
+    times = np.arange(int(run.duration / step) + 1) * step
+    states = run.at(times).values()
+    places = np.array([each.position for each in states])
+    on_table = np.array([each.motion for each in states]) < Motion.POCKETED
+    x, y = np.abs(places[..., 0]), np.abs(places[..., 1])
+    lying = on_table & (places[..., 2] == R)  # above the cloth it may reach farther
+    outside = max(
+        (x - x_most)[lying & (y < y_most - 0.1)].max(initial=0.0),
+        (y - y_most)[lying & (x > 0.1) & (x < x_most - 0.1)].max(initial=0.0),
+    )
+    deepest = 0.0
+    for i in range(len(places)):
+        for j in range(i):
+            apart = np.linalg.norm(places[i] - places[j], axis=-1)[on_table[i] & on_table[j]]
+            deepest = max(deepest, 2.0 * R - apart.min(initial=np.inf))
     return deepest, outside
 
 
@@ -72,22 +52,20 @@ def check_random_tables(count, seed):
         states = random_states(random, POOL.table, int(random.integers(2, 8)))
         run = simulate(POOL, states)
         assert run.status in (Status.OK, Status.OFF_TABLE)
-        deepest, outside = worst(
-            run._segments, len(states), run.duration, 1e-3, 2 * R, 1.27 - REACH, 0.635 - REACH
-        )
+        deepest, outside = worst(run, 1e-3, 1.27 - REACH, 0.635 - REACH)
         assert deepest <= 1e-9
         assert outside <= 1e-9
-        assert (run._events[:, AFTER] <= run._events[:, BEFORE] * (1 + 1e-12) + TINY).all()
+        before, after = (run._events.rows[name] for name in ('energy_before', 'energy_after'))
+        assert (after <= before * (1 + 1e-12) + TINY).all()
         check_nothing_happens_to_balls_that_are_gone(run)
 
 
 def check_nothing_happens_to_balls_that_are_gone(run):
-    gone = 0
-    for row in run._events:
-        taking_part = int(row[EVENT_BALLS])
-        assert not gone & taking_part
-        if row[EVENT_CAUSE] in (Cause.POCKET, Cause.OFF):
-            gone |= taking_part
+    gone = set()
+    for row, taking_part in zip(run._events.rows, run._events.balls(), strict=True):
+        assert not gone & set(taking_part)
+        if row['cause'] in (Cause.POCKET, Cause.OFF):
+            gone |= set(taking_part)
 
 
 def test_nothing_is_missed_nothing_overlaps_nothing_is_gained():
@@ -106,9 +84,7 @@ def test_breaks(name):
         states = break_of(scene, 8.0, 0.002 * seed)
         run = simulate(scene, states)
         assert run.status == Status.OK
-        deepest, outside = worst(
-            run._segments, len(states), run.duration, 1e-4, 2 * R, 1.27 - REACH, 0.635 - REACH
-        )
+        deepest, outside = worst(run, 1e-4, 1.27 - REACH, 0.635 - REACH)
         assert deepest <= 1e-9
         assert outside <= 1e-9
         assert all(e.dissipated >= -1e-12 * e.energy_before - TINY for e in run.events)
@@ -128,7 +104,7 @@ def test_runs_are_the_same_to_the_bit():
     states = break_of(Scene.load('eight_ball'), 7.0)
     one, two = (simulate(Scene.load('eight_ball'), states) for _ in range(2))
     assert one._segments.tobytes() == two._segments.tobytes()
-    assert one._events.tobytes() == two._events.tobytes()
+    assert one._events.rows.tobytes() == two._events.rows.tobytes()
 
 
 def test_a_batch_gives_what_single_runs_give():
@@ -181,14 +157,14 @@ def test_options_are_checked():
 def test_a_run_too_long_says_so():
     run = simulate(POOL, {'cue': state(0, 0, (3, 1, 0))}, max_events=3)
     assert run.status == Status.BUDGET_EXCEEDED
-    assert len(run._events) == 3
+    assert len(run._events.rows) == 3
 
 
 def test_one_ball_does_what_it_does_alone():
     from rolling import run as alone
 
-    from billiard_shot.table.model import surface_of
-    path, _, _ = alone((1, 0.2, 0), (30, -10, 20), surface_of(POOL))
+    from billiard_shot.table.model import ball_cloth_params
+    path, _, _ = alone((1, 0.2, 0), (30, -10, 20), ball_cloth_params(POOL))
     run = play(ENDLESS, cue=state(0, 0, (1, 0.2, 0), (30, -10, 20)))
     assert (run.balls['cue'].rows == path.rows).all()
 
@@ -233,3 +209,46 @@ def test_without_the_jit():
         )
         results.append(np.array(out.stdout.split(), float))
     assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
+
+
+def crowd():
+    """A hundred balls on a big cloth, in rows of ten, three of them in touch; one that moves."""
+    places = [(0.2 * (i % 10), 0.2 * (i // 10)) for i in range(100)]
+    places[98], places[99] = (1.8 - 2 * R, 1.8), (1.8, 1.8)
+    states = {f'ball {i}': state(*place) for i, place in enumerate(places)}
+    states['ball 97'] = state(1.4, 1.8, (2, 0, 0))
+    return states
+
+
+def test_events_name_the_balls_that_take_part_of_a_hundred():
+    """They were once a sum of powers of two, in a float, which has 53 bits."""
+    run = simulate(ENDLESS, crowd())
+    cluster = next(event for event in run.events if event.kind == EventKind.CLUSTER)
+    assert cluster.balls == ('ball 97', 'ball 98', 'ball 99')
+    run = simulate(ENDLESS, crowd() | {'ball 60': state(0, 1.2, (1, 0, 0))})
+    first = next(event for event in run.events if event.kind == EventKind.BALL)
+    assert first.balls == ('ball 60', 'ball 61')
+    assert run.first_met['ball 60'] == 'ball 61'
+    assert {event.balls[0] for event in run.events if len(event.balls) == 1} <= set(run.names)
+
+
+def test_columns_hold_all_of_segments_and_events():
+    scene = Scene.load('nine_ball')
+    run = simulate(scene, break_of(scene, 8.0))
+    columns = segments_to_columns(run._segments)
+    assert columns.shape == (len(run._segments), 19)
+    assert segments_from_columns(columns.tolist()).tobytes() == run._segments.tobytes()
+    assert segments_from_columns([]).shape == (0,)
+    alone = segments_from_columns(columns[:, :18])
+    assert (alone['spin'] == run._segments['spin']).all()
+    assert not alone['ball'].any()
+    back = events_from_columns(events_to_columns(run._events).tolist())
+    assert back.rows.tobytes() == run._events.rows.tobytes()
+    assert back.balls() == run._events.balls()
+    run = simulate(ENDLESS, {'cue': state(-0.3, 0, (2, 0, 0)), '1': state(0, 0),
+                             '2': state(2 * R, 0)})
+    assert [0, 1, 2] in events_from_columns(events_to_columns(run._events)).balls()
+    with pytest.raises(ValueError, match='must be'):
+        events_from_columns(np.zeros((2, 7)))
+    with pytest.raises(ValueError, match='must be'):
+        segments_from_columns(np.zeros((2, 20)))

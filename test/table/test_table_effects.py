@@ -7,8 +7,9 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.effects import TABLE_GATES
+from billiard_shot.table.effects import check_changes, TABLE_GATES
 from billiard_shot.table.effects.effect import AUTO, Look, report
+from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.trajectory import EventKind
 
@@ -176,3 +177,10 @@ def test_batches_are_forced_alike():
 
 def test_every_effect_can_be_left_to_its_gate():
     assert all(getattr(Effects(), gate.name) == AUTO for gate in TABLE_GATES)
+
+
+def test_effects_change_only_numbers_that_there_are():
+    """Until they were checked, an effect with a misspelt name did nothing, without a word."""
+    check_changes(TABLE_GATES, BallClothParams, TableParams)
+    with pytest.raises(TypeError, match='effect flight: off changes flight_gate, which is not'):
+        check_changes(TABLE_GATES, TableParams)

@@ -3,6 +3,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.table.effects.air import Bounce, Flight
 from billiard_shot.table.effects.cloth import Roll, Slide, SpinDecay
 from billiard_shot.table.effects.effect import (
+    check_changes,
     Effect,
     forced,
     Gate,
@@ -13,13 +14,12 @@ from billiard_shot.table.effects.effect import (
     Seen,
 )
 from billiard_shot.table.effects.meetings import BallBall, Cluster, Cushion, Pocket, Throw
-from billiard_shot.table.furniture import Furniture
-from billiard_shot.table.model import furniture_of, surface_of
-from billiard_shot.table.surface import Surface
+from billiard_shot.table.model import ball_cloth_params, table_params
+from billiard_shot.table.params import BallClothParams, TableParams
 
 __all__ = [
-    'Effect', 'Gate', 'Look', 'OFF', 'ON', 'Seen', 'TABLE_GATES', 'forced', 'numbers_on_table',
-    'report',
+    'Effect', 'Gate', 'Look', 'OFF', 'ON', 'Seen', 'TABLE_GATES', 'check_changes', 'forced',
+    'params_on_table', 'report',
 ]
 
 TABLE_GATES: tuple[Gate[Look], ...] = (
@@ -28,9 +28,12 @@ TABLE_GATES: tuple[Gate[Look], ...] = (
 )
 
 
-def numbers_on_table(scene: Scene) -> tuple[Surface, Furniture]:
-    """Collect the numbers of a scene's table, with the effects that it forces on or off."""
+check_changes(TABLE_GATES, BallClothParams, TableParams)
+
+
+def params_on_table(scene: Scene) -> tuple[BallClothParams, TableParams]:
+    """Collect the parameters of a scene's table, with the effects that it forces on or off."""
     return (
-        forced(surface_of(scene), TABLE_GATES, scene.effects),
-        forced(furniture_of(scene), TABLE_GATES, scene.effects),
+        forced(ball_cloth_params(scene), TABLE_GATES, scene.effects),
+        forced(table_params(scene), TABLE_GATES, scene.effects),
     )

@@ -1,9 +1,9 @@
 """What happens above the cloth: flight, and the bounces after it."""
 from typing import ClassVar
 
-from billiard_shot.table import surface
+from billiard_shot.table import params
 from billiard_shot.table.effects.effect import Gate, Look, OFF, ON, Seen
-from billiard_shot.table.motion import ACCELERATION, MOTION, Motion
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind, Trajectory
 
 
@@ -12,7 +12,7 @@ class Flight(Gate[Look]):
 
     name = 'flight'
     needs = 'a ball leaves the cloth, by more than the tolerance'
-    changes: ClassVar = {OFF: {'flight': surface.OFF}, ON: {'flight': surface.ON}}
+    changes: ClassVar = {OFF: {'flight_gate': params.OFF}, ON: {'flight_gate': params.ON}}
 
     def seen(self, look: Look) -> Seen:
         """Look for a ball that rises, and not too little."""
@@ -33,7 +33,9 @@ class Bounce(Gate[Look]):
 
     name = 'bounce'
     needs = 'a ball that has flown leaves the cloth again, by more than the tolerance'
-    changes: ClassVar = {OFF: {'restitution': 0.0}, ON: {'bounce': surface.ON}}
+    changes: ClassVar = {
+        OFF: {'cloth_restitution': 0.0}, ON: {'bounce_gate': params.ON},
+    }
 
     def seen(self, look: Look) -> Seen:
         """Bounces that are not done at once."""
@@ -51,7 +53,7 @@ class Bounce(Gate[Look]):
 def _flies(ball: Trajectory, first: bool = False) -> bool:
     """Whether a ball falls freely, in its first piece of motion or in any."""
     rows = ball.rows[:1] if first else ball.rows
-    flights = (rows[:, MOTION] == Motion.FLIGHT) & (rows[:, ACCELERATION + 2] != 0.0)
+    flights = (rows['motion'] == Motion.FLIGHT) & (rows['acceleration'][:, 2] != 0.0)
     return bool(flights.any())
 
 

@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from billiard_shot.table.effects.effect import Gate, Look, OFF, Seen
-from billiard_shot.table.motion import Motion, VERTICAL_SPIN
+from billiard_shot.table.motion import Motion
 
 
 class Slide(Gate[Look]):
@@ -14,7 +14,7 @@ class Slide(Gate[Look]):
 
     name = 'slide'
     needs = 'a ball slips on the cloth'
-    changes: ClassVar = {OFF: {'sliding': math.inf}}
+    changes: ClassVar = {OFF: {'sliding_friction': math.inf}}
 
     def seen(self, look: Look) -> Seen:
         """Look for a ball that slips."""
@@ -26,7 +26,7 @@ class Roll(Gate[Look]):
 
     name = 'roll'
     needs = 'a ball comes to roll'
-    changes: ClassVar = {OFF: {'rolling': 0.0}}
+    changes: ClassVar = {OFF: {'rolling_resistance': 0.0}}
 
     def seen(self, look: Look) -> Seen:
         """Look for a ball that rolls."""
@@ -43,7 +43,7 @@ class SpinDecay(Gate[Look]):
     def seen(self, look: Look) -> Seen:
         """Look for a ball that spins about the vertical, on a cloth that slows it."""
         turning = [name for name, ball in look.trajectories.items()
-                   if np.any(ball.rows[:, VERTICAL_SPIN])]
+                   if np.any(ball.rows['spin'][:, 2])]
         if turning and look.scene.cloth.spin_deceleration == 0.0:
             return Seen(False, 'the cloth does not slow spin about the vertical')
         return _seen(look, turning, 'spin about the vertical')

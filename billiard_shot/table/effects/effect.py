@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Effects, Scene
-from billiard_shot.table.motion import MOTION, Motion
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import EventKind, Trajectory
 
@@ -52,7 +52,7 @@ class Look:
     def that_do(self, motion: Motion) -> list[str]:
         """Names of the balls that are ever in a kind of motion."""
         return [name for name, ball in self.trajectories.items()
-                if np.any(ball.rows[:, MOTION] == motion)]
+                if np.any(ball.rows['motion'] == motion)]
 
     def events(self, *kinds: EventKind) -> list[TableEvent]:
         """Events of some kinds on the table, in the order of time."""
@@ -77,7 +77,7 @@ class Gate(ABC, Generic[L]):
     changes: ClassVar[Mapping[str, Mapping[str, Any]]]
 
     def force(self, numbers: N, wish: str) -> N:
-        """Numbers (a named tuple) as a wish changes them."""
+        """Return numbers (a named tuple) as a wish changes them; other tuples have the rest."""
         changes = self.changes.get(wish, {})
         mine = {name: value for name, value in changes.items() if hasattr(numbers, name)}
         return numbers._replace(**mine) if mine else numbers  # type: ignore[attr-defined]
@@ -85,6 +85,19 @@ class Gate(ABC, Generic[L]):
     @abstractmethod
     def seen(self, look: L) -> Seen:
         """Say whether it was simulated in a shot, and what of scene, stroke or motion decided."""
+
+
+def check_changes(gates: Iterable[Gate[Any]], *kinds: type[tuple[Any, ...]]) -> None:
+    """Raise TypeError if a gate changes a number that no kind of named tuple has."""
+    names = {name for kind in kinds for name in kind._fields}  # type: ignore[attr-defined]
+    for gate in gates:
+        for wish, changes in gate.changes.items():
+            unknown = sorted(set(changes) - names)
+            if unknown:
+                raise TypeError(
+                    f'effect {gate.name}: {wish} changes {", ".join(unknown)}, which is not a '
+                    f'number of {", ".join(kind.__name__ for kind in kinds)}'
+                )
 
 
 def forced(numbers: N, gates: Iterable[Gate[Any]], effects: Effects) -> N:

@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from billiard_shot.table import surface
+from billiard_shot.table import params
 from billiard_shot.table.effects.effect import Gate, Look, OFF, ON, Seen
 from billiard_shot.table.run import TableEvent
 from billiard_shot.table.trajectory import BallState, EventKind
@@ -36,7 +36,7 @@ class Pocket(Gate[Look]):
 
     name = 'pocket'
     needs = 'the path of a ball reaches one'
-    changes: ClassVar = {OFF: {'pockets': False}, ON: {'mouths': surface.ON}}
+    changes: ClassVar = {OFF: {'pockets': False}, ON: {'pocket_gate': params.ON}}
 
     def seen(self, look: Look) -> Seen:
         """Balls in pockets, and jaws that were hit."""
@@ -56,7 +56,7 @@ class BallBall(Gate[Look]):
 
     name = 'ball_ball'
     needs = 'the path of a ball reaches another one'
-    changes: ClassVar = {OFF: {'pairs': surface.OFF}, ON: {'pairs': surface.ON}}
+    changes: ClassVar = {OFF: {'pair_gate': params.OFF}, ON: {'pair_gate': params.ON}}
 
     def seen(self, look: Look) -> Seen:
         """Events of two balls or more."""
@@ -94,7 +94,7 @@ class Cluster(Gate[Look]):
 
     name = 'cluster'
     needs = 'a ball meets one that touches others, or a cushion'
-    changes: ClassVar = {OFF: {'gap': -1e-3}}  # m: nothing is ever so deep in something else
+    changes: ClassVar = {OFF: {'contact_gap': -1e-3}}  # m: nothing is ever so deep in another
 
     def seen(self, look: Look) -> Seen:
         """Events of more than two bodies."""

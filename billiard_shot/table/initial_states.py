@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.table.trajectory import BallState
 
-INPUT = 9  # columns of a ball's state: position, velocity, spin
+STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
 
 States = Mapping[str, BallState]
 
@@ -41,10 +41,10 @@ def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
     return rows
 
 
-def checked(scene: Scene, states: States) -> NDArray[np.float64]:
-    """(1, balls, INPUT) states, all of which can be."""
+def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
+    """Return states (1, balls, STATE_COLUMNS), all of which can be."""
     radius = scene.ball.radius
-    given = np.empty((1, len(states), INPUT))
+    array = np.empty((1, len(states), STATE_COLUMNS))
     for i, (name, state) in enumerate(states.items()):
         rows = _row(name, state)
         for k, (field, row) in enumerate(zip(('position', 'velocity', 'spin'), rows, strict=True)):
@@ -53,33 +53,36 @@ def checked(scene: Scene, states: States) -> NDArray[np.float64]:
                     f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
                     'be three finite numbers'
                 )
-            given[0, i, 3 * k : 3 * k + 3] = row
-        if given[0, i, 2] < radius * (1.0 - 1e-6):
+            array[0, i, 3 * k : 3 * k + 3] = row
+        if array[0, i, 2] < radius * (1.0 - 1e-6):
             raise ValueError(
-                f'states[{name!r}].position: {given[0, i, 2]:.6g} is not allowed as z; it must be '
+                f'states[{name!r}].position: {array[0, i, 2]:.6g} is not allowed as z; it must be '
                 f'at least the radius, {radius:g} (m)'
             )
         table = scene.table
         if table is not None and (
-            abs(given[0, i, 0]) > 0.5 * table.length or abs(given[0, i, 1]) > 0.5 * table.width
+            abs(array[0, i, 0]) > 0.5 * table.length or abs(array[0, i, 1]) > 0.5 * table.width
         ):
             raise ValueError(
-                f'states[{name!r}].position: ({given[0, i, 0]:g}, {given[0, i, 1]:g}) is not '
+                f'states[{name!r}].position: ({array[0, i, 0]:g}, {array[0, i, 1]:g}) is not '
                 f'allowed; it must be on the table, within {0.5 * table.length:g} and '
                 f'{0.5 * table.width:g} of its middle (m)'
             )
-    names, places = list(states), given[0, :, :3]
-    for i in range(len(names)):
-        gaps = np.linalg.norm(places[:i] - places[i], axis=1) - 2.0 * radius
-        for j in np.flatnonzero(gaps < -1e-9):
+    names, places = list(states), array[0, :, :3]
+    if len(names) > 1:
+        gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
+        np.fill_diagonal(gaps, 0.0)
+        if gaps.min() < -1e-9:
+            i, j = divmod(int(gaps.argmin()), len(names))
             raise ValueError(
-                f'states: balls {names[j]!r} and {names[i]!r} overlap by {-gaps[j]:.3g} m'
+                f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '
+                f'{-gaps[i, j]:.3g} m'
             )
-    return given
+    return array
 
 
-def many(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    """Names of the balls, and (tables, balls, INPUT) states."""
+def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+    """Return the names of the balls, and states (tables, balls, STATE_COLUMNS)."""
     if isinstance(states, Mapping):
         names = tuple(states)
         rows = [[np.atleast_2d(row) for row in _row(name, states[name])] for name in names]
@@ -89,13 +92,13 @@ def many(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np
                 f'states: arrays of {sorted(counts)} rows are not allowed; all must have as many'
             )
         tables = counts.pop() if counts else 1
-        given = np.empty((tables, len(names), INPUT))
+        array = np.empty((tables, len(names), STATE_COLUMNS))
         for i, ball in enumerate(rows):
             for k, row in enumerate(ball):
-                given[:, i, 3 * k : 3 * k + 3] = row
-        return names, given
+                array[:, i, 3 * k : 3 * k + 3] = row
+        return names, array
     names = tuple(states[0]) if len(states) else ()
-    given = np.empty((len(states), len(names), INPUT))
+    array = np.empty((len(states), len(names), STATE_COLUMNS))
     for t, table in enumerate(states):
         if set(table) != set(names):
             raise ValueError(
@@ -103,5 +106,5 @@ def many(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np
                 f'same, {sorted(names)}'
             )
         for i, name in enumerate(names):
-            given[t, i] = np.concatenate(_row(name, table[name]))
-    return names, given
+            array[t, i] = np.concatenate(_row(name, table[name]))
+    return names, array

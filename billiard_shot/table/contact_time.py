@@ -1,19 +1,23 @@
 """
-When a gap closes: the first root of a polynomial of fourth degree, found without a doubt.
+When a gap closes: the first root of a polynomial of fourth degree, none of which is missed.
 
-On an interval the polynomial lies between its Bernstein coefficients. None below zero: no root.
-One change of sign among them: exactly one root (variation diminishing property; Farin, Curves and
-Surfaces for CAGD, ch. 5), which Newton's method finds inside a bracket. More: look at the half.
+On an interval the polynomial lies between its Bernstein coefficients. If none is below zero, there
+is no root. If their sign changes once, there is exactly one root (variation diminishing property;
+Farin, Curves and Surfaces for CAGD, ch. 5), and Newton's method finds it inside a bracket. If the
+sign changes more often, half of the interval is looked at.
 """
-import numpy as np
+import math
 
-from billiard_shot.compiled import fused
+from billiard_shot.compiled import inner
 
-NARROW = 1e-7  # part of the interval in which a gap that closes and opens again is no event
+NARROW = 1e-7  # of the interval: a gap that closes and opens again in less is not an event
 HORIZON = 1e5  # s: as far as endless motions are looked at
+TOUCH_GAP = 1e-10  # m
+PRESSED_GAP = 5e-10  # m
+MIN_CLOSING_SPEED = 1e-5  # m/s
 
 
-@fused
+@inner
 def refine(
     a: float, b: float, c: float, d: float, e: float, low: float, high: float
 ) -> float:
@@ -28,14 +32,14 @@ def refine(
             low = x
         else:
             high = x
-        step = x - value / slope if slope < 0.0 else np.inf
+        step = x - value / slope if slope < 0.0 else math.inf
         if abs(step - x) <= 2e-16 * x or high - low <= 2e-16 * high:
             return x
         x = step if low < step < high else 0.5 * (low + high)
     return x
 
 
-@fused
+@inner
 def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
     """First x of (0, 1] where a + b x + c x^2 + d x^3 + e x^4, a > 0, turns negative, or inf."""
     low, width = 0.0, 1.0
@@ -62,32 +66,28 @@ def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
                 return low
         else:
             width *= 0.5
-    return np.inf
+    return math.inf
 
 
-@fused
-def first_contact(
+@inner
+def contact_time(
     a: float, b: float, c: float, d: float, e: float, end: float, scale: float
 ) -> float:
     """
     When a gap a + b t + c t^2 + d t^3 + e t^4 closes: the first such time in [0, end], or inf.
 
-    `scale` is the polynomial's value per metre of the gap. Bodies within TOUCH of each other
-    touch: if they part, the contact that is over is divided out; if they approach, they meet at
-    once; if they do neither (below STILL), they meet when they are pressed together by PRESSED.
+    `scale` is the polynomial's value per metre of the gap. Bodies within TOUCH_GAP of each other
+    touch. If they part, the contact that is over is divided out. If they approach, they meet at
+    once. If they do neither (below MIN_CLOSING_SPEED), they meet when they are pressed together by
+    PRESSED_GAP.
     """
-    if a <= TOUCH * scale:
-        if b < -STILL * scale:
+    if a <= TOUCH_GAP * scale:
+        if b < -MIN_CLOSING_SPEED * scale:
             return 0.0
-        if b > STILL * scale:
+        if b > MIN_CLOSING_SPEED * scale:
             a, b, c, d, e = b, c, d, e, 0.0
         else:
-            a = max(a + PRESSED * scale, 0.1 * PRESSED * scale)
+            a = max(a + PRESSED_GAP * scale, 0.1 * PRESSED_GAP * scale)
     span = min(end, HORIZON)
     square = span * span
     return span * first_root(a, b * span, c * square, d * square * span, e * square * square)
-
-
-TOUCH = 1e-10  # m
-PRESSED = 5e-10  # m
-STILL = 1e-5  # m/s

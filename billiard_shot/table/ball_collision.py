@@ -1,0 +1,111 @@
+"""Two balls: when they meet, and what that does to them."""
+import math
+
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.records import Vector
+from billiard_shot.table.ball_impact import apply_impulse, friction_impulse_per_slip, slip_at
+from billiard_shot.table.contact_time import contact_time
+from billiard_shot.table.geometry import TableNumbers
+from billiard_shot.table.motion import Ball, FLIGHT
+from billiard_shot.table.params import BallClothParams
+
+OVERLAP = 1e-10  # m
+CLEAR = 1e-6  # m: two balls that stay farther apart than this along an axis do not meet;
+SOON = 100.0  # s: but rounding could say otherwise in a polynomial over a longer time
+
+
+@innermost
+def stays_beyond(x: float, v: float, h: float, time: float, distance: float) -> bool:
+    """Whether x + v t + h t^2 certainly stays beyond a distance from 0 for t from 0 to a time."""
+    if x > distance:
+        return x + ((v if v < 0.0 else 0.0) + (h if h < 0.0 else 0.0) * time) * time > distance
+    if x < -distance:
+        return x + ((v if v > 0.0 else 0.0) + (h if h > 0.0 else 0.0) * time) * time < -distance
+    return False
+
+
+@inner
+def collision_time(a: Ball, b: Ball, now: float, end: float, diameter: float) -> float:
+    """Time at which two balls meet, if they go on as they do until `end`; else inf."""
+    s, t, lasting = now - a.time, now - b.time, end - now
+    p, q, u, w = a.position, b.position, a.velocity, b.velocity
+    f, g = a.acceleration[0], b.acceleration[0]
+    x = p[0] - q[0] + (u[0] + 0.5 * f * s) * s - (w[0] + 0.5 * g * t) * t
+    vx = u[0] + f * s - w[0] - g * t
+    hx = 0.5 * (f - g)
+    if lasting < SOON and stays_beyond(x, vx, hx, lasting, diameter + CLEAR):
+        return math.inf
+    f, g = a.acceleration[1], b.acceleration[1]
+    y = p[1] - q[1] + (u[1] + 0.5 * f * s) * s - (w[1] + 0.5 * g * t) * t
+    vy = u[1] + f * s - w[1] - g * t
+    hy = 0.5 * (f - g)
+    if lasting < SOON and stays_beyond(y, vy, hy, lasting, diameter + CLEAR):
+        return math.inf
+    c0 = -diameter * diameter + x * x + y * y
+    c1 = 2.0 * x * vx + 2.0 * y * vy
+    c2 = vx * vx + 2.0 * x * hx + (vy * vy + 2.0 * y * hy)
+    c3 = 2.0 * vx * hx + 2.0 * vy * hy
+    c4 = hx * hx + hy * hy
+    if a.motion == FLIGHT or b.motion == FLIGHT:  # others are as high as each other, for good
+        f, g = a.acceleration[2], b.acceleration[2]
+        z = p[2] - q[2] + (u[2] + 0.5 * f * s) * s - (w[2] + 0.5 * g * t) * t
+        vz = u[2] + f * s - w[2] - g * t
+        hz = 0.5 * (f - g)
+        c0 += z * z
+        c1 += 2.0 * z * vz
+        c2 += vz * vz + 2.0 * z * hz
+        c3 += 2.0 * vz * hz
+        c4 += hz * hz
+    return now + contact_time(c0, c1, c2, c3, c4, lasting, 2.0 * diameter)
+
+
+@inner
+def line_of_centres(a: Ball, b: Ball) -> tuple[float, float, float, float]:
+    """Find the unit vector from ball b to ball a, and the distance of their centres [m]."""
+    x = a.position[0] - b.position[0]
+    y = a.position[1] - b.position[1]
+    z = a.position[2] - b.position[2]
+    distance = math.sqrt(x * x + y * y + z * z)
+    if distance == 0.0:
+        return 1.0, 0.0, 0.0, 0.0
+    return x / distance, y / distance, z / distance, distance
+
+
+@innermost
+def relative_component(a: Vector, b: Vector, x: float, y: float, z: float) -> float:
+    """Component along (x, y, z) of a vector relative to another one."""
+    return x * (a[0] - b[0]) + y * (a[1] - b[1]) + z * (a[2] - b[2])
+
+
+@inner
+def collide_balls(
+    params: BallClothParams, n: TableNumbers, a: Ball, b: Ball, restitution: float
+) -> None:
+    """
+    Change the velocities and spins of two equal balls that meet: restitution and friction.
+
+    Friction after Alciatore (technical proof TP A.14): its coefficient depends on the slip.
+    """
+    x, y, z, distance = line_of_centres(a, b)
+    overlap = 2.0 * params.radius - distance
+    if overlap > OVERLAP:  # pressed together by their motion on the cloth
+        shift = 0.5 * overlap
+        a.position[0] += shift * x
+        a.position[1] += shift * y
+        a.position[2] += shift * z
+        b.position[0] -= shift * x
+        b.position[1] -= shift * y
+        b.position[2] -= shift * z
+    p, q, s = slip_at(a, -params.radius, x, y, z)
+    u, v, w = slip_at(b, params.radius, x, y, z)
+    u, v, w = p - u, q - v, s - w
+    slip = math.sqrt(u * u + v * v + w * w)
+    push = (
+        -0.5 * params.mass * (1.0 + restitution)
+        * relative_component(a.velocity, b.velocity, x, y, z)
+    )
+    friction = n.friction_fast + n.friction_slow * math.exp(-n.friction_decay * slip)
+    drag = friction_impulse_per_slip(params, push, slip, friction, 2.0)
+    u, v, w = push * x - drag * u, push * y - drag * v, push * z - drag * w
+    apply_impulse(params, a, -params.radius, x, y, z, u, v, w)
+    apply_impulse(params, b, params.radius, x, y, z, -u, -v, -w)

@@ -1,0 +1,236 @@
+"""
+What happens to balls on the table: a segment that ends, a meeting; and how each goes on.
+
+Balls that meet slowly stay together, and are set apart by a micrometre; an impact of more than two
+bodies is left to cluster.py.
+"""
+import math
+
+from billiard_shot.compiled import inner
+from billiard_shot.table.ball_collision import collide_balls, line_of_centres, relative_component
+from billiard_shot.table.ball_impact import MIN_APPROACH_SPEED
+from billiard_shot.table.cushion import collide_cushion, edge_contact
+from billiard_shot.table.flight import bounce, lumped_bounce_error
+from billiard_shot.table.flight_boundary import outside_noses
+from billiard_shot.table.geometry import Table
+from billiard_shot.table.motion import (
+    advance,
+    BALL,
+    Ball,
+    CUSHION,
+    FLIGHT,
+    NOTHING,
+    OFF,
+    OFF_TABLE,
+    OWN,
+    POCKET,
+    POCKETED,
+    START,
+    stop_ball,
+)
+from billiard_shot.table.params import AUTO, BallClothParams
+from billiard_shot.table.params import OFF as NEVER
+from billiard_shot.table.rolling_boundary import beside_nose, HOLES, OUTSIDE
+from billiard_shot.table.segments import end_segment, start_segment
+from billiard_shot.table.simulation_state import (
+    energy_of,
+    log_event,
+    log_segment,
+    position_at,
+    predict_boundary_event,
+    Simulation,
+    touches_another,
+)
+
+APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
+
+
+@inner
+def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) -> None:
+    """
+    Let the cloth answer to an impact that pushed a ball into it or off it.
+
+    Hops below the tolerance [m] are skipped, together with their small cloth impulse.
+    """
+    ball.bounces = 0
+    ball.landing_speed = 0.0
+    up = ball.velocity[2]
+    if ball.position[2] > params.radius or up == 0.0:
+        return
+    small = (
+        params.flight_gate == AUTO
+        and lumped_bounce_error(params, ball, abs(up)) <= tolerance
+    )
+    if small or params.flight_gate == NEVER:
+        ball.velocity[2] = 0.0
+    elif up < 0.0:
+        bounce(params, ball)
+        ball.bounces = 0
+
+
+@inner
+def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
+    """Begin the segment that follows an event, and find what its ball meets of the table."""
+    ball.cause = cause
+    if ball.motion <= FLIGHT:
+        if cause != OWN and cause != START:
+            apply_cloth_response(table.params, ball, table.numbers.hop_tolerance)
+        start_segment(table.params, ball, table.numbers.tolerance)
+    log_segment(s, ball)
+    predict_boundary_event(table, s, ball)
+
+
+@inner
+def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
+    """Let a ball's segment end by itself."""
+    motion, cause = ball.motion, OWN
+    advance(ball, ball.end)
+    before = energy_of(table.params, ball)
+    if motion == FLIGHT and not table.numbers.endless and outside_noses(table.numbers, ball):
+        stop_ball(ball, OFF_TABLE)
+        cause = OFF
+    else:
+        end_segment(table.params, ball)
+    after = energy_of(table.params, ball)
+    start_next_segment(table, s, ball, cause)
+    log_event(s, ball.time, cause, ball, NOTHING, before, after, motion)
+
+
+@inner
+def separate(
+    table: Table, s: Simulation, ball: Ball, space: float, x: float, y: float, z: float
+) -> None:
+    """Shift a ball by half of a space along (x, y, z), if nothing is in its way."""
+    n, radius, shift = table.numbers, table.params.radius, 0.5 * space
+    px, py = ball.position[0] + shift * x, ball.position[1] + shift * y
+    pz = ball.position[2]
+    if pz > radius:
+        pz += shift * z
+    if n.nose_standoff > 0.0 and (
+        abs(px) > n.centre_half_length or abs(py) > n.centre_half_width
+    ):
+        return
+    for i in range(len(s.balls)):
+        if i == ball.ball or s.balls[i].motion > FLIGHT:
+            continue
+        u, v, t = position_at(s.balls[i], ball.time)
+        u, v, t = px - u, py - v, pz - t
+        inside = u * u + v * v + t * t <= 4.0 * radius * radius
+        if inside and u * x + v * y + t * z < 0.0:
+            return
+    ball.position[0], ball.position[1], ball.position[2] = px, py, pz
+
+
+@inner
+def collide_with_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
+    """Let a ball collide with a nose, facing or arc."""
+    x, y, z, lying = edge_contact(table, ball, feature)
+    approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
+    slow = approach <= MIN_APPROACH_SPEED
+    restitution = 0.0 if slow else table.numbers.cushion_restitution
+    collide_cushion(table, ball, lying, x, y, z, restitution)
+    if slow and lying:
+        separate(table, s, ball, 2.0 * APART, x, y, 0.0)
+
+
+@inner
+def defer_to_cluster(s: Simulation, time: float, ball: int, other: int) -> None:
+    """Stop for an impact of three bodies or more."""
+    p = s.progress
+    p.pending, p.unsolved, p.time, p.ball, p.other = True, 0, time, ball, other
+
+
+@inner
+def touches_nose(table: Table, ball: Ball, time: float) -> bool:
+    """Whether a lying ball touches a nose at a time."""
+    n = table.numbers
+    x, y, z = position_at(ball, time)
+    for nose in range(4):
+        out = abs(x) - n.centre_half_length if nose < 2 else abs(y) - n.centre_half_width
+        if z == table.params.radius and abs(out) <= n.contact_gap and beside_nose(n, nose, x, y):
+            return True
+    return False
+
+
+@inner
+def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float) -> bool:
+    """Whether either of two balls that meet touches another one, or a nose."""
+    reach = 2.0 * table.params.radius + table.numbers.contact_gap
+    return (
+        touches_another(s, i, j, time, reach) or touches_another(s, j, i, time, reach)
+        or touches_nose(table, s.balls[i], time) or touches_nose(table, s.balls[j], time)
+    )
+
+
+@inner
+def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
+    """Let a ball meet something of the table."""
+    params, feature, cause = table.params, ball.boundary_feature, CUSHION
+    advance(ball, ball.boundary_time)
+    before, motion = energy_of(params, ball), ball.motion
+    reach = 2.0 * params.radius + table.numbers.contact_gap
+    lies = ball.position[2] == params.radius  # one in the air strikes the cushion by itself
+    if lies and feature < HOLES and touches_another(s, ball.ball, ball.ball, ball.time, reach):
+        defer_to_cluster(s, ball.time, ball.ball, ball.ball)
+        return
+    if feature == OUTSIDE:
+        cause, feature = OFF, NOTHING
+        stop_ball(ball, OFF_TABLE)
+    elif feature >= HOLES:
+        cause, feature = POCKET, feature - HOLES
+        ball.pocket = feature
+        stop_ball(ball, POCKETED)
+    else:
+        collide_with_edge(table, s, ball, feature)
+    after = energy_of(params, ball)
+    start_next_segment(table, s, ball, cause)
+    log_event(s, ball.time, cause, ball, feature, before, after, motion)
+
+
+@inner
+def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -> None:
+    """Let two balls meet."""
+    params, a, b = table.params, s.balls[i], s.balls[j]
+    advance(a, time)
+    advance(b, time)
+    before, motion = energy_of(params, a) + energy_of(params, b), a.motion
+    x, y, z, distance = line_of_centres(a, b)
+    approach = -relative_component(a.velocity, b.velocity, x, y, z)
+    slow = approach <= MIN_APPROACH_SPEED
+    if not slow and is_cluster(table, s, i, j, time):
+        defer_to_cluster(s, time, i, j)
+        return
+    collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
+    if slow:
+        space = APART - distance + 2.0 * params.radius
+        separate(table, s, a, space, x, y, z)
+        separate(table, s, b, space, -x, -y, -z)
+    if a.first_contact == NOTHING:
+        a.first_contact = j
+    start_next_segment(table, s, a, BALL)
+    if b.first_contact == NOTHING:
+        b.first_contact = i
+    start_next_segment(table, s, b, BALL)
+    after = energy_of(params, a) + energy_of(params, b)
+    log_event(s, time, BALL, a, j, before, after, motion)
+
+
+@inner
+def next_event(s: Simulation) -> tuple[float, int, int]:
+    """When something happens next, and to which ball; with another one, or itself, or NOTHING."""
+    time, ball, other = math.inf, NOTHING, NOTHING
+    count = len(s.balls)
+    for i in range(count):
+        end = s.balls[i].end
+        if end < time:
+            time, ball = end, i
+    for i in range(count):
+        end = s.balls[i].boundary_time
+        if end < time:
+            time, ball, other = end, i, i
+    for i in range(count):
+        row = s.collisions[i]
+        for j in range(i + 1, count):
+            if row[j] < time:
+                time, ball, other = row[j], i, j
+    return time, ball, other

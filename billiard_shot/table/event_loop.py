@@ -1,0 +1,242 @@
+"""
+A table that is simulated to its end: event by event, in the order of their times.
+
+If times are equal the order is: ends of segments, then what balls meet of the table, then what
+balls meet; among these in the order of the balls. Three or more bodies in touch are one event
+(cluster.py). That order, and nothing else, decides; so runs are the same to the bit.
+"""
+import math
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.compiled import entry, inner
+from billiard_shot.records import record, Storage, Vector3
+from billiard_shot.status import Status
+from billiard_shot.table.event_handlers import (
+    handle_boundary,
+    handle_collision,
+    handle_segment_end,
+    next_event,
+    start_next_segment,
+)
+from billiard_shot.table.geometry import edges_of, Jaw, numbers_of, Pocket, Table, TableNumbers
+from billiard_shot.table.initial_states import STATE_COLUMNS
+from billiard_shot.table.motion import (
+    Ball,
+    CLUSTER,
+    NOTHING,
+    OFF_TABLE,
+    Segment,
+    START,
+    start_ball,
+)
+from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
+from billiard_shot.table.roll_out import ending
+from billiard_shot.table.simulation_state import (
+    Event,
+    never,
+    predict_collisions,
+    Progress,
+    Simulation,
+)
+
+OK = int(Status.OK)
+BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+TABLE_OFF = int(Status.OFF_TABLE)
+INVALID_REQUEST = int(Status.INVALID_REQUEST)
+
+CLUSTER_PENDING = -1  # a status of `run_events`
+MAX_INITIAL_OVERLAP = 1e-9  # m: that a given state may have by rounding
+MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
+
+
+@record
+class BallOutcome:
+    """How a ball ends."""
+
+    position: Vector3  # m
+    velocity: Vector3  # m/s
+    spin: Vector3  # rad/s
+    motion: int  # Motion
+    pocket: int  # in which it lies, or NOTHING
+    first_contact: int  # index of the first ball that it met, or NOTHING
+
+
+@record
+class TableOutcome:
+    """How the simulation of a table ends."""
+
+    duration: float  # s
+    status: int  # Status
+    segments: int  # of this table and all before it
+    events: int
+    searches: int  # contacts looked for
+
+
+@inner
+def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
+    """Let the balls go on that were put somewhere, or that took part in an impact of several."""
+    for i in range(len(s.balls)):
+        if s.balls[i].modified:
+            start_next_segment(table, s, s.balls[i], cause)
+    for i in range(len(s.balls)):
+        if s.balls[i].modified:
+            predict_collisions(table, s, i, now)
+        s.balls[i].modified = False
+    s.progress.pending = False
+
+
+@inner
+def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int]:
+    """
+    Simulate until nothing moves, or only endlessly, or several bodies meet.
+
+    Return when that is [s], and the status: of the table, or CLUSTER_PENDING.
+    """
+    p = s.progress
+    now = p.time
+    if p.unsolved != OK:
+        p.pending = False
+        return now, p.unsolved
+    resume(table, s, CLUSTER if p.pending else START, now)
+    while True:
+        time, i, j = next_event(s)
+        if time == math.inf:
+            break
+        if p.events >= max_events:
+            return now, BUDGET_EXCEEDED
+        now = time
+        if j == NOTHING:
+            handle_segment_end(table, s, s.balls[i])
+        elif j == i:
+            handle_boundary(table, s, s.balls[i])
+        else:
+            handle_collision(table, s, i, j, now)
+        if p.pending:
+            return now, CLUSTER_PENDING
+        predict_collisions(table, s, i, now)
+        if j != NOTHING and j != i:
+            predict_collisions(table, s, j, now)
+    status = OK
+    for i in range(len(s.balls)):
+        ball = s.balls[i]
+        own = TABLE_OFF if ball.motion == OFF_TABLE else ending(table.params, ball)
+        status = max(status, own)
+    return now, status
+
+
+@inner
+def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
+    """Put balls where they are given to be; return whether they can be there."""
+    p = s.progress
+    p.events, p.searches, p.unsolved = 0, 0, OK  # segments go on: those of all tables
+    p.pending, p.time = False, 0.0
+    for i in range(len(s.balls)):
+        ball, state = s.balls[i], states[i]
+        for k in range(STATE_COLUMNS):
+            if not math.isfinite(state[k]):
+                return False
+        for k in range(3):
+            ball.position[k], ball.velocity[k] = state[k], state[3 + k]
+            ball.spin[k] = state[6 + k]
+        start_ball(ball, ball.position, ball.velocity, ball.spin)
+        ball.ball, ball.modified = i, True
+        if ball.position[2] < params.radius * MIN_HEIGHT:
+            return False
+        for j in range(i):
+            square = 0.0
+            for k in range(3):
+                apart = ball.position[k] - s.balls[j].position[k]
+                square += apart * apart
+            if math.sqrt(square) < 2.0 * params.radius - MAX_INITIAL_OVERLAP:
+                return False
+    return True
+
+
+@inner
+def write_outcome(ball: Ball, outcome: BallOutcome) -> None:
+    """Write how a ball ends."""
+    for k in range(3):
+        outcome.position[k], outcome.velocity[k] = ball.position[k], ball.velocity[k]
+        outcome.spin[k] = ball.spin[k]
+    outcome.motion, outcome.pocket = ball.motion, ball.pocket
+    outcome.first_contact = ball.first_contact
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    """One ball on the cloth."""
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
+    five, two = (1.0,) * 5, (1.0,) * 2
+    table = TableParams(
+        math.inf, math.inf, False, HAN, *(1.0,) * 5, five, five, two, two, *(1.0,) * 6
+    )
+    states = np.zeros((1, 1, STATE_COLUMNS))
+    states[0, 0, 2] = 1.0
+    return (
+        params, numbers_of(storage, params, table, 1.0, 1.0), *edges_of(storage, table, 1.0),
+        storage.array(states), 0, 1, storage.records(Ball, 1), never(storage, 1),
+        storage.records(Progress, 1), storage.records(Segment, 0), storage.records(Event, 0),
+        storage.records(BallOutcome, 1), storage.records(TableOutcome, 1),
+    )
+
+
+@entry(_example)
+def simulate_tables(
+    params: BallClothParams,
+    numbers: list[TableNumbers],
+    jaws: list[Jaw],
+    pockets: list[Pocket],
+    states: Any,
+    first: int,
+    max_events: int,
+    balls: list[Ball],
+    collisions: Any,
+    progress: list[Progress],
+    segments: list[Segment],
+    events: list[Event],
+    ball_outcomes: list[BallOutcome],
+    table_outcomes: list[TableOutcome],
+) -> int:
+    """
+    Simulate tables, one after the other, each to its end or until several bodies meet.
+
+    Parameters
+    ----------
+    params, numbers, jaws, pockets : BallClothParams, 1 TableNumbers, records
+        The same for all tables, see `Table`.
+    states : (tables, balls, STATE_COLUMNS) floats
+    first : int
+        The first table; if an impact of several bodies was pending, it is the one that goes on.
+    max_events : int
+        Of a table.
+    balls, collisions, progress : n Ball, (n, n) floats, 1 Progress
+        Of the present table; at first new, and `never`.
+    segments, events : records, written
+        Segments of all tables and events of the last one, as far as there is room.
+    ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
+
+    Returns
+    -------
+    table : int
+        The one at which an impact of several bodies is pending, or the number of tables: all are
+        simulated.
+
+    """
+    table = Table(params, numbers[0], jaws, pockets)
+    p, count, number = progress[0], len(balls), first
+    s = Simulation(balls, collisions, p, segments, events)
+    while number < len(states):
+        outcome = table_outcomes[number]
+        if p.pending or load_states(params, s, states[number]):
+            outcome.duration, outcome.status = run_events(table, s, max_events)
+            if p.pending:
+                break
+        else:
+            outcome.duration, outcome.status = 0.0, INVALID_REQUEST
+        outcome.segments, outcome.events = p.segments, p.events
+        outcome.searches = p.searches
+        for i in range(count):
+            write_outcome(balls[i], ball_outcomes[number * count + i])
+        number += 1
+    return number

@@ -1,0 +1,157 @@
+"""
+When a ball in the air meets something of the table, or flies over it.
+
+The noses are edges at their height. The distance of the ball's centre from an edge changes no
+faster than the ball moves. So the search goes on by the time that this distance leaves, again and
+again, and misses nothing. That is slow if a ball comes close without touching, but few balls fly,
+and not for long.
+"""
+import math
+
+from billiard_shot.compiled import inner
+from billiard_shot.table.contact_time import MIN_CLOSING_SPEED, TOUCH_GAP
+from billiard_shot.table.geometry import Pocket, POCKETS, Table, TableNumbers
+from billiard_shot.table.motion import Ball, NOTHING
+from billiard_shot.table.rolling_boundary import (
+    ARCS,
+    beside_nose,
+    crossing_time,
+    FACINGS,
+    HOLES,
+    OUTSIDE,
+)
+
+MAX_STEPS = 2000
+NEAR = 1e-12  # m
+SKIP = 1e-5  # s: how long a ball that just left an edge is not looked at
+
+
+@inner
+def edge_at(table: Table, feature: int, x: float, y: float) -> tuple[float, float, float]:
+    """Horizontal direction from an edge to a point, and its distance, negative behind the edge."""
+    if feature < FACINGS:
+        sign = 1.0 if feature % 2 == 0 else -1.0
+        if feature < 2:
+            return -sign, 0.0, table.numbers.nose_half_length - sign * x
+        return 0.0, -sign, table.numbers.nose_half_width - sign * y
+    if feature < ARCS:
+        jaw = table.jaws[feature - FACINGS]
+        away = (x - jaw.start_x) * jaw.normal_x + (y - jaw.start_y) * jaw.normal_y
+        return jaw.normal_x, jaw.normal_y, away
+    jaw = table.jaws[feature - ARCS]
+    dx, dy = x - jaw.arc_x, y - jaw.arc_y
+    distance = math.sqrt(dx * dx + dy * dy)
+    if distance == 0.0:
+        return 1.0, 0.0, -jaw.arc_radius
+    return dx / distance, dy / distance, distance - jaw.arc_radius
+
+
+@inner
+def projects_onto_edge(table: Table, feature: int, x: float, y: float) -> bool:
+    """Whether the point of an edge that is nearest to (x, y) belongs to it."""
+    if feature < FACINGS:
+        return beside_nose(table.numbers, feature, x, y)
+    if feature < ARCS:
+        jaw = table.jaws[feature - FACINGS]
+        lx, ly = jaw.end_x - jaw.start_x, jaw.end_y - jaw.start_y
+        along = (x - jaw.start_x) * lx + (y - jaw.start_y) * ly
+        return 0.0 <= along <= lx * lx + ly * ly
+    return True
+
+
+@inner
+def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
+    """Time from now until a ball in the air touches an edge, if before `end`; else inf."""
+    radius, height = table.params.radius, table.numbers.nose_height
+    px, py, pz = ball.position[0], ball.position[1], ball.position[2]
+    vx, vy, climb = ball.velocity[0], ball.velocity[1], ball.velocity[2]
+    az = ball.acceleration[2]
+    fall = climb + az * end
+    fastest = math.sqrt(vx * vx + vy * vy + max(climb * climb, fall * fall)) + 1e-9
+    t = 0.0
+    for _ in range(MAX_STEPS):
+        x, y = px + vx * t, py + vy * t
+        z = pz + (climb + 0.5 * az * t) * t - height
+        nx, ny, away = edge_at(table, feature, x, y)
+        distance = math.sqrt(away * away + z * z)
+        gap = distance - radius
+        if gap <= TOUCH_GAP:
+            speed = away * (nx * vx + ny * vy) + z * (climb + az * t)
+            least = MIN_CLOSING_SPEED if t == 0.0 else 0.0
+            closing = distance > 0.0 and -speed / distance > least
+            if closing and projects_onto_edge(table, feature, x, y):
+                return t
+            t += SKIP
+        else:
+            t += max(gap - NEAR, 0.5 * NEAR) / fastest
+        if t > end:
+            break
+    return math.inf
+
+
+@inner
+def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
+    """When a ball in the air meets something of the table before it lands, and what."""
+    n, radius = table.numbers, table.params.radius
+    end, feature = ball.end - ball.time, NOTHING
+    px, py, vx, vy = ball.position[0], ball.position[1], ball.velocity[0], ball.velocity[1]
+    for k in range(2):
+        side = 1.0 if k == 0 else -1.0
+        t = min(
+            crossing_time(n.nose_half_length + n.cushion_depth - side * px, side * vx, 0.0),
+            crossing_time(n.nose_half_width + n.cushion_depth - side * py, side * vy, 0.0),
+        )
+        if t < end:
+            end, feature = t, OUTSIDE
+    clearance = min(
+        n.nose_half_length - max(abs(px), abs(px + vx * end)),
+        n.nose_half_width - max(abs(py), abs(py + vy * end)),
+    )
+    if clearance > radius and n.corner_end == 0.0:
+        return (ball.time + end if feature != NOTHING else math.inf), feature
+    for edge in range(4 if n.corner_end == 0.0 else HOLES):
+        t = reach_edge(table, ball, edge, end)
+        if t < end:
+            end, feature = t, edge
+    for pocket in range(POCKETS if n.corner_end > 0.0 else 0):
+        t = pocket_drop_time(table.pockets[pocket], n.nose_height + radius, ball, end)
+        if t < end:
+            end, feature = t, HOLES + pocket
+    return (ball.time + end if feature != NOTHING else math.inf), feature
+
+
+@inner
+def pocket_drop_time(
+    pocket: Pocket, capture_height: float, ball: Ball, end: float
+) -> float:
+    """Time from now until a ball is over a hole and its centre not above a height; or inf."""
+    dx, dy = ball.position[0] - pocket.hole_x, ball.position[1] - pocket.hole_y
+    height = ball.position[2]
+    vx, vy, climb = ball.velocity[0], ball.velocity[1], ball.velocity[2]
+    gravity = -ball.acceleration[2]
+    a, b = vx * vx + vy * vy, dx * vx + dy * vy
+    c = dx * dx + dy * dy - pocket.hole_radius * pocket.hole_radius
+    square = b * b - a * c
+    begin, leave = 0.0, math.inf
+    if square > 0.0 and a != 0.0:
+        root = math.sqrt(square)
+        begin, leave = max((-b - root) / a, 0.0), (-b + root) / a
+    elif c > 0.0:
+        return math.inf
+    leave = min(leave, end)
+    if begin >= leave:
+        return math.inf
+    # low at the beginning, or coming down to that height before it has left
+    if height + (climb - 0.5 * gravity * begin) * begin <= capture_height:
+        return begin
+    if gravity <= 0.0:
+        return math.inf
+    fall = max(climb * climb + 2.0 * gravity * (height - capture_height), 0.0)
+    down = (climb + math.sqrt(fall)) / gravity
+    return down if begin <= down <= leave else math.inf
+
+
+@inner
+def outside_noses(n: TableNumbers, ball: Ball) -> bool:
+    """Whether a ball is behind the line of noses, so that it does not land on the bed."""
+    return abs(ball.position[0]) > n.nose_half_length or abs(ball.position[1]) > n.nose_half_width

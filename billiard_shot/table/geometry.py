@@ -1,0 +1,209 @@
+"""
+What balls meet on the table, in the form that compiled code takes: numbers, then lines and arcs.
+
+Pockets are numbered 0 to 5: corners in the quadrants (+, +), (-, +), (-, -), (+, -) of (x, y),
+then the sides at y > 0 and y < 0. Each has two jaws, numbered 2 p and 2 p + 1: an arc that rounds
+off the end of a nose, and the facing that goes on from it into the pocket.
+"""
+from collections.abc import Callable
+from functools import lru_cache
+import math
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+from billiard_shot.records import OBJECTS, record, Storage
+from billiard_shot.table.params import BallClothParams, Mouth, ON, TableParams
+
+POCKETS = 6
+
+P = ParamSpec('P')
+R = TypeVar('R')
+
+
+def _kept(function: Callable[P, R]) -> Callable[P, R]:
+    """Keep the last results of a function; nobody may change them."""
+    kept: Any = lru_cache(maxsize=64)(function)
+    return kept
+
+
+@record
+class TableNumbers:
+    """A table, and how balls meet it and each other; lengths in m."""
+
+    endless: bool  # there are no cushions
+    centre_half_length: float  # of where a lying ball's centre can be
+    centre_half_width: float
+    nose_standoff: float  # horizontal distance from a nose at which a lying ball touches it
+    nose_half_length: float  # of the rectangle of the noses
+    nose_half_width: float
+    corner_end: float  # from the corner to the straight nose's end, along the nose; 0: no pockets
+    side_end: float  # from the middle of a long side to the straight nose's end
+    nose_height: float
+    cushion_depth: float
+    cushion_model: int
+    cushion_restitution: float
+    cushion_friction: float
+    cushion_stiffness: float
+    ball_restitution: float
+    friction_fast: float
+    friction_slow: float
+    friction_decay: float
+    ball_stiffness: float
+    contact_gap: float
+    pair_gate: int
+    tolerance: float  # for leaving out bounces of a ball that flies
+    hop_tolerance: float  # for leaving out hops after impacts
+
+
+@record
+class Jaw:
+    """An arc at the end of a nose, and the facing that goes on from it [m]."""
+
+    arc_x: float  # centre
+    arc_y: float
+    arc_radius: float
+    start_x: float  # of the facing
+    start_y: float
+    end_x: float
+    end_y: float
+    normal_x: float  # of the facing, a unit vector into the mouth
+    normal_y: float
+
+
+@record
+class Pocket:
+    """A hole, and the rectangle in which a ball's centre can meet anything of the pocket [m]."""
+
+    hole_x: float  # centre
+    hole_y: float
+    hole_radius: float
+    bounds_x: float  # centre
+    bounds_y: float
+    bounds_half_length: float
+    bounds_half_width: float
+
+
+class Table(NamedTuple):
+    """All that a simulation takes of a table."""
+
+    params: BallClothParams
+    numbers: TableNumbers
+    jaws: list[Jaw]  # 12, or none
+    pockets: list[Pocket]  # 6, or none
+
+
+def table_of(
+    storage: Storage, params: BallClothParams, table: TableParams, tolerance: float = 1.0,
+    hop_tolerance: float = 1.0,
+) -> Table:
+    """
+    Lay out a table.
+
+    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`. Who compiles
+    passes `numbers` as rows, see `numbers_of`.
+    """
+    numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
+    return Table(params, numbers[0], *edges_of(storage, table, params.radius))
+
+
+@_kept
+def numbers_of(
+    storage: Storage, params: BallClothParams, table: TableParams, tolerance: float,
+    hop_tolerance: float,
+) -> list[TableNumbers]:
+    """Write the numbers of a table into one record; not to be changed."""
+    numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
+    n = numbers[0]
+    standoff = _standoff(table, params.radius)
+    n.endless = table.length == math.inf
+    n.nose_standoff = standoff
+    n.centre_half_length = 0.5 * table.length - standoff
+    n.centre_half_width = 0.5 * table.width - standoff
+    n.nose_half_length = n.centre_half_length + standoff
+    n.nose_half_width = n.centre_half_width + standoff
+    if table.pockets:
+        n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
+        n.side_end = 0.5 * table.side[0] + table.side[4]
+    for name in (
+        'nose_height', 'cushion_depth', 'cushion_model', 'cushion_restitution',
+        'cushion_friction', 'cushion_stiffness', 'ball_restitution', 'friction_fast',
+        'friction_slow', 'friction_decay', 'ball_stiffness', 'contact_gap', 'pair_gate',
+    ):
+        setattr(n, name, getattr(table, name))
+    n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
+    return numbers
+
+
+@_kept
+def edges_of(
+    storage: Storage, table: TableParams, radius: float
+) -> tuple[list[Jaw], list[Pocket]]:
+    """Lay out the jaws and pockets of a table for balls of a radius [m]; not to be changed."""
+    count = POCKETS if table.pockets else 0
+    jaws: list[Jaw] = storage.records(Jaw, 2 * count)
+    pockets: list[Pocket] = storage.records(Pocket, count)
+    x, y = 0.5 * table.length, 0.5 * table.width
+    at_corner = math.sqrt(0.5) * table.corner[0]
+    out = math.sqrt(0.5) * table.corner_hole[0]
+    half = 0.5 * table.side[0]
+    for i in range(count):
+        one, other, pocket = jaws[2 * i], jaws[2 * i + 1], pockets[i]
+        if i < 4:
+            sx = 1.0 if i in (0, 3) else -1.0
+            sy = 1.0 if i < 2 else -1.0
+            place_jaw(table, one, table.corner, sx * (x - at_corner), sy * y, sx, 0.0, 0.0, sy)
+            place_jaw(table, other, table.corner, sx * x, sy * (y - at_corner), 0.0, sy, sx, 0.0)
+            pocket.hole_x, pocket.hole_y = sx * (x + out), sy * (y + out)
+            pocket.hole_radius = table.corner_hole[1]
+        else:
+            sy = 1.0 if i == 4 else -1.0
+            place_jaw(table, one, table.side, half, sy * y, -1.0, 0.0, 0.0, sy)
+            place_jaw(table, other, table.side, -half, sy * y, 1.0, 0.0, 0.0, sy)
+            pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
+            pocket.hole_radius = table.side_hole[1]
+        bound_pocket(pocket, (one, other), _standoff(table, radius))
+        if table.pocket_gate == ON:
+            pocket.bounds_half_length, pocket.bounds_half_width = math.inf, math.inf
+    return jaws, pockets
+
+
+def place_jaw(
+    table: TableParams, jaw: Jaw, mouth: Mouth, x: float, y: float, dx: float, dy: float,
+    ox: float, oy: float,
+) -> None:
+    """Place a jaw whose nose runs along d to (x, y), where its line meets the facing's; o: out."""
+    _, sine, cosine, radius, setback = mouth
+    fx, fy = cosine * dx + sine * ox, cosine * dy + sine * oy
+    jaw.arc_x = x - setback * dx + radius * ox
+    jaw.arc_y = y - setback * dy + radius * oy
+    jaw.arc_radius = radius
+    jaw.start_x = x + setback * fx
+    jaw.start_y = y + setback * fy
+    jaw.end_x = x + table.cushion_depth / sine * fx
+    jaw.end_y = y + table.cushion_depth / sine * fy
+    jaw.normal_x = sine * dx - cosine * ox
+    jaw.normal_y = sine * dy - cosine * oy
+
+
+def bound_pocket(pocket: Pocket, jaws: tuple[Jaw, Jaw], standoff: float) -> None:
+    """Find the rectangle in which a ball's centre can meet anything of the pocket."""
+    centres = [(pocket.hole_x, pocket.hole_y, pocket.hole_radius)]
+    for jaw in jaws:
+        centres += [
+            (jaw.arc_x, jaw.arc_y, jaw.arc_radius + standoff),
+            (jaw.start_x, jaw.start_y, standoff), (jaw.end_x, jaw.end_y, standoff),
+        ]
+    low_x, high_x = min(x - r for x, _, r in centres), max(x + r for x, _, r in centres)
+    low_y, high_y = min(y - r for _, y, r in centres), max(y + r for _, y, r in centres)
+    pocket.bounds_x, pocket.bounds_y = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y)
+    pocket.bounds_half_length = 0.5 * (high_x - low_x)
+    pocket.bounds_half_width = 0.5 * (high_y - low_y)
+
+
+def layout_of(params: BallClothParams, table: TableParams) -> Table:
+    """Lay out a table for those who look at it, but simulate nothing."""
+    return table_of(OBJECTS, params, table)
+
+
+def _standoff(table: TableParams, radius: float) -> float:
+    above = table.nose_height - radius
+    return math.sqrt(radius * radius - above * above)

@@ -1,0 +1,58 @@
+"""Parameters that the motion on the table depends on, in the form that compiled code takes."""
+from typing import NamedTuple
+
+AUTO, ON, OFF = 0, 1, 2
+HAN, MATHAVAN = 0, 1  # models of the cushion
+
+Mouth = tuple[float, float, float, float, float]
+
+
+class BallClothParams(NamedTuple):
+    """A ball and the cloth it is on. Effects override fields by name, see table/effects."""
+
+    mass: float  # kg
+    radius: float  # m
+    inertia: float  # kg m^2
+    gravity: float  # m/s^2
+    sliding_friction: float  # coefficient while the ball slides; inf: it rolls at once
+    rolling_resistance: float  # deceleration of a rolling ball, relative to gravity
+    spin_deceleration: float  # of the spin about the vertical, rad/s^2
+    cloth_restitution: float  # of a bounce
+    cloth_friction: float  # coefficient in a bounce
+    cloth_stiffness: float  # of the cloth's virtual spring, for clusters of bodies
+    law: int  # of restitution in clusters, see billiard_shot.impact.laws
+    exponent: float  # of the virtual springs
+    flight_gate: int  # AUTO, ON or OFF
+    bounce_gate: int = AUTO  # or ON; off is a restitution of 0
+
+
+class TableParams(NamedTuple):
+    """
+    A table, and how balls meet it and each other. Infinite length: there are no cushions.
+
+    Effects override fields by name, see table/effects. A mouth is its width [m], sine and cosine
+    of the turn from nose to facing, radius of the jaws [m], and setback [m]: how far along the
+    nose the jaw begins before the point where nose and facing would meet.
+    """
+
+    length: float  # m
+    width: float  # m
+    pockets: bool
+    cushion_model: int  # HAN or MATHAVAN
+    cushion_restitution: float
+    cushion_friction: float
+    cushion_stiffness: float
+    nose_height: float  # m, above the cloth
+    cushion_depth: float  # m
+    corner: Mouth
+    side: Mouth
+    corner_hole: tuple[float, float]  # m: distance of its centre from the corner, radius
+    side_hole: tuple[float, float]  # m: distance of its centre from the line of noses, radius
+    ball_restitution: float
+    friction_fast: float
+    friction_slow: float  # of balls: fast + slow exp(-decay slip)
+    friction_decay: float  # s/m
+    ball_stiffness: float
+    contact_gap: float  # m, within which bodies touch
+    pair_gate: int = AUTO  # ON: every pair of balls is looked at; OFF: none
+    pocket_gate: int = AUTO  # ON: every pocket is looked at

@@ -1,0 +1,173 @@
+"""
+When a lying ball meets something of the table: a nose, a facing, an arc, a hole.
+
+What it meets is a number, its feature: a nose (+x, -x, +y, -y), then the 12 facings, the 12 arcs,
+the 6 holes (see geometry.py), or OUTSIDE; or NOTHING.
+"""
+import math
+
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.table.contact_time import (
+    contact_time,
+    MIN_CLOSING_SPEED,
+    PRESSED_GAP,
+    TOUCH_GAP,
+)
+from billiard_shot.table.geometry import Jaw, Pocket, POCKETS, Table, TableNumbers
+from billiard_shot.table.motion import Ball, NOTHING
+
+BEYOND = 1e-8  # m: a ball that is deeper than that in a nose is in a mouth, beside it
+NOSES, FACINGS, ARCS, HOLES, OUTSIDE = 0, 4, 16, 28, 34
+MAX_TIME = 1e5  # s: as far as the range of endless motions is looked at
+
+
+@inner
+def crossing_time(gap: float, speed: float, half: float) -> float:
+    """
+    When gap - speed t - half t^2 goes from positive to negative: the one such t >= 0, or inf.
+
+    As in `contact_time`, a crossing that is over does not count, nor one without any speed.
+    """
+    if gap <= TOUCH_GAP:
+        if gap > -BEYOND:
+            if abs(speed) <= MIN_CLOSING_SPEED:
+                gap = max(gap + PRESSED_GAP, 0.1 * PRESSED_GAP)
+            elif speed > 0.0:
+                return 0.0
+            else:
+                gap = 0.0
+        elif speed > 0.0:
+            return math.inf
+    root = speed * speed + 4.0 * half * gap
+    if root < 0.0 or (speed <= 0.0 and half <= 0.0):
+        return math.inf
+    root = math.sqrt(root)
+    return 2.0 * gap / (speed + root) if speed > 0.0 else (root - speed) / (2.0 * half)
+
+
+@inner
+def coordinate_range(x: float, v: float, a: float, t: float) -> tuple[float, float]:
+    """Least and largest x + v s + a s^2 / 2 for s from 0 to t."""
+    end = x + (v + 0.5 * a * t) * t
+    low, high = min(x, end), max(x, end)
+    if v * a < 0.0 and -v / a < t:
+        turn = x - 0.5 * v * v / a
+        low, high = min(low, turn), max(high, turn)
+    return low, high
+
+
+@inner
+def reach_circle(ball: Ball, x: float, y: float, radius: float, end: float) -> float:
+    """Time from now until the ball's centre comes within a radius of (x, y), if before `end`."""
+    dx, dy = ball.position[0] - x, ball.position[1] - y
+    u, v = ball.velocity[0], ball.velocity[1]
+    f, g = 0.5 * ball.acceleration[0], 0.5 * ball.acceleration[1]
+    return contact_time(
+        dx * dx + dy * dy - radius * radius, 2.0 * (dx * u + dy * v),
+        u * u + v * v + 2.0 * (dx * f + dy * g), 2.0 * (u * f + v * g), f * f + g * g,
+        end, 2.0 * radius,
+    )
+
+
+@inner
+def reach_facing(ball: Ball, jaw: Jaw, standoff: float) -> float:
+    """Time from now until a lying ball meets a facing."""
+    dx, dy = ball.position[0] - jaw.start_x, ball.position[1] - jaw.start_y
+    u, v, nx, ny = ball.velocity[0], ball.velocity[1], jaw.normal_x, jaw.normal_y
+    f, g = ball.acceleration[0], ball.acceleration[1]
+    t = crossing_time(dx * nx + dy * ny - standoff, -(u * nx + v * ny), -0.5 * (f * nx + g * ny))
+    if t == math.inf:
+        return t
+    dx += (u + 0.5 * f * t) * t
+    dy += (v + 0.5 * g * t) * t
+    lx, ly = jaw.end_x - jaw.start_x, jaw.end_y - jaw.start_y
+    along = dx * lx + dy * ly
+    return t if 0.0 <= along <= lx * lx + ly * ly else math.inf
+
+
+@innermost
+def beside_nose(n: TableNumbers, nose: int, x: float, y: float) -> bool:
+    """Whether a ball at (x, y) is beside the straight part of a nose."""
+    if n.corner_end == 0.0:
+        return True
+    if nose < 2:
+        return abs(y) <= n.nose_half_width - n.corner_end
+    return n.side_end <= abs(x) <= n.nose_half_length - n.corner_end
+
+
+@innermost
+def may_enter(
+    pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y: float
+) -> bool:
+    """Whether a path within a rectangle may meet anything of a pocket."""
+    x, y = pocket.bounds_x, pocket.bounds_y
+    half_length, half_width = pocket.bounds_half_length, pocket.bounds_half_width
+    return not (
+        low_x > x + half_length or high_x < x - half_length
+        or low_y > y + half_width or high_y < y - half_width
+    )
+
+
+@inner
+def reach_pocket(
+    table: Table, ball: Ball, index: int, end: float, feature: int
+) -> tuple[float, int]:
+    """Time from now until a lying ball meets anything of a pocket, and what, if before `end`."""
+    standoff = table.numbers.nose_standoff
+    for i in range(2 * index, 2 * index + 2):
+        jaw = table.jaws[i]
+        t = reach_facing(ball, jaw, standoff)
+        if t < end:
+            end, feature = t, FACINGS + i
+        t = reach_circle(ball, jaw.arc_x, jaw.arc_y, jaw.arc_radius + standoff, end)
+        if t < end:
+            end, feature = t, ARCS + i
+    pocket = table.pockets[index]
+    t = reach_circle(ball, pocket.hole_x, pocket.hole_y, pocket.hole_radius, end)
+    if t < end:
+        end, feature = t, HOLES + index
+    return end, feature
+
+
+@inner
+def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
+    """
+    When a lying ball meets something of the table before its segment ends, and what.
+
+    And in how many pockets that was looked for: those whose bounds the ball's path may enter.
+    """
+    n = table.numbers
+    px, py, vx, vy = ball.position[0], ball.position[1], ball.velocity[0], ball.velocity[1]
+    ax, ay = ball.acceleration[0], ball.acceleration[1]
+    end, feature, searched = ball.end - ball.time, NOTHING, 0
+    if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
+        return math.inf, feature, searched
+    for nose in range(4):
+        sign = 1.0 if nose % 2 == 0 else -1.0
+        if nose < 2:
+            t = crossing_time(n.centre_half_length - sign * px, sign * vx, 0.5 * sign * ax)
+        else:
+            t = crossing_time(n.centre_half_width - sign * py, sign * vy, 0.5 * sign * ay)
+        if t < end and beside_nose(
+            n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t
+        ):
+            end, feature = t, nose
+    if n.corner_end > 0.0:
+        low_x, high_x = coordinate_range(px, vx, ax, min(end, MAX_TIME))
+        low_y, high_y = coordinate_range(py, vy, ay, min(end, MAX_TIME))
+        for index in range(POCKETS):
+            if may_enter(table.pockets[index], low_x, high_x, low_y, high_y):
+                searched += 1
+                end, feature = reach_pocket(table, ball, index, end, feature)
+        if feature == NOTHING:
+            out_x = n.nose_half_length + n.cushion_depth
+            out_y = n.nose_half_width + n.cushion_depth
+            for k in range(2):
+                side = 1.0 if k == 0 else -1.0
+                t = min(
+                    crossing_time(out_x - side * px, side * vx, 0.5 * side * ax),
+                    crossing_time(out_y - side * py, side * vy, 0.5 * side * ay),
+                )
+                if t < end:
+                    end, feature = t, OUTSIDE
+    return (ball.time + end if feature != NOTHING else math.inf), feature, searched

@@ -1,0 +1,178 @@
+"""The state of a table that is simulated: balls, when each meets something next, the record."""
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.records import record, Storage
+from billiard_shot.table.ball_collision import collision_time
+from billiard_shot.table.flight_boundary import next_flight_boundary
+from billiard_shot.table.geometry import Table
+from billiard_shot.table.motion import (
+    Ball,
+    FLIGHT,
+    NOTHING,
+    REST,
+    Segment,
+    SPIN,
+    write_segment,
+)
+from billiard_shot.table.params import BallClothParams, OFF, ON
+from billiard_shot.table.rolling_boundary import next_rolling_boundary
+
+
+@record
+class Event:
+    """Something that happened on the table."""
+
+    time: float  # s
+    cause: int  # Cause
+    ball: int  # index
+    other: int  # index of the ball, feature or pocket that it met, or NOTHING
+    energy_before: float  # J, kinetic, of the balls that took part
+    energy_after: float
+    motion_before: int  # Motion, of the ball
+    motion_after: int
+
+
+@record
+class Progress:
+    """How far a simulation is."""
+
+    segments: int  # so far, of all tables
+    events: int  # so far, like the next one of this table
+    searches: int  # contacts looked for
+    # An impact of several bodies, for cluster.py: whether the simulation waits for it, or the
+    # status of one that was not solved; when it is, the ball, and the one it met (itself: a
+    # cushion).
+    pending: bool
+    unsolved: int
+    time: float
+    ball: int
+    other: int
+
+
+class Simulation(NamedTuple):
+    """State of n balls."""
+
+    balls: list[Ball]
+    collisions: Any  # (n, n) when each pair meets [s], above the diagonal
+    progress: Progress
+    segments: list[Segment]  # of all tables, as far as there is room
+    events: list[Event]  # of this table, as far as there is room
+
+
+def never(storage: Storage, count: int) -> Any:
+    """Return the times at which pairs of so many balls meet, if none does."""
+    return storage.array(np.full((count, count), math.inf))
+
+
+@inner
+def energy_of(params: BallClothParams, ball: Ball) -> float:
+    """Kinetic energy of a ball [J]."""
+    moving, turning = 0.0, 0.0
+    for i in range(3):
+        moving += ball.velocity[i] * ball.velocity[i]
+        turning += ball.spin[i] * ball.spin[i]
+    return 0.5 * (params.mass * moving + params.inertia * turning)
+
+
+@inner
+def log_segment(s: Simulation, ball: Ball) -> None:
+    """Record a ball's motion as its next segment."""
+    if s.progress.segments < len(s.segments):
+        write_segment(ball, s.segments[s.progress.segments])
+    s.progress.segments += 1
+
+
+@inner
+def log_event(
+    s: Simulation, time: float, cause: int, ball: Ball, other: int, before: float, after: float,
+    motion: int,
+) -> None:
+    """Record an event; `motion`: what the ball did before it."""
+    if s.progress.events < len(s.events):
+        event = s.events[s.progress.events]
+        event.time, event.cause, event.ball, event.other = time, cause, ball.ball, other
+        event.energy_before, event.energy_after = before, after
+        event.motion_before, event.motion_after = motion, ball.motion
+    s.progress.events += 1
+
+
+@innermost
+def position_at(ball: Ball, time: float) -> tuple[float, float, float]:
+    """Where a ball's centre is at a time, in its present segment [m]."""
+    dt = time - ball.time
+    half = 0.5 * dt
+    p, v, a = ball.position, ball.velocity, ball.acceleration
+    return (
+        p[0] + dt * (v[0] + half * a[0]), p[1] + dt * (v[1] + half * a[1]),
+        p[2] + dt * (v[2] + half * a[2]),
+    )
+
+
+@inner
+def touches_another(s: Simulation, index: int, besides: int, time: float, reach: float) -> bool:
+    """Whether a ball is within reach of any other one, besides one."""
+    x, y, z = position_at(s.balls[index], time)
+    for i in range(len(s.balls)):
+        if i in (index, besides) or s.balls[i].motion > FLIGHT:
+            continue
+        p, q, r = position_at(s.balls[i], time)
+        p, q, r = x - p, y - q, z - r
+        if p * p + q * q + r * r <= reach * reach:
+            return True
+    return False
+
+
+@innermost
+def is_translating(ball: Ball) -> bool:
+    """Whether a ball's centre moves."""
+    motion = ball.motion
+    return motion != REST and motion != SPIN and motion <= FLIGHT
+
+
+@inner
+def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
+    """Find when a ball, in its present segment, meets something of the table."""
+    if table.numbers.endless or not is_translating(ball):
+        ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
+    elif ball.motion == FLIGHT and ball.acceleration[2] != 0.0:
+        ball.boundary_time, ball.boundary_feature = next_flight_boundary(table, ball)
+    else:
+        ball.boundary_time, ball.boundary_feature, searched = next_rolling_boundary(table, ball)
+        s.progress.searches += searched
+
+
+@inner
+def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> None:
+    """
+    Find when a ball meets each other one, before either does something else anyway.
+
+    Gate `pair_gate`: ON looks at every pair, and to the end of its segments; OFF at none.
+    """
+    gate, diameter = table.numbers.pair_gate, 2.0 * table.params.radius
+    if gate == OFF:
+        return
+    ball = s.balls[index]
+    until = ball.end
+    if gate != ON:
+        until = min(until, ball.boundary_time)
+    on_table = ball.motion <= FLIGHT
+    any_other = gate == ON or is_translating(ball)
+    for i in range(len(s.balls)):
+        if i == index:
+            continue
+        other = s.balls[i]
+        time = math.inf
+        if on_table and other.motion <= FLIGHT and (any_other or is_translating(other)):
+            end = other.end if other.end < until else until
+            if gate != ON and other.boundary_time < end:
+                end = other.boundary_time
+            s.progress.searches += 1
+            time = collision_time(ball, other, now, end, diameter)
+        if index < i:
+            s.collisions[index][i] = time
+        else:
+            s.collisions[i][index] = time
