@@ -6,8 +6,8 @@ dv t until time t, while it slides, rolls or flies: slides and rolls only lose s
 is how long the motion can last: at speed v, v / (mu_r g) to roll out, 2 |u| / (7 mu g) to slide,
 and 2 v / (g (1 - e)) in the air.
 """
-from billiard_shot.compiled import compiled
-from billiard_shot.shot.model import Model
+from billiard_shot.compiled import inner
+from billiard_shot.shot.model import StrikeModel
 
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.
@@ -16,8 +16,8 @@ FINEST, COARSEST = 1e-13, 1e-4  # of what the impact can be asked for
 ROUNDING = 1e-15
 
 
-@compiled
-def inner_tolerance(model: Model, speed: float, tolerance: float) -> float:
+@inner
+def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> float:
     """
     Accuracy of the impact, relative to the cue's speed, for a tolerance [m] of the trajectory.
 
@@ -27,18 +27,18 @@ def inner_tolerance(model: Model, speed: float, tolerance: float) -> float:
     ball = model.surface
     deceleration = 1.0 / ball.gravity
     lasting = 0.0
-    if ball.rolling > 0.0:
-        lasting += 1.0 / ball.rolling
-    if ball.sliding > 0.0:
-        lasting += 1.0 / ball.sliding
-    if ball.restitution < 1.0:
-        lasting += 2.0 / (1.0 - ball.restitution)
+    if ball.rolling_resistance > 0.0:
+        lasting += 1.0 / ball.rolling_resistance
+    if ball.sliding_friction > 0.0:
+        lasting += 1.0 / ball.sliding_friction
+    if ball.cloth_restitution < 1.0:
+        lasting += 2.0 / (1.0 - ball.cloth_restitution)
     duration = 2.0 * speed * lasting * deceleration
     accuracy = 0.5 * tolerance / (AMPLIFICATION * speed * duration) if duration > 0.0 else FINEST
     return min(max(accuracy, FINEST), COARSEST)
 
 
-@compiled
-def error_of(accuracy: float, speed: float, duration: float) -> float:
+@inner
+def trajectory_error(accuracy: float, speed: float, duration: float) -> float:
     """Estimate of the error [m] until `duration` [s] with such an impact."""
     return AMPLIFICATION * (accuracy + ROUNDING) * speed * duration

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.row import STATUS
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.run import NOSE_NAMES
@@ -54,20 +53,22 @@ def obstacles(
 
 
 @np.errstate(invalid='ignore', divide='ignore', over='ignore')
-def refuse(
+def clearance_status(
     scene: Scene, centre: NDArray[np.float64], normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """
     Status (n,) of strokes: OK, CUE_THROUGH_BALL or CUE_THROUGH_CUSHION.
 
-    OK also for what is no stroke, or one that is refused for where it meets the ball or the cloth.
+    Invalid strokes, and strokes that are refused for other reasons, are OK here.
     """
+    status = np.full(len(normals), float(Status.OK))
+    if scene.cue.length == 0.0 or (scene.table is None and not set(scene.balls) - {CUE}):
+        return status
     level = np.hypot(velocities[:, 0], velocities[:, 1]) / np.linalg.norm(velocities, axis=1)
     lowest = scene.ball.radius * (1.0 + normals[:, 2]) - scene.cue.tip_radius * level
     open_to = ((normals * velocities).sum(axis=1) < 0.0) & (velocities[:, 2] <= 0.0)
     open_to &= lowest > -ROUNDING
-    status = np.full(len(normals), float(Status.OK))
     for obstacle in obstacles(scene, centre, normals, velocities):
         status[open_to & (status == Status.OK) & (obstacle.depth > ROUNDING)] = obstacle.status
     return status
@@ -82,7 +83,7 @@ def least_elevation(scene: Scene, a: float, b: float, azimuth: float) -> float:
     """
     steps = np.radians(np.arange(0.0, 90.0, 0.25))
     strokes = [Stroke.from_offsets(a, b, float(step), azimuth, 1.0) for step in steps]
-    status = refuse(
+    status = clearance_status(
         scene, np.array(scene.cue_ball), np.array([stroke.normal for stroke in strokes]),
         np.array([stroke.velocity for stroke in strokes]),
     )
@@ -90,15 +91,16 @@ def least_elevation(scene: Scene, a: float, b: float, azimuth: float) -> float:
     return float(free[0]) if len(free) else np.inf
 
 
-def overrule(rows: NDArray[np.float64], status: NDArray[np.float64]) -> None:
-    """Write refusals into rows of strokes that were held back for them, see `held_back`."""
-    rows[:, STATUS] = np.where(status == Status.OK, rows[:, STATUS], status)
+def apply_refusals(strikes: NDArray[np.void], status: NDArray[np.float64]) -> None:
+    """Write refusals into the strikes of strokes that were masked for them."""
+    refused = status != Status.OK
+    strikes['status'][refused] = status[refused]
 
 
-def held_back(
+def mask_refused(
     velocities: NDArray[np.float64], status: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Velocities, but none for strokes that are refused: so they are not played."""
+    """Velocities with those of refused strokes set to NaN, so that they are not played."""
     return np.where(status[:, np.newaxis] == Status.OK, velocities, np.nan)
 
 

@@ -1,46 +1,51 @@
-"""A scene's numbers in the form that compiled code takes."""
+"""The numbers of a scene that a strike depends on, in the form that compiled code takes."""
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
-from billiard_shot.table.model import surface_of
-from billiard_shot.table.surface import Surface
+from billiard_shot.table.model import ball_cloth_params
+from billiard_shot.table.params import BallClothParams
 
 TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
 
 
-class Model(NamedTuple):
+class StrikeModel(NamedTuple):
     """What a strike depends on, beside the stroke."""
 
     cue_mass: float  # kg
-    softness: float  # 1/kg, of the tip's sideways motion: one over the end mass, 0 if guided
-    tip_radius: float  # m
-    dome: float  # of a rounded tip, in radii of the ball
-    friction: NDArray[np.float64]  # (2,), of TIP and TABLE, like the next two
-    restitution: NDArray[np.float64]
-    stiffness: NDArray[np.float64]
+    inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided
+    ferrule_radius: float  # m, half of the thickness of the cue at its tip
+    tip_curvature: float  # radius of a rounded tip, in radii of the ball
+    friction: tuple[float, float]  # of TIP and TABLE, like the next two
+    restitution: tuple[float, float]
+    stiffness: tuple[float, float]  # only the ratio matters
     law: int
     exponent: float
     table: bool  # whether the contact TABLE takes part
-    surface: Surface  # the ball's own numbers are here
+    surface: BallClothParams  # the ball's own numbers are here
 
 
-def numbers_of(scene: Scene) -> Model:
+def strike_model(scene: Scene) -> StrikeModel:
     """Collect the numbers of a scene, all effects as they are called for."""
     tip, table = scene.contacts.cue_ball, scene.contacts.ball_table
-    return Model(
-        cue_mass=scene.cue.mass,
-        softness=1.0 / scene.cue.end_mass,
-        tip_radius=scene.cue.tip_radius,
-        dome=scene.cue.dome / scene.ball.radius,
-        friction=np.array([tip.friction, table.friction]),
-        restitution=np.array([tip.restitution, table.restitution]),
-        stiffness=np.array([tip.stiffness, table.stiffness]),
+    return StrikeModel(
+        cue_mass=float(scene.cue.mass),
+        inverse_end_mass=1.0 / float(scene.cue.end_mass),
+        ferrule_radius=float(scene.cue.tip_radius),
+        tip_curvature=float(scene.cue.dome / scene.ball.radius),
+        friction=(float(tip.friction), float(table.friction)),
+        restitution=(float(tip.restitution), float(table.restitution)),
+        stiffness=(float(tip.stiffness), float(table.stiffness)),
         law=LAWS[scene.law],
-        exponent=scene.exponent,
+        exponent=float(scene.exponent),
         table=True,
-        surface=surface_of(scene),
+        surface=ball_cloth_params(scene),
+    )
+
+
+def contact_properties(model: StrikeModel) -> Properties:
+    """Collect what the impact solver needs to know of the contacts TIP and TABLE."""
+    return Properties(
+        model.friction, model.restitution, model.stiffness, model.law, model.exponent
     )

@@ -4,18 +4,13 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact import CollisionResult
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
 from billiard_shot.shot.frozen import strike_together, touches
-from billiard_shot.shot.model import Model
+from billiard_shot.shot.model import StrikeModel
 from billiard_shot.status import Status
-from billiard_shot.table.effects import numbers_on_table
-from billiard_shot.table.given import INPUT
-from billiard_shot.table.run import TableRun
-from billiard_shot.table.simulate import run_many, run_one, TableBatch
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.initial_states import STATE_COLUMNS
 
 CUE = 'cue'
-# Statuses of a strike alone on an endless cloth that the table may overrule.
-_OPEN = (Status.OK, Status.NEVER_RESTS)
 
 
 def has_table(scene: Scene) -> bool:
@@ -47,57 +42,34 @@ def names_of(scene: Scene) -> tuple[str, ...]:
 
 
 def states_of(
-    scene: Scene, centre: NDArray[np.float64], rows: NDArray[np.float64]
+    scene: Scene, centre: NDArray[np.float64], strikes: NDArray[np.void]
 ) -> NDArray[np.float64]:
-    """States (tables, balls, INPUT) after strikes, see row.py: all but the cue ball at rest."""
+    """States (tables, balls, STATE_COLUMNS) after strikes: all but the cue ball at rest."""
     names = names_of(scene)
-    given = np.zeros((len(rows), len(names), INPUT))
+    given = np.zeros((len(strikes), len(names), STATE_COLUMNS))
     for i, name in enumerate(names[1:], 1):
         given[:, i, :2] = scene.balls[name]
         given[:, i, 2] = scene.ball.radius
     given[:, 0, :3] = centre
-    given[:, 0, 3:6] = rows[:, at.VELOCITY]
-    given[:, 0, 6:9] = rows[:, at.SPIN]
+    given[:, 0, 3:6] = strikes['velocity']
+    given[:, 0, 6:9] = strikes['spin']
     return given
 
 
 def strike_frozen(
-    scene: Scene, model: Model, given: NDArray[np.float64], normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], rows: NDArray[np.float64],
+    scene: Scene, model: StrikeModel, given: NDArray[np.float64], normals: NDArray[np.float64],
+    velocities: NDArray[np.float64], strikes: NDArray[np.void],
 ) -> list[CollisionResult | None]:
     """
     Strike a ball that touches others or a cushion together with them, stroke by stroke.
 
-    None for a stroke that is refused, or where the ball lies free. Changes `given` and `rows`.
+    None for a stroke that is refused, or if the ball lies free. Changes `given` and `strikes`.
     """
-    _, furniture = numbers_on_table(scene)
-    if not len(given) or not touches(furniture, scene.ball.radius, given[0, :, :3]):
+    _, table = params_on_table(scene)
+    if not len(given) or not touches(table, scene.ball.radius, given[0, :, :3]):
         return [None] * len(given)
     return [
-        strike_together(model, furniture, *stroke) if stroke[-1][at.STATUS] < Status.MISS else None
-        for stroke in zip(given, normals, velocities, rows, strict=True)
+        strike_together(model, table, given[i], normals[i], velocities[i], strikes[i])
+        if strikes['status'][i] < Status.MISS else None
+        for i in range(len(given))
     ]
-
-
-def follow(
-    scene: Scene, given: NDArray[np.float64], tolerance: float, rows: NDArray[np.float64]
-) -> TableRun:
-    """Simulate the table after one strike, and correct its row by how that ends."""
-    run = run_one(scene, names_of(scene), given, 0.25 * tolerance)
-    rows[0, at.REST] = run.rest[CUE]
-    rows[0, at.DURATION] = run.duration
-    if rows[0, at.STATUS] in _OPEN:
-        rows[0, at.STATUS] = run.status
-    return run
-
-
-def follow_many(
-    scene: Scene, given: NDArray[np.float64], tolerance: float, rows: NDArray[np.float64]
-) -> TableBatch:
-    """Simulate the tables after strikes, and correct their rows by how they end."""
-    batch = run_many(scene, names_of(scene), given, 0.25 * tolerance)
-    rows[:, at.REST] = batch.rest[:, 0]
-    rows[:, at.DURATION] = batch.duration
-    free = np.isin(rows[:, at.STATUS], _OPEN)
-    rows[free, at.STATUS] = batch.status[free]
-    return batch

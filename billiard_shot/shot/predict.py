@@ -1,37 +1,25 @@
 """predict() and predict_batch(): what a stroke, or many, does to the cue ball."""
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 import math
-import os
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot import machine_code
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
-from billiard_shot.shot.clearance import held_back, overrule, refuse
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import (
-    check_place,
-    CUE,
-    follow,
-    follow_many,
-    has_table,
-    states_of,
-    strike_frozen,
-)
+from billiard_shot.shot.on_table import check_place, CUE
+from billiard_shot.shot.play import play_many, play_one
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.strike import shoot
 from billiard_shot.shot.stroke import Stroke, unit_rows
-from billiard_shot.status import Status
-from billiard_shot.table import motion
 from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.trajectory import Trajectory
 
 DEFAULT_TOLERANCE = 1e-4  # m
-_PHASES, _SEGMENTS = 16, 24  # room that is enough for nearly every shot
+INTERPRETED_AT_MOST = 100  # strokes: a larger batch waits for machine code
 
 
 def predict(
@@ -68,31 +56,14 @@ def predict(
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
     model = model_of(scene)
-    normal = np.array([stroke.touching(model.dome).normal])
-    velocity = np.array([stroke.velocity])
-    refused = refuse(scene, centre, normal, velocity)
-    velocity = held_back(velocity, refused)
-    row = np.empty((1, at.COLUMNS))
-    phases, segments = _PHASES, _SEGMENTS
-    while True:
-        log, rows = np.empty((phases, 12)), np.empty((segments, motion.COLUMNS))
-        shoot(model, normal, velocity, centre, tolerance, row, log, rows)
-        needed = int(row[0, at.PHASES]), int(row[0, at.SEGMENTS])
-        if needed[0] <= phases and needed[1] <= segments:
-            break
-        phases, segments = needed
-    overrule(row, refused)
-    table, trajectory = None, Trajectory(rows[: needed[1]])
-    together = None
-    if has_table(scene) and row[0, at.STATUS] < Status.MISS:
-        given = states_of(scene, centre, row)
-        together = strike_frozen(scene, model, given, normal, velocity, row)[0]
-        table = follow(scene, given, tolerance, row)
-        trajectory = table.balls[CUE]
-    row.flags.writeable = False
+    normal = np.array(stroke.touching(model.tip_curvature).normal)
+    played, table = play_one(scene, model, normal, np.array(stroke.velocity), centre, tolerance)
+    trajectory = table.balls[CUE] if table else Trajectory(played.segments)
+    played.strikes.flags.writeable = False
     return Shot(
-        scene, stroke, tolerance, perf_counter() - begin, trajectory, table, row[0],
-        log[: needed[0]], together,
+        scene, stroke, tolerance, perf_counter() - begin, trajectory, table,
+        float(played.discontinuity[0]), played.strikes[0], played.log, played.groups[0],
+        partial(predict, stroke=stroke, tolerance=tolerance, position=centre),
     )
 
 
@@ -125,7 +96,7 @@ def predict_batch(
     Parameters
     ----------
     scene, tolerance, position
-        As for `predict`. Jumps of law `energetic` (`Shot.jump`) are not looked for.
+        As for `predict`.
     normals, velocities : (n, 3) array_like
         As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that is
         none (not finite, or zero) gets the status INVALID_STROKE.
@@ -138,38 +109,16 @@ def predict_batch(
         raise ValueError(
             f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
         )
-    model = model_of(scene)
-    refused = refuse(scene, centre, n, v)
-    v = held_back(v, refused)
-    rows = np.empty((len(n), at.COLUMNS))
-    nothing = np.empty((0, 12)), np.empty((0, motion.COLUMNS))
-    workers = os.cpu_count() or 1
-    size = max(1, math.ceil(len(n) / (8 * workers)))  # small parts, because strokes differ in cost
-
-    def play(begin: int) -> None:
-        part = slice(begin, begin + size)
-        shoot(model, n[part], v[part], centre, tolerance, rows[part], *nothing)
-
-    with ThreadPoolExecutor(workers) as pool:
-        for _ in pool.map(play, range(0, len(n), size)):
-            pass
-    overrule(rows, refused)
-    table = None
-    if has_table(scene):
-        given = states_of(scene, centre, rows)
-        strike_frozen(scene, model, given, n, v, rows)
-        table = follow_many(scene, given, tolerance, rows)
+    if len(n) > INTERPRETED_AT_MOST:
+        machine_code.require()
+    played, table = play_many(scene, model_of(scene), n, v, centre, tolerance)
+    strikes = played.strikes
     return BatchResult(
-        velocity=rows[:, at.VELOCITY],
-        spin=rows[:, at.SPIN],
-        cue_speed=rows[:, at.CUE_SPEED],
-        rest=rows[:, at.REST],
-        duration=rows[:, at.DURATION],
-        status=rows[:, at.STATUS].astype(np.uint16),
-        dissipated=rows[:, at.LOSS].reshape(-1, 2, 2),
-        evaluations=rows[:, at.EVALUATIONS].astype(np.int64),
-        error_estimate=rows[:, at.ERROR],
-        table=table,
+        velocity=strikes['velocity'], spin=strikes['spin'], cue_speed=strikes['cue_speed'],
+        rest=strikes['final_position'], duration=strikes['duration'],
+        status=strikes['status'].astype(np.uint16),
+        dissipated=strikes['losses'].reshape(-1, 2, 2), evaluations=strikes['steps'],
+        error_estimate=strikes['error'], table=table,
     )
 
 

@@ -6,6 +6,7 @@ result, each double in the shortest decimal form that reads back as the same dou
 written in JSON, an infinite number or one that is none, is the object {"float": "inf"}.
 """
 from collections.abc import Mapping
+from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -13,24 +14,37 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import CollisionResult, Ending, Phase
+from billiard_shot.impact.collide import CollisionResult, Ending, impulses_of, Phase
+from billiard_shot.impact.state import PhaseLog
+from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
+from billiard_shot.shot.discontinuity import discontinuities_of_law
+from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import CUE
+from billiard_shot.shot.play import decide
+from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.strike import Strike
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table import motion, world
-from billiard_shot.table.run import TableRun
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.run import EVENT_COLUMNS, events_from_columns, events_to_columns, TableRun
+from billiard_shot.table.trajectory import (
+    SEGMENT_COLUMNS,
+    segments_from_columns,
+    segments_to_columns,
+    Trajectory,
+)
 
-FORMAT, VERSION = 'billiard_shot shot', 1
-# The row of a strike by names instead of columns.
-FIELDS: Mapping[str, int | slice] = {
-    name.lower(): column for name, column in vars(at).items()
-    if name.isupper() and name != 'COLUMNS'
+FORMAT, VERSION = 'billiard_shot shot', 2
+READABLE = 1, 2  # version 1 has no discontinuity and no margin: they are found again
+# Keys of the file, and the fields of `Strike`.
+FIELDS: Mapping[str, str] = {
+    'velocity': 'velocity', 'spin': 'spin', 'rest': 'final_position', 'cue_speed': 'cue_speed',
+    'duration': 'duration', 'error': 'error', 'loss': 'losses', 'impulse': 'impulses',
+    'status': 'status', 'phases': 'phases', 'evaluations': 'steps', 'segments': 'segments',
+    'axes': 'axes', 'discontinuity_margin': 'discontinuity_margin',
 }
-LOG_COLUMNS = 12  # of the strike of a ball alone, see kernel.solve
+LOG_COLUMNS = 12  # of a phase: ending, contact, active (2), impulses (6), energies (2)
 
 
 def to_json(shot: Shot) -> str:
@@ -55,9 +69,10 @@ def from_json(text: str) -> Shot:
         raise ValueError(f'shot: is no JSON: {error}') from None
     if not isinstance(data, dict) or data.get('format') != FORMAT:
         raise ValueError(f'format: missing or not {FORMAT!r}: this is no record of a shot')
-    if data.get('version') != VERSION:
+    if data.get('version') not in READABLE:
         raise ValueError(
-            f'version: {data.get("version")!r} is not allowed; it must be {VERSION}'
+            f'version: {data.get("version")!r} is not allowed; it must be one of '
+            f'{", ".join(map(str, READABLE))}'
         )
     try:
         return _shot(data)
@@ -82,7 +97,7 @@ def load_shot(path: str | Path) -> Shot:
 
 
 def _record(shot: Shot) -> dict[str, Any]:
-    stroke, table, together = shot.stroke, shot.table, shot._together
+    stroke, table, together = shot.stroke, shot.table, shot._group
     return {
         'format': FORMAT,
         'version': VERSION,
@@ -96,13 +111,16 @@ def _record(shot: Shot) -> dict[str, Any]:
         'position': shot.trajectory.at(0.0).position,  # of the cue ball, where it is struck
         'tolerance': shot.tolerance,
         'wall_time': shot.wall_time,
-        'strike': {name: shot._row[column] for name, column in FIELDS.items()},
-        'phases': shot._log,
-        'trajectory': None if table else shot.trajectory.rows,
+        'discontinuity': shot.discontinuity,
+        'strike': {key: shot._strike[field] for key, field in FIELDS.items()},
+        'phases': _log_columns(shot._log),
+        'trajectory': None if table else segments_to_columns(shot.trajectory.rows)[:, :-1],
         'table': table and {
             'names': table.names, 'status': int(table.status), 'duration': table.duration,
             'wall_time': table.wall_time, 'searches': table.searches,
-            'segments': table._segments, 'events': table._events, 'places': table._places,
+            'segments': segments_to_columns(table._segments),
+            'events': events_to_columns(table._events), 'places': table._places,
+            'participants': table._events.participants,
         },
         'together': together and {
             'status': int(together.status), 'velocities': together.velocities,
@@ -118,19 +136,41 @@ def _record(shot: Shot) -> dict[str, Any]:
 
 
 def _shot(data: dict[str, Any]) -> Shot:
-    row = np.zeros(at.COLUMNS)
-    for name, column in FIELDS.items():
-        row[column] = data['strike'][name]
-    row.flags.writeable = False
+    strikes = ROWS.records(Strike, 1)
+    for key, field in FIELDS.items():
+        strikes[field] = data['strike'].get(key, 0.0) if data['version'] == 1 else (
+            data['strike'][key])
+    scene, stroke, tolerance = (
+        Scene.from_dict(data['scene']), _stroke(data['stroke']), data['tolerance']
+    )
+    position = np.array(data['position'], dtype=float)
+    group = _together(data['together']) if data['together'] else None
+    discontinuity = data.get('discontinuity', 0.0)
+    if data['version'] == 1 and group is None:
+        discontinuity = _find_discontinuity(scene, stroke, position, tolerance, strikes)
+    strikes.flags.writeable = False
     table = _table(data['table']) if data['table'] else None
     trajectory = table.balls[CUE] if table else Trajectory(
-        _rows('trajectory', data['trajectory'], motion.COLUMNS))
+        segments_from_columns(_rows('trajectory', data['trajectory'], SEGMENT_COLUMNS)))
     return Shot(
-        Scene.from_dict(data['scene']), _stroke(data['stroke']), data['tolerance'],
-        data['wall_time'], trajectory, table, row,
-        _rows('phases', data['phases'], LOG_COLUMNS),
-        _together(data['together']) if data['together'] else None,
+        scene, stroke, tolerance, data['wall_time'], trajectory, table, discontinuity, strikes[0],
+        _log_rows(_rows('phases', data['phases'], LOG_COLUMNS)), group,
+        partial(predict, stroke=stroke, tolerance=tolerance, position=position),
     )
+
+
+def _find_discontinuity(
+    scene: Scene, stroke: Stroke, position: NDArray[np.float64], tolerance: float,
+    strikes: NDArray[np.void],
+) -> float:
+    """Find the discontinuity of a shot that was written without it, and complete its strike."""
+    model = model_of(scene)
+    found = discontinuities_of_law(
+        model, np.array([stroke.touching(model.tip_curvature).normal]),
+        np.array([stroke.velocity]), position, tolerance, strikes,
+    )
+    decide(strikes, found, None)
+    return float(found[0])
 
 
 def _stroke(data: dict[str, Any]) -> Stroke:
@@ -141,11 +181,15 @@ def _stroke(data: dict[str, Any]) -> Stroke:
 
 
 def _table(data: dict[str, Any]) -> TableRun:
+    events = events_from_columns(_rows('table: events', data['events'], EVENT_COLUMNS))
+    if 'participants' in data:  # not in version 1, whose events tell of 53 balls at most
+        members = np.array(data['participants'], dtype=np.int64).reshape(-1, 2)
+        events = events._replace(participants=members)
     return TableRun(
         tuple(data['names']), Status(data['status']), data['duration'], data['wall_time'],
-        data['searches'], _rows('table: segments', data['segments'], motion.COLUMNS + 1),
-        _rows('table: events', data['events'], world.EVENT_COLUMNS),
-        np.array(data['places'], dtype=np.int64),
+        data['searches'],
+        segments_from_columns(_rows('table: segments', data['segments'], SEGMENT_COLUMNS + 1)),
+        events, np.array(data['places'], dtype=np.int64),
     )
 
 
@@ -159,6 +203,24 @@ def _together(data: dict[str, Any]) -> CollisionResult:
     return CollisionResult(
         Status(data['status']), **arrays, phases=phases, evaluations=data['evaluations']
     )
+
+
+def _log_columns(log: NDArray[np.void]) -> NDArray[np.float64]:
+    """Write phases (phases, 2) of PhaseLog as columns."""
+    return np.column_stack([
+        log['ending'][:, :1], log['contact'][:, :1], log['active'],
+        impulses_of(log).reshape(-1, 6), log['energy'],
+    ])
+
+
+def _log_rows(columns: NDArray[np.float64]) -> NDArray[np.void]:
+    """Read what `_log_columns` wrote."""
+    log = ROWS.records(PhaseLog, 2 * len(columns)).reshape(-1, 2)
+    log['ending'], log['contact'] = columns[:, :1], columns[:, 1:2]
+    log['active'], log['energy'] = columns[:, 2:4], columns[:, 10:]
+    for k, field in enumerate(('impulse', 'impulse_1', 'impulse_2')):
+        log[field] = columns[:, 4 + k : 10 : 3]
+    return log
 
 
 def _rows(name: str, values: Any, columns: int) -> NDArray[np.float64]:

@@ -3,10 +3,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.many import shoot_with_room
-from billiard_shot.shot.on_table import follow_many, has_table, states_of, strike_frozen
+from billiard_shot.shot.play import play_many
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
@@ -26,20 +24,16 @@ def sensitivity_of(
     neighbours can be played, and zero where neither can. `position` is the ball's [m].
     """
     model = model_of(scene)
-    base = np.array(stroke.touching(model.dome).offsets)
+    base = np.array(stroke.touching(model.tip_curvature).offsets)
     steps = np.full(5, STEP)
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
     normals = np.array([s.normal for s in strokes])
     velocities = np.array([s.velocity for s in strokes])
-    rows, velocities = shoot_with_room(scene, model, normals, velocities, position, TOLERANCE)
-    if has_table(scene):
-        given = states_of(scene, position, rows)
-        strike_frozen(scene, model, given, normals, velocities, rows)
-        follow_many(scene, given, TOLERANCE, rows)
-    played = rows[:, at.STATUS] < Status.MISS  # it and all above are refusals
-    rest = np.where(played[:, np.newaxis], rows[:, at.REST], rows[0, at.REST])[:, :2]
+    strikes = play_many(scene, model, normals, velocities, position, TOLERANCE)[0].strikes
+    played, ends = strikes['status'] < Status.MISS, strikes['final_position']
+    rest = np.where(played[:, np.newaxis], ends, ends[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
     span = reach[1:6] - reach[6:]
     return ((rest[1:6] - rest[6:]) / np.where(span > 0.0, span, 1.0)[:, np.newaxis]).T

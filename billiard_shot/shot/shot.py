@@ -1,6 +1,7 @@
 """What a prediction gives back."""
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -9,10 +10,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
 from billiard_shot.shot.double_hit import first_double_hit
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
-from billiard_shot.shot.jump import jump_of
 from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
@@ -47,24 +46,26 @@ class Shot:
     wall_time: float  # s that the prediction took
     trajectory: Trajectory  # of the cue ball, from the end of the strike
     table: TableRun | None  # every ball, where there is more than this one on an endless cloth
-    _row: NDArray[np.float64] = field(repr=False)
-    _log: NDArray[np.float64] = field(repr=False)
-    _together: CollisionResult | None = field(repr=False)
+    # m, between the two resting places on endless cloth that law `energetic` allows within the
+    # accuracy of the strike; 0 if there is only one
+    discontinuity: float
+    _strike: np.void = field(repr=False)  # Strike
+    _log: NDArray[np.void] = field(repr=False)  # (phases, 2) PhaseLog
+    _group: CollisionResult | None = field(repr=False)  # if the ball touched others
+    _again: Callable[[Scene], Shot] = field(repr=False)  # predicts the stroke in another scene
 
-    @cached_property
+    @property
     def status(self) -> Status:
-        """How it ended; TOLERANCE_NOT_REACHED also where law `energetic` jumps (see `jump`)."""
-        status = Status(int(self._row[at.STATUS]))
-        jumps = status in (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE) and self._gap > 0.0
-        return Status.TOLERANCE_NOT_REACHED if jumps else status
+        """How it ended; TOLERANCE_NOT_REACHED also if there is a `discontinuity`."""
+        return Status(int(self._strike['status']))
 
     @cached_property
     def message(self) -> str:
         """The outcome in one line; for a refused stroke, what is wrong with it."""
-        if self._gap > 0.0:
+        if self.discontinuity > 0.0:
             return (
-                'law: energetic jumps here: within the accuracy of the strike the place of rest '
-                f'is one of two, {self._gap:.2g} m apart'
+                'law: the energetic law is discontinuous here; within the accuracy of the strike '
+                f'the ball may rest at either of two positions {self.discontinuity:.2g} m apart'
             )
         outcome = message_of(
             self.status, self.scene, self.stroke, self.trajectory, self.table)
@@ -75,26 +76,27 @@ class Shot:
     @property
     def velocity(self) -> NDArray[np.float64]:
         """Velocity of the ball's centre at the end of the strike (3,) [m/s]."""
-        return self._row[at.VELOCITY]
+        velocity: NDArray[np.float64] = self._strike['velocity']
+        return velocity
 
     @property
     def spin(self) -> NDArray[np.float64]:
         """Angular velocity of the ball at the end of the strike (3,) [rad/s]."""
-        return self._row[at.SPIN]
+        spin: NDArray[np.float64] = self._strike['spin']
+        return spin
 
     @property
     def cue_speed(self) -> float:
         """Cue speed along the stroke at the end of the strike [m/s], negative if it recoils."""
-        return float(self._row[at.CUE_SPEED])
+        return float(self._strike['cue_speed'])
 
     @cached_property
     def impact(self) -> Impact:
         """The impact in detail."""
-        row = self._row
-        if self._together:
-            return Impact(self._together.dissipated, self._together.phases)
-        phases = read_log(self._log, row[at.AXES].reshape(2, 3, 3))
-        return Impact(row[at.LOSS].reshape(2, 2), phases)
+        if self._group:
+            return Impact(self._group.dissipated, self._group.phases)
+        phases = read_log(self._log, self._strike['axes'].reshape(2, 3, 3))
+        return Impact(self._strike['losses'].reshape(2, 2), phases)
 
     @cached_property
     def double_hit(self) -> float | None:
@@ -106,7 +108,7 @@ class Shot:
         if self.status.refused or self.scene.effects.double_hit == 'off':
             return None
         direction = np.array(self.stroke.velocity) / self.stroke.speed
-        normal = np.array(self._row[at.AXES][:3])
+        normal = self._strike['axes'][:3]
         tip = self.trajectory.at(0.0).position + self.scene.ball.radius * normal
         return first_double_hit(
             self.trajectory, self.scene.ball.radius, tip, direction, self.cue_speed
@@ -117,50 +119,31 @@ class Shot:
         """Every effect the library knows: whether it was simulated, and why."""
         if self.status.refused:
             return effects_of_nothing()
-        from billiard_shot.shot.predict import predict  # which makes shots
-
-        def again(scene: Scene) -> ShotLook:
-            place = self.trajectory.at(0.0).position
-            return predict(scene, self.stroke, self.tolerance, place).look
-
-        return effects_of(self.look, again)
+        return effects_of(self.look, lambda scene: self._again(scene).look)
 
     @property
     def look(self) -> ShotLook:
         """What the gates of effects may look at."""
         return ShotLook(
             self.scene, self.velocity, self.spin, self.trajectory, self.table,
-            self._together is not None, self.stroke, self._row[at.IMPULSE].reshape(2, 3),
+            self._group is not None, self.stroke, self._strike['impulses'].reshape(2, 3),
             self.cue_speed, self.double_hit,
         )
 
     @property
     def error_estimate(self) -> float:
-        """Estimated largest error of the trajectory [m], with the jump of law `energetic`."""
-        return float(self._row[at.ERROR]) + self._gap
+        """Estimated largest error of the trajectory [m], with the `discontinuity`."""
+        return float(self._strike['error'])
 
     @property
     def evaluations(self) -> int:
         """Steps that the impact took."""
-        return int(self._row[at.EVALUATIONS])
-
-    @cached_property
-    def jump(self) -> float:
-        """
-        How far the place of rest jumps within the accuracy of the strike [m]; 0: it does not.
-
-        On an endless cloth. Computed when first asked for.
-        """
-        played = not Status(int(self._row[at.STATUS])).refused
-        if not played or self._row[at.PHASES] < 2 or self._together:
-            return 0.0  # nothing happened, or nothing that could have gone another way
-        place = self.trajectory.at(0.0).position
-        return jump_of(self.scene, self.stroke, place, self.tolerance)
+        return int(self._strike['steps'])
 
     @property
-    def _gap(self) -> float:
-        """The jump under the law that has many of them, and so is always looked at."""
-        return self.jump if self.scene.law == 'energetic' else 0.0
+    def jump(self) -> float:
+        """Former name of `discontinuity` [m]."""
+        return self.discontinuity
 
     @cached_property
     def sensitivity(self) -> NDArray[np.float64]:

@@ -1,15 +1,32 @@
-"""One shot, compiled from end to end: may it be played, what does the impact do, what follows."""
+"""Strokes: whether they can be played, what the impact does, and what follows on endless cloth."""
+from math import inf, nan, sqrt
+from typing import Annotated, Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import compiled, entry
-from billiard_shot.impact.kernel import solve
-from billiard_shot.shot import row as at
-from billiard_shot.shot.accuracy import error_of, inner_tolerance
-from billiard_shot.shot.contacts import approach_of, dot, levers, response_of, weighted, yielding
-from billiard_shot.shot.model import Model, TIP
+from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.kernel import (
+    CollisionOutcome,
+    ContactResult,
+    solve_collisions,
+    solve_stored,
+)
+from billiard_shot.impact.state import PhaseLog
+from billiard_shot.records import as_rows, Floats, record, ROWS, Storage, Vector, Vector3
+from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
+from billiard_shot.shot.contacts import (
+    approach_velocity,
+    contact_jacobians,
+    delassus_operator,
+    dot,
+    tip_response,
+    weighted,
+)
+from billiard_shot.shot.model import contact_properties, StrikeModel
 from billiard_shot.status import Status
-from billiard_shot.table import motion
+from billiard_shot.table.motion import append_segment, Ball, Segment, start_ball
+from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.roll_out import roll_out
 
 OK = int(Status.OK)
@@ -27,58 +44,58 @@ LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Tips that slide in earnest end with more than 0.06.
 MISCUE_SLIP = 0.03
+_AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 
 
-@compiled
-def length_of(v: NDArray[np.float64]) -> float:
-    """Length of a vector, NaN if it has none that is above 0."""
-    length = np.sqrt(dot(v, v))
-    return length if 0.0 < length < np.inf else np.nan
+@record
+class Strike:
+    """What a stroke does to the cue ball, on endless cloth. Frame `table`."""
+
+    velocity: Vector3  # [m/s] at the end of the strike
+    spin: Vector3  # [rad/s]
+    final_position: Vector3  # [m]
+    cue_speed: float  # [m/s] along the stroke
+    duration: float  # [s] from the end of the strike to rest
+    error: float  # [m] estimate
+    losses: Annotated[Any, 4]  # [J] tip restitution, tip friction; the same of the table
+    impulses: Annotated[Any, 6]  # [N s] of tip and table: normal, two tangential
+    axes: Annotated[Any, 18]  # of tip and table: normal and two tangents as rows
+    discontinuity_margin: float  # see `ContactResult`; the least of tip and table
+    status: int  # Status
+    phases: int
+    steps: int
+    segments: int
 
 
-@compiled
-def refusal(model: Model, n: NDArray[np.float64], c: NDArray[np.float64]) -> int:
+@inner
+def refusal(model: StrikeModel, n: Vector, c: Vector) -> int:
     """Why a stroke along c, at the normal n, cannot be played, or OK."""
-    if not np.isfinite(dot(n, c)):
+    cosine = dot(n, c)
+    if not -inf < cosine < inf:
         return INVALID_STROKE
-    if dot(n, c) > -GRAZING:
+    if cosine > -GRAZING:
         return MISS
     if c[2] > LEVEL:
         return NEGATIVE_ELEVATION
     height = model.surface.radius * (1.0 + n[2])
-    if height - model.tip_radius * np.sqrt(max(1.0 - c[2] * c[2], 0.0)) < -LEVEL * height:
-        return CUE_THROUGH_CLOTH
-    return OK
+    lowest = height - model.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
+    return CUE_THROUGH_CLOTH if lowest < -LEVEL * height else OK
 
 
-@compiled
-def book(
-    model: Model, lever: NDArray[np.float64], c: NDArray[np.float64], speed: float,
-    account: NDArray[np.float64], row: NDArray[np.float64],
-) -> bool:
-    """Fill in what follows from the impulses of a strike; return whether it was a miscue."""
-    ball = model.surface
-    impulse, cue = row[at.IMPULSE], np.zeros(3)
-    weighted(impulse, lever[0], cue)
-    weighted(impulse, lever[1], row[at.VELOCITY])
-    weighted(impulse, lever[2], row[at.SPIN])
-    for i in range(3):
-        row[at.VELOCITY.start + i] /= ball.mass
-        row[at.SPIN.start + i] /= ball.inertia
-    row[at.CUE_SPEED] = speed + yielding(model, c, cue, c)
-    for i in range(4):
-        row[at.LOSS.start + i] = account[i // 2, i % 2]
-    for i in range(9):
-        row[at.AXES.start + i] = lever[0, i // 3, i % 3]
-        row[at.AXES.start + 9 + i] = lever[1, 3 + i // 3, i % 3]
-    miscue: bool = account[TIP, 2] > MISCUE_SLIP * speed
-    return miscue
+@inner
+def unit(v: Vector, direction: Floats) -> float:
+    """Write the direction of a vector, and return its length; NaN if it has none above 0."""
+    square = dot(v, v)
+    length = sqrt(square) if 0.0 < square < inf else nan
+    for k in range(3):
+        direction[k] = v[k] / length
+    return length
 
 
-@compiled
-def verdict(status: int, miscue: bool, end: int, exact: bool) -> int:
-    """Status of a shot: of its impact, unless that went well and something else is to be said."""
-    if status not in (OK, INFINITE_SEQUENCE):
+@inner
+def final_status(status: int, miscue: bool, end: int, exact: bool) -> int:
+    """Status of a stroke: that of its impact, unless the impact went well."""
+    if status != OK and status != INFINITE_SEQUENCE:
         return status
     if miscue:
         return MISCUE
@@ -87,68 +104,218 @@ def verdict(status: int, miscue: bool, end: int, exact: bool) -> int:
     return status if exact else TOLERANCE_NOT_REACHED
 
 
-@entry
-def shoot(
-    model: Model,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    rows: NDArray[np.float64],
-    log: NDArray[np.float64],
-    segments: NDArray[np.float64],
+def _prepare_example(storage: Storage) -> tuple[Any, ...]:
+    ones = storage.array(np.ones((1, 3)))
+    return (
+        _MODEL, ones, ones, 1.0, storage.records(Strike, 1),
+        *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros((1, 6, 6)), np.zeros((1, 6)),
+                             np.zeros(1), np.eye(3))),
+    )
+
+
+@entry(_prepare_example)
+def prepare_strikes(
+    model: StrikeModel, normals: Floats, velocities: Floats, tolerance: float,
+    strikes: list[Strike], jacobians: Floats, delassus: Floats, approach: Floats,
+    accuracy: Floats, scratch: Floats,
 ) -> None:
     """
-    Play strokes, one after the other, each with the ball in the same place.
+    State n strokes as collisions in contact space.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    normals, velocities : (n, 3) floats
+        As of `Stroke`, but checked here.
+    tolerance : float
+        Of the trajectories [m].
+    strikes : n Strike, written
+        Only the status.
+    jacobians, delassus, approach : (n, 3, 6, 3), (n, 6, 6), (n, 6) floats, written
+        See contacts.py.
+    accuracy : (n,) floats, written
+        Tolerance of the impact; 0 for a stroke that is refused.
+    scratch : (3, 3) floats
+        The last row is the vertical.
+
+    """
+    n, c, z = scratch[0], scratch[1], scratch[2]
+    for i in range(len(strikes)):
+        accuracy[i] = 0.0
+        speed = unit(velocities[i], c)
+        unit(normals[i], n)
+        strikes[i].status = refusal(model, n, c)
+        if strikes[i].status == OK:
+            accuracy[i] = strike_tolerance(model, speed, tolerance)
+            contact_jacobians(model.surface.radius, n, c, z, jacobians[i])
+            delassus_operator(model, c, jacobians[i], delassus[i])
+            approach_velocity(jacobians[i], speed, n, c, approach[i])
+
+
+def _finish_example(storage: Storage) -> tuple[Any, ...]:
+    return (
+        _MODEL, *map(storage.array, (np.ones((1, 3)), np.ones(3))), 1.0,
+        storage.records(Strike, 1), *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros(1))),
+        storage.records(ContactResult, 2), storage.records(CollisionOutcome, 1),
+        storage.records(Ball, 1), storage.records(Segment, 1), storage.array(np.eye(3)),
+    )
+
+
+@entry(_finish_example)
+def finish_strikes(
+    model: StrikeModel, velocities: Floats, position: Vector, tolerance: float,
+    strikes: list[Strike], jacobians: Floats, accuracy: Vector, results: list[ContactResult],
+    outcomes: list[CollisionOutcome], balls: list[Ball], segments: list[Segment], scratch: Floats,
+) -> None:
+    """
+    Complete n strikes after their impacts were solved, and roll the balls out on endless cloth.
+
+    Parameters
+    ----------
+    model, velocities, tolerance, strikes, jacobians, accuracy, scratch
+        As of `prepare_strikes`.
+    position : (3,) floats
+        Centre of the cue ball [m].
+    results, outcomes : 2 n ContactResult, n CollisionOutcome
+        Of the impacts.
+    balls : 1 Ball
+        Scratch.
+    segments : records of Segment, written
+        The last trajectory, as many segments as there is room for.
+
+    """
+    ball, c, cue = balls[0], scratch[0], scratch[1]
+    for i in range(len(strikes)):
+        strike = strikes[i]
+        if accuracy[i] > 0.0:
+            outcome, tip, table = outcomes[i], results[2 * i], results[2 * i + 1]
+            speed = unit(velocities[i], c)
+            write_strike(model, strike, jacobians[i], tip, table)
+            weighted(strike.impulses, jacobians[i][0], cue)
+            strike.cue_speed = speed + tip_response(model, c, cue, c)
+            strike.phases, strike.steps = outcome.phases, outcome.steps
+            start_ball(ball, position, strike.velocity, strike.spin)
+            ending, left_out = roll_out(model.surface, ball, 0.25 * tolerance, segments)
+            strike.error = left_out + trajectory_error(accuracy[i], speed, ball.time)
+            miscue = tip.final_slip > MISCUE_SLIP * speed
+            exact = strike.error <= tolerance
+            strike.status = final_status(outcome.status, miscue, ending, exact)
+        else:
+            for k in range(3):
+                cue[k] = 0.0
+            start_ball(ball, position, cue, cue)
+            append_segment(ball, segments)
+        for k in range(3):
+            strike.final_position[k] = ball.position[k]
+        strike.duration, strike.segments = ball.time, ball.segments
+
+
+@inner
+def write_strike(
+    model: StrikeModel, strike: Strike, jacobians: Floats, tip: ContactResult,
+    table: ContactResult,
+) -> None:
+    """Write what follows from the impulses of a strike."""
+    ball = model.surface
+    impulses, losses = strike.impulses, strike.losses
+    impulses[0], impulses[1], impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
+    impulses[3], impulses[4], impulses[5] = table.impulse, table.impulse_1, table.impulse_2
+    losses[0], losses[1] = tip.restitution_loss, tip.friction_loss
+    losses[2], losses[3] = table.restitution_loss, table.friction_loss
+    strike.discontinuity_margin = min(tip.discontinuity_margin, table.discontinuity_margin)
+    weighted(impulses, jacobians[1], strike.velocity)
+    weighted(impulses, jacobians[2], strike.spin)
+    for k in range(3):
+        strike.velocity[k] /= ball.mass
+        strike.spin[k] /= ball.inertia
+    for k in range(9):
+        strike.axes[k] = jacobians[0][k // 3][k % 3]
+        strike.axes[9 + k] = jacobians[1][3 + k // 3][k % 3]
+
+
+_MODEL = StrikeModel(
+    cue_mass=1.0, inverse_end_mass=1.0, ferrule_radius=0.0, tip_curvature=1.0,
+    friction=(1.0, 1.0), restitution=(1.0, 1.0), stiffness=(1.0, 1.0), law=0, exponent=1.0,
+    table=True, surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=AUTO),
+)  # for the examples; of no ball in particular
+
+
+class Strikes(NamedTuple):
+    """Strokes that were played on endless cloth."""
+
+    strikes: NDArray[np.void]  # (n,) Strike
+    log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact
+    segments: NDArray[np.void]  # (segments,) Segment of the last trajectory
+
+
+def strike_batch(
+    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
+    position: NDArray[np.float64], tolerance: float, phases: int = 0, segments: int = 0,
+) -> Strikes:
+    """
+    Play strokes, one after the other, each with the ball in the same place, on endless cloth.
 
     A refused stroke leaves the ball where it is.
 
     Parameters
     ----------
-    model : Model
+    model : StrikeModel
     normals, velocities : (n, 3) float arrays
-        As of `Stroke`, but checked here.
+        As of `Stroke`. A row that is none (not finite, or zero) gets the status INVALID_STROKE.
     position : (3,) float array
         Centre of the cue ball [m].
     tolerance : float
         Of the trajectories [m].
-    rows : (n, COLUMNS) float array, written
-        All results, see row.py.
-    log : (phases, 12) float array, written
-        Phases of the last impact, see `solve`; as many as there is room for.
-    segments : (segments, motion.COLUMNS) float array, written
-        The last trajectory; as many segments as there is room for.
+    phases, segments : int
+        If above 0, all those of the last stroke are returned, of up to 500 strokes. More of them
+        take longer.
 
     """
-    still, n, c = np.zeros(3), np.zeros(3), np.zeros(3)
-    account = np.zeros((2, 4))
-    for i in range(len(rows)):
-        row = rows[i]
-        for k in range(at.COLUMNS):
-            row[k] = 0.0
-        ball = motion.start(position, still, still)
-        speed = length_of(velocities[i])
-        size = length_of(normals[i])
-        for k in range(3):
-            n[k], c[k] = normals[i, k] / size, velocities[i, k] / speed
-        row[at.STATUS] = refusal(model, n, c)
-        if row[at.STATUS] == OK:
-            accuracy = inner_tolerance(model, speed, tolerance)
-            lever = levers(model.surface.radius, n, c)
-            status, phases, steps = solve(
-                response_of(model, c, lever), approach_of(lever, speed, n, c), model.friction,
-                model.restitution, model.stiffness, model.law, model.exponent, accuracy,
-                row[at.IMPULSE], account, log,
-            )
-            row[at.PHASES], row[at.EVALUATIONS] = phases, steps
-            miscue = book(model, lever, c, speed, account, row)
-            ball = motion.start(position, row[at.VELOCITY], row[at.SPIN])
-            end, left_out = roll_out(model.surface, ball, 0.25 * tolerance, segments)
-            row[at.ERROR] = left_out + error_of(accuracy, speed, ball[motion.TIME])
-            row[at.STATUS] = verdict(status, miscue, end, row[at.ERROR] <= tolerance)
-        else:
-            motion.record(ball, segments)
-        for k in range(3):
-            row[at.REST.start + k] = ball[motion.POSITION + k]
-        row[at.DURATION] = ball[motion.TIME]
-        row[at.SEGMENTS] = ball[motion.COUNT]
+    storage = solve_collisions.current().storage
+    parts = [slice(i, i + _AT_ONCE) for i in range(0, len(normals), _AT_ONCE)]
+    done = [
+        _strike(storage, model, normals[part], velocities[part], position, tolerance, phases,
+                segments)
+        for part in parts
+    ]
+    if len(done) == 1:
+        return done[0]
+    strikes = np.concatenate([ROWS.records(Strike, 0), *(each.strikes for each in done)])
+    return Strikes(strikes, no_phases(), ROWS.records(Segment, 0))
+
+
+def no_phases() -> NDArray[np.void]:
+    """Return an empty log (0, 2) of `PhaseLog`."""
+    return ROWS.records(PhaseLog, 0).reshape(-1, 2)
+
+
+def _strike(
+    storage: Storage, model: StrikeModel, normals: NDArray[np.float64],
+    velocities: NDArray[np.float64], position: NDArray[np.float64], tolerance: float,
+    phases: int, segments: int,
+) -> Strikes:
+    n = len(normals)
+    strikes = storage.records(Strike, n)
+    speeds = storage.array(velocities)
+    zeros, scratch = storage.zeros, storage.array(np.eye(3))
+    jacobians, delassus, approach, accuracy = (
+        zeros(n, 3, 6, 3), zeros(n, 6, 6), zeros(n, 6), zeros(n)
+    )
+    prepare_strikes.on(storage)(
+        model, storage.array(normals), speeds, tolerance, strikes, jacobians, delassus, approach,
+        accuracy, scratch,
+    )
+    results, outcomes, log = solve_stored(
+        storage, contact_properties(model), delassus, approach, accuracy, phases
+    )
+    while True:
+        motion = storage.records(Segment, segments)
+        finish_strikes.on(storage)(
+            model, speeds, storage.array(position), tolerance, strikes, jacobians, accuracy,
+            results, outcomes, storage.records(Ball, 1), motion, scratch,
+        )
+        needed = int(strikes[-1].segments) if segments and n else 0
+        if needed <= segments:
+            break
+        segments = needed
+    return Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])

@@ -11,10 +11,10 @@ from time import perf_counter
 
 import numpy as np
 
-from billiard_shot.impact import impulse_scheme
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.study import impulse_scheme
 from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.memory import peak, reset_peak
 from billiard_shot.study.mujoco_strike import mujoco_strike
@@ -109,7 +109,8 @@ def _against_impulse_scheme(problem: Problem) -> str:
         return 'impulse space knows no law bistiffness'
     surface = problem.model.surface
     solid = math.isclose(surface.inertia, 0.4 * surface.mass * surface.radius**2)
-    return '' if problem.model.softness == 0.0 and solid else 'for guided cues and solid balls'
+    guided = problem.model.inverse_end_mass == 0.0
+    return '' if guided and solid else 'for guided cues and solid balls'
 
 
 def _adaptive(problem: Problem, tolerance: float) -> Run:
@@ -158,7 +159,7 @@ def methods() -> Iterator[Method]:
                      lambda problem: '' if problem.model.exponent == 1.0 else 'for linear springs')
     if find_spec('mujoco'):
         yield Method('MuJoCo', 'time step', TIME_STEPS, mujoco_strike,
-                     lambda problem: '' if problem.model.softness == 0.0 else 'for guided cues')
+                     lambda problem: 'for guided cues' if problem.model.inverse_end_mass else '')
 
 
 @dataclass(frozen=True, slots=True)

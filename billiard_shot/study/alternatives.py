@@ -5,8 +5,8 @@ Both take the same strike in contact space as the library does, and neither know
 """
 import numpy as np
 
-from billiard_shot.impact.friction import disc
-from billiard_shot.impact.kernel import solve
+from billiard_shot.impact.friction import minimize_over_disc
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.study.problem import Problem, Vector
 
 APPROACH = 1e-12  # of the approach speed: slower than this, contacts are at rest
@@ -25,19 +25,19 @@ def pairwise(problem: Problem) -> Vector:
     Each is solved exactly, as if the other contact were not there, until none approaches.
     """
     u, total = problem.velocity.copy(), np.zeros(6)
-    account, log = np.zeros((1, 4)), np.zeros((0, 7))
     for turn in range(ROUNDS):
         if u[::3].min() >= -APPROACH * problem.speed:
             return total
         j = turn % 2
         part = slice(3 * j, 3 * j + 3)
         if u[3 * j] < -APPROACH * problem.speed:
-            impulse = np.zeros(3)
-            solve(
-                np.ascontiguousarray(problem.response[part, part]), u[part].copy(),
+            alone = Properties(
                 problem.friction[j : j + 1], problem.restitution[j : j + 1], np.ones(1),
-                problem.model.law, problem.model.exponent, 1e-12, impulse, account, log,
+                problem.model.law, problem.model.exponent,
             )
+            impulse = solve_in_contact_space(
+                alone, problem.response[np.newaxis, part, part], u[np.newaxis, part], [1e-12]
+            ).impulses.ravel()
             total[part] += impulse
             u += problem.response[:, part] @ impulse
     raise NoEndError
@@ -62,8 +62,8 @@ def newton(problem: Problem) -> Vector:
             old = impulse[[x, y]].copy()
             impulse[[x, y]] = 0.0
             free = u + w @ impulse
-            impulse[[x, y]] = disc(w[x, x], w[x, y], w[y, y], free[x], free[y],
-                                   problem.friction[j] * impulse[n])
+            impulse[[x, y]] = minimize_over_disc(
+                w[x, x], w[x, y], w[y, y], free[x], free[y], problem.friction[j] * impulse[n])
             impulse[[x, y]] = 0.5 * (impulse[[x, y]] + old)  # where friction couples strongly
         if np.abs(impulse - before).max() <= 1e-14 * np.abs(impulse).max():
             return impulse

@@ -2,7 +2,7 @@
 A collision watched while it goes on: velocities, forces, impulses and energies over its time.
 
 The solver goes from event to event in steps that are polynomials in time, and keeps none of them.
-Here the same solver runs in plain Python, thousands of times as slow, and every step is sampled
+Here the same solver is interpreted, some hundred times as slow, and every step is sampled
 before it is taken. Nothing is integrated anew, and the solver knows nothing of it.
 """
 from __future__ import annotations
@@ -16,12 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact import kernel, walk
+from billiard_shot.compiled import Entry
+from billiard_shot.impact import integrator, kernel
 from billiard_shot.impact.advance import advance
 from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import elastic_energy, LAWS
-from billiard_shot.impact.state import INACTIVE, State
-from billiard_shot.shot.contacts import approach_of, levers, response_of
+from billiard_shot.impact.state import ContactState, is_active, Model
+from billiard_shot.records import OBJECTS
+from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.study.collisions import Collision
@@ -80,49 +83,62 @@ class Course:
 class _Recorder:
     """Takes the solver's steps in place of `advance`, and notes what happens on the way."""
 
-    exponent: float
     now: float = 0.0
     rows: list[Vector] = field(default_factory=list)
 
-    def __call__(self, s: State, scale: float, order: int, x: float) -> None:
-        count = len(s.contact)
+    def __call__(
+        self, m: Model, contacts: list[ContactState], scale: float, order: int, x: float
+    ) -> None:
         part = np.linspace(0.0, x, SAMPLES + 2)
-        active = np.array([s.contact[j].phase != INACTIVE for j in range(count)])
-        pushing = np.repeat(active, 3)
         powers = part[:, np.newaxis] ** np.arange(order + 1)
         integrals = scale * part[:, np.newaxis] * powers[:, :order] / np.arange(1, order + 1)
-        forces = np.where(pushing, powers[:, :order] @ s.force[:, :order].T, 0.0)
-        impulses = s.impulse + np.where(pushing, integrals @ s.force[:, :order].T, 0.0)
-        springs = np.where(active, powers @ s.y[:, : order + 1].T, 0.0)
-        energies = [[
-            elastic_energy(s.contact[j].stiffness, max(y, 0.0), self.exponent)
-            for j, y in enumerate(row)
-        ] for row in springs]
+        velocities, forces, impulses, energies, active = [], [], [], [], []
+        for c in contacts:
+            pushes = 1.0 if is_active(c) else 0.0
+            active.append(np.full(len(part), pushes))
+            velocities += [powers @ u[: order + 1] for u in (c.velocity, c.slip_1, c.slip_2)]
+            axes = (c.force, c.impulse), (c.friction_1, c.impulse_1), (c.friction_2, c.impulse_2)
+            for force, impulse in axes:
+                coefficients = pushes * np.array(force[:order])
+                forces.append(powers[:, :order] @ coefficients)
+                impulses.append(impulse + integrals @ coefficients)
+            energies.append([
+                elastic_energy(c.stiffness, pushes * max(y, 0.0), m.exponent)
+                for y in powers @ c.compression[: order + 1]
+            ])
         self.rows.append(np.column_stack([
-            self.now + scale * part, np.broadcast_to(active, (len(part), count)),
-            powers @ s.u[:, : order + 1].T, forces, impulses, energies,
+            self.now + scale * part, *active, *velocities, *forces, *impulses, *energies,
         ]))
         self.now += scale * x
-        advance(s, scale, order, x)
+        advance(m, contacts, scale, order, x)
 
 
-def _in_python(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
-    """Return a compiled function as Python, with other meanings of some names that it uses."""
-    plain = getattr(function, 'py_func', function)
-    return FunctionType(plain.__code__, {**plain.__globals__, **names})
+def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
+    """Return a function with other meanings of some names that it uses."""
+    return FunctionType(function.__code__, {**function.__globals__, **names})
+
+
+def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
+    """Return `kernel.solve_stored`, interpreted, with a recorder in place of `advance`."""
+    take_step = _with_names(integrator.take_step, advance=recorder)
+    integrate = _with_names(integrator.integrate, take_step=take_step)
+    entry = kernel.solve_collisions
+    solve_collisions = Entry(_with_names(entry.function, integrate=integrate), entry.example)
+    return _with_names(kernel.solve_stored, solve_collisions=solve_collisions)
 
 
 def course_of(
     response: Vector, velocity: Vector, friction: Vector, restitution: Vector, stiffness: Vector,
     law: str, exponent: float = 1.0, tolerance: float = 1e-8,
 ) -> Course:
-    """Watch a collision stated in contact space; parameters as of `impact.kernel.solve`."""
+    """Watch a collision stated in contact space; see `kernel.solve_in_contact_space`."""
     count = len(friction)
-    recorder = _Recorder(exponent)
-    run = _in_python(walk.run, advance=recorder)
-    solve = _in_python(kernel.solve, run=run)
-    solve(response, velocity, friction, restitution, stiffness, LAWS[law], exponent, tolerance,
-          np.zeros(3 * count), np.zeros((count, 4)), np.zeros((0, 2 + 5 * count)))
+    recorder = _Recorder()
+    properties = Properties(friction, restitution, stiffness, LAWS[law], exponent)
+    _watched_solver(recorder)(
+        OBJECTS, properties, *map(OBJECTS.array, (response[np.newaxis], velocity[np.newaxis])),
+        [tolerance], 0,
+    )
     rows = np.concatenate([np.zeros((0, 1 + 11 * count)), *recorder.rows])
     speed = max(float(-velocity[::3].min()), 0.0)
     unit = speed / float(response.diagonal()[::3].max())  # N s
@@ -155,10 +171,10 @@ def course_of_strike(shot: Shot) -> Course:
             f'cloth, with a stroke that can be played, here: {shot.message}'
         )
     model = model_of(shot.scene)
-    stroke = shot.stroke.touching(model.dome)
+    stroke = shot.stroke.touching(model.tip_curvature)
     normal, direction = np.array(stroke.normal), np.array(stroke.velocity) / stroke.speed
-    lever = levers(model.surface.radius, normal, direction)
+    _, response, velocity = in_contact_space(model, normal, direction, stroke.speed)
     return course_of(
-        response_of(model, direction, lever), approach_of(lever, stroke.speed, normal, direction),
-        model.friction, model.restitution, model.stiffness, shot.scene.law, model.exponent,
+        response, velocity, np.array(model.friction), np.array(model.restitution),
+        np.array(model.stiffness), shot.scene.law, model.exponent,
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.scene.placing import CUE_BALL
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.motion import CAUSE, Cause, Motion
+from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.trajectory import Trajectory
 
 STANDS = (Motion.REST, Motion.SPIN, Motion.POCKETED, Motion.OFF_TABLE)
@@ -21,7 +21,7 @@ def steps(shot: Shot) -> int:
 def heading(trajectory: Trajectory) -> float:
     """Direction of a ball when it comes to roll, or before it meets something else [rad]."""
     way = trajectory.segments[0]
-    causes = trajectory.rows[:, CAUSE]
+    causes = trajectory.rows['cause']
     for segment, cause in zip(trajectory.segments, causes, strict=True):
         if cause not in (Cause.START, Cause.OWN) or segment.motion in STANDS:
             break

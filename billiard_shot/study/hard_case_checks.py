@@ -1,10 +1,10 @@
 """
 What must hold in every hard case, and whether it does.
 
-No exception, no NaN, a status that the case allows (the budget of steps is walk.MAX_STEPS, or
-walk.STEPS_EACH a contact, and a state takes one or more), the value that the case states, no
-energy gained, one answer for all orders of contacts, tolerances kept, and an answer that moves no
-more than the numbers do.
+No exception, no NaN, a status that the case allows, the value that the case states, no energy
+gained, one answer for all orders of contacts, tolerances kept, and an answer that moves no more
+than the numbers do. A hopeless case may exceed the budget of steps. Then it must be finite,
+without a gain of energy, and within the budget.
 """
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from time import perf_counter
 
 import numpy as np
 
+from billiard_shot.impact.integrator import steps_allowed
+from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.shot.predict import predict
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import Collision, Strike, Vector
@@ -98,6 +100,10 @@ def examine(family: Family, member: str, law: str) -> Verdict:
     begin = perf_counter()
     tight = Outcome.of(case, law, TIGHT)
     seconds = perf_counter() - begin
+    if member in family.hopeless:
+        outcomes = tight, *(Outcome.of(case, law, tolerance) for tolerance in TOLERANCES)
+        if any(outcome.status == Status.BUDGET_EXCEEDED for outcome in outcomes):
+            return _of_hopeless(family, member, law, case, outcomes, seconds)
     moved = Outcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
     sensitivity = moved / DISTURBANCE
     order = max((Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
@@ -126,6 +132,23 @@ def examine(family: Family, member: str, law: str) -> Verdict:
         faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
     return Verdict(family.name, member, law, tight, seconds, off, order, sensitivity,
                    tuple(faults))
+
+
+def _of_hopeless(
+    family: Family, member: str, law: str, case: Collision, outcomes: tuple[Outcome, ...],
+    seconds: float,
+) -> Verdict:
+    """Check a case that exceeds the budget at some tolerance."""
+    most = 1.01 * steps_allowed(DEFAULT_OPTIONS, len(case.contacts))
+    faults = []
+    for outcome, tolerance in zip(outcomes, (TIGHT, *TOLERANCES), strict=True):
+        allowed = replace(family, status=(*family.status, Status.BUDGET_EXCEEDED))
+        faults += [f'{fault} at tolerance {tolerance:g}'
+                   for fault in _of_outcome(allowed, outcome, SLACK * tolerance)]
+        if outcome.steps > most:
+            faults.append(f'takes {outcome.steps} steps at tolerance {tolerance:g}')
+    return Verdict(
+        family.name, member, law, outcomes[0], seconds, np.nan, np.nan, np.nan, tuple(faults))
 
 
 def _orders(count: int) -> Iterator[tuple[int, ...]]:

@@ -67,7 +67,7 @@ def history_of(trails: Trails) -> History:
 def _times(trails: Trails, names: list[str]) -> Vector:
     """Both sides of all events, and times between them."""
     starts = np.concatenate([
-        [0.0, trails.until], *(trails.balls[name].rows[:, 0] for name in names)
+        [0.0, trails.until], *(trails.balls[name].rows['time'] for name in names)
     ])
     ends = np.unique(starts[starts <= trails.until])
     inner = (ends[:-1, np.newaxis] + np.diff(ends)[:, np.newaxis]

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.kernel import solve
+from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.scene import Scene
-from billiard_shot.shot.contacts import approach_of, levers, response_of, yielding
-from billiard_shot.shot.model import Model, numbers_of
+from billiard_shot.shot.contacts import in_contact_space, tip_response
+from billiard_shot.shot.model import contact_properties, strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
@@ -34,7 +34,7 @@ class Problem:
 
     scene: Scene
     stroke: Stroke
-    model: Model
+    model: StrikeModel
     response: Vector
     velocity: Vector
     friction: Vector
@@ -45,13 +45,12 @@ class Problem:
     @classmethod
     def of(cls, scene: Scene, stroke: Stroke) -> Problem:
         """State a stroke that can be played."""
-        model = numbers_of(scene)
+        model = strike_model(scene)
         n, c, speed = np.array(stroke.normal), np.array(stroke.velocity), stroke.speed
-        lever = levers(model.surface.radius, n, c / speed)
+        _, response, velocity = in_contact_space(model, n, c / speed, speed)
         return cls(
-            scene, stroke, model, response_of(model, c / speed, lever),
-            approach_of(lever, speed, n, c / speed), model.friction, model.restitution,
-            model.stiffness, scene.law,
+            scene, stroke, model, response, velocity, np.array(model.friction),
+            np.array(model.restitution), np.array(model.stiffness), scene.law,
         )
 
     @property
@@ -63,16 +62,15 @@ class Problem:
         """Ball velocity [m/s], spin [rad/s] and cue speed [m/s] after these impulses."""
         ball, n = self.model.surface, np.array(self.stroke.normal)
         c = np.array(self.stroke.velocity) / self.stroke.speed
-        lever = levers(ball.radius, n, c)
-        cue = yielding(self.model, c, impulse @ lever[0], c)
+        lever, _, _ = in_contact_space(self.model, n, c, self.stroke.speed)
+        cue = tip_response(self.model, c, impulse @ lever[0], c)
         velocity, turning = impulse @ lever[1], impulse @ lever[2]
         return velocity / ball.mass, turning / ball.inertia, self.stroke.speed + cue
 
     def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""
-        impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
-        status, _, steps = solve(
-            self.response, self.velocity, self.friction, self.restitution, self.stiffness,
-            self.model.law, self.model.exponent, tolerance, impulse, account, log,
+        solved = solve_in_contact_space(
+            contact_properties(self.model), self.response[np.newaxis], self.velocity[np.newaxis],
+            [tolerance],
         )
-        return impulse, steps, Status(status)
+        return solved.impulses.ravel(), int(solved.steps[0]), Status(solved.status[0])

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from billiard_shot.impact.friction import disc
+from billiard_shot.impact.friction import minimize_over_disc
 from billiard_shot.study.problem import Problem, Vector
 
 OPEN = 1e-13  # approach slower than this is rounding
@@ -201,8 +201,10 @@ class ScipyStrike:
                 x, y = 3 * j + 1, 3 * j + 2
                 force[[x, y]] = 0.0
                 b = self.w @ force
-                force[[x, y]] = disc(self.w[x, x], self.w[x, y], self.w[y, y], b[x], b[y],
-                                     self.mu[j] * normal[j])  # fmt: skip
+                force[[x, y]] = minimize_over_disc(
+                    self.w[x, x], self.w[x, y], self.w[y, y], b[x], b[y],
+                    self.mu[j] * normal[j],
+                )  # fmt: skip
             if np.abs(force - before).max() <= 1e-15:
                 break
         push = self.w @ force

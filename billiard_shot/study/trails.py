@@ -8,9 +8,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.motion import COLUMNS, Motion, POSITION, VELOCITY
+from billiard_shot.table import motion as table_motion
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
 
@@ -110,9 +112,9 @@ def _lying(scene: Scene) -> dict[str, Trajectory]:
     balls = {}
     for name, (x, y) in scene.balls.items():
         if name != CUE:
-            row = np.zeros((1, COLUMNS))
-            row[0, POSITION:VELOCITY] = x, y, scene.ball.radius
-            balls[name] = Trajectory(row)
+            rows = ROWS.records(table_motion.Segment, 1)
+            rows['position'] = x, y, scene.ball.radius
+            balls[name] = Trajectory(rows)
     return balls
 
 

@@ -18,9 +18,9 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.study.trails import CUE, Trails, trails_of
 from billiard_shot.study.turning import orientations, product, rotation
 from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
-from billiard_shot.table.motion import CAUSE, Motion, TIME
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.trajectory import EventKind, segments_to_columns
 
 SCRIPTS = (
     'vectors.js', 'meshes.js', 'shaders.js', 'renderer.js', 'motion.js', 'camera.js', 'player.js',
@@ -127,7 +127,7 @@ def _ball(trails: Trails, name: str, number: int) -> dict[str, Any]:
     return {
         'name': name, 'colour': ball_colour(name), 'striped': is_striped(name),
         # time, motion, position, velocity, acceleration; and the spin with its change
-        'segments': ball.rows[:, TIME:CAUSE].tolist(),
+        'segments': segments_to_columns(ball.rows)[:, :17].tolist(),
         'times': np.round(times, 6).tolist(), 'turns': np.round(turns, 5).ravel().tolist(),
     }
 

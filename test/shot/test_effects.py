@@ -9,10 +9,10 @@ from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
-from billiard_shot.shot.model import numbers_of
+from billiard_shot.shot.model import strike_model
 from billiard_shot.study.differences import steps
 from billiard_shot.table.effects import TABLE_GATES
-from billiard_shot.table.model import furniture_of
+from billiard_shot.table.model import table_params
 from billiard_shot.table.trajectory import EventKind
 
 NAMES = [gate.name for gate in GATES]
@@ -210,8 +210,8 @@ def test_every_effect_can_be_wished_for_and_has_a_gate():
 
 def test_what_is_forced_off_changes_the_numbers_of_one_thing():
     """Of the strike; or of ball and cloth, or what there is on the table, but not of both."""
-    strike = [numbers_of(POOL)]
-    table = [strike[0].surface, furniture_of(Scene.load('pool_table'))]
+    strike = [strike_model(POOL)]
+    table = [strike[0].surface, table_params(Scene.load('pool_table'))]
     for gates, numbers in ((STRIKE_GATES, strike), (TABLE_GATES, table)):
         for gate in gates:
             changed = [repr(gate.force(each, 'off')) != repr(each) for each in numbers]

@@ -215,7 +215,7 @@ def test_flight_can_be_turned_off():
     off = predict(changed(PAPER, effects={'flight': 'off'}), stroke)
     on = predict(PAPER, stroke)
     assert (off.velocity == on.velocity).all()
-    assert (off.trajectory.rows[:, 4] == PAPER.ball.radius).all()
+    assert (off.trajectory.rows['position'][:, 2] == PAPER.ball.radius).all()
     flight = {effect.name: effect for effect in off.effects}['flight']
     assert not flight.simulated
     assert 'the scene turns it off' in flight.reason

@@ -1,6 +1,7 @@
 """Shots written as JSON come back bit for bit."""
 import dataclasses
 import json
+from pathlib import Path
 
 from hypothesis import given, HealthCheck, settings
 from hypothesis import strategies as st
@@ -35,8 +36,12 @@ SHOTS = {
 
 def bits(value):
     """All numbers in a value, as bytes."""
-    if isinstance(value, np.ndarray):
+    if isinstance(value, np.ndarray | np.void):
+        if value.dtype.names:  # without the bytes between the fields
+            return [(name, bits(value[name])) for name in value.dtype.names]
         return value.dtype, value.shape, value.tobytes()
+    if isinstance(value, np.generic):
+        return value.tobytes()
     if isinstance(value, TableRun):
         return [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
     if dataclasses.is_dataclass(value):
@@ -54,7 +59,7 @@ def test_everything_comes_back_bit_for_bit(name):
     assert back.scene == shot.scene
     assert bits(back.stroke) == bits(shot.stroke)
     for field in dataclasses.fields(shot):
-        if field.name not in ('scene', 'stroke'):
+        if field.name not in ('scene', 'stroke', '_again'):
             assert bits(getattr(back, field.name)) == bits(getattr(shot, field.name)), field.name
     for derived in ('status', 'message', 'double_hit', 'error_estimate', 'evaluations'):
         assert getattr(back, derived) == getattr(shot, derived)
@@ -103,10 +108,41 @@ def test_it_is_json_that_others_can_read():
 
 
 def test_numbers_that_json_does_not_know():
-    row = SHOTS['masse']._row.copy()
-    row[11], row[12] = np.inf, -np.inf
-    shot = dataclasses.replace(SHOTS['masse'], _row=row)
-    assert bits(from_json(to_json(shot))._row) == bits(row)
+    strike = SHOTS['masse']._strike.copy()
+    strike['error'], strike['duration'] = np.inf, -np.inf
+    shot = dataclasses.replace(SHOTS['masse'], _strike=strike)
+    back = from_json(to_json(shot))
+    assert back.error_estimate == np.inf
+    assert back._strike['duration'] == -np.inf
+
+
+def test_an_impact_of_more_balls_than_a_double_has_bits():
+    row = {str(i): (0.3 + 0.05715 * i, 0.0) for i in range(60)}
+    scene = Scene.from_dict({'like': 'pool', 'balls': {'cue': [0, 0], **row}})
+    shot = predict(scene, Stroke.from_offsets(0, 0, 0, 0, 1))
+    back = from_json(to_json(shot))
+    assert max(len(event.balls) for event in shot.table.events) == 61
+    assert [event.balls for event in back.table.events] == [
+        event.balls for event in shot.table.events]
+
+
+@pytest.mark.parametrize('name', ['energetic', 'frozen', 'break'])
+def test_a_file_of_version_1_is_read(name):
+    """It has the same numbers; it knew a discontinuity of the law only by its message."""
+    path = Path(__file__).parent / 'version_1' / f'{name}.json'
+    data, shot = json.loads(path.read_text()), load_shot(path)
+    assert shot.status.name == data['status']
+    assert shot.velocity.tolist() == data['strike']['velocity']
+    assert (shot.discontinuity > 1.0) == (name == 'energetic')
+    again = json.loads(to_json(shot))
+    assert again['version'] == 2
+    for key in ('scene', 'stroke', 'position', 'tolerance', 'phases', 'trajectory', 'together'):
+        assert again[key] == data[key], key
+    if data['table']:
+        for key in data['table'].keys() - {'wall_time'}:
+            assert again['table'][key] == data['table'][key], key
+    if name != 'energetic':
+        assert {key: again['strike'][key] for key in data['strike']} == data['strike']
 
 
 def test_files(tmp_path):
@@ -121,7 +157,7 @@ def test_files(tmp_path):
 
 @pytest.mark.parametrize(('change', 'text'), [
     (lambda data: data.update(format='x'), 'format: missing or not'),
-    (lambda data: data.update(version=99), 'version: 99 is not allowed; it must be 1'),
+    (lambda data: data.update(version=99), 'version: 99 is not allowed; it must be one of 1, 2'),
     (lambda data: data.pop('strike'), 'incomplete or damaged'),
     (lambda data: data['strike'].pop('spin'), "incomplete or damaged: KeyError 'spin'"),
     (lambda data: data.update(trajectory=[[1, 2]]), r'trajectory: shape \(1, 2\) is not allowed'),

@@ -38,7 +38,7 @@ def at_ratio(ratio):
     return Scene.from_dict(data)
 
 
-def test_a_shot_on_a_jump_of_the_law_says_so():
+def test_a_shot_on_a_discontinuity_of_the_law_says_so():
     massé = Stroke((-2, -1, 12), (4, 0, -16))
     line = next(lines(Scene.load('paper'), massé))
     places = [jump.place for jump in jumps(line.outcome('energetic'), line.values)]
@@ -46,18 +46,18 @@ def test_a_shot_on_a_jump_of_the_law_says_so():
     for tolerance in (1e-3, 1e-5):
         on_it = predict(at_ratio(place), massé, tolerance)
         assert on_it.status == Status.TOLERANCE_NOT_REACHED
-        assert 'jumps here' in on_it.message
+        assert 'discontinuous here' in on_it.message
         # The other side is within the estimate.
         others = [predict(at_ratio(place * factor), massé, tolerance) for factor in (0.999, 1.001)]
         apart = np.linalg.norm(others[0].trajectory.rest - others[1].trajectory.rest)
         assert apart > 1.0
         assert on_it.error_estimate > 0.9 * apart
         assert {other.status for other in others} <= {Status.OK, Status.MISCUE}
-        assert not any(other.jump for other in others)
+        assert not any(other.discontinuity for other in others)
 
 
 def test_bistiffness_is_continuous_there():
     scene = Scene.from_dict({**at_ratio(0.88293).to_dict(), 'law': 'bistiffness'})
     shot = predict(scene, Stroke((-2, -1, 12), (4, 0, -16)))
-    assert shot.jump == 0.0
+    assert shot.discontinuity == 0.0
     assert shot.status == Status.MISCUE

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.impact.impulse_scheme import strike as impulse_strike
 from billiard_shot.study import accuracy
 from billiard_shot.study.closed_form import applies, closed_form
+from billiard_shot.study.impulse_scheme import strike as impulse_strike
 from billiard_shot.study.problem import Problem
 from billiard_shot.study.scipy_strike import ScipyStrike
 

@@ -1,4 +1,6 @@
 """The hard-case suite, and whether what it states is what the slow check finds."""
+import os
+
 import numpy as np
 import pytest
 from stated_values import slow_motion
@@ -15,24 +17,21 @@ CASES = [(family.name, member, law) for family in FAMILIES.values()
          for member in family.members for law in LAWS]
 
 
-# Known gaps, see docs/accuracy.md; most of them take seconds to run into their budget.
+# Known gaps, see docs/accuracy.md. They run, so that a fix is noticed.
 GAPS = {
-    ('stiffness ratio', '1e-8, slanted', 'energetic'),
-    ('stiffness ratio', '1e8, masse', 'bistiffness'),
-    ('stiffness ratio', '1e8, masse', 'energetic'),
-    ('grazing strokes', 'level, top, n.c = -1e-3', 'bistiffness'),
-    *(('grazing strokes', f'level, top, n.c = -1e-{power}', law)
-      for power in (6, 9, 12) for law in LAWS),
     *(('simultaneous events', member, law) for law in LAWS
       for member in ('four corners', 'four corners, sliding', 'four corners, mu = 10')),
+    # 10,000 steps add up to rounding that differs between the orders of contacts
+    ('mass ratio', '1e6, masse', 'bistiffness'),
 }
 MINUTES = "Newton's cradle", '50 balls, e = 0'
 
 
 def marks(case):
     if case in GAPS:
-        return pytest.mark.xfail(reason='known gap', run=False)
-    return pytest.mark.skip(reason='takes minutes') if case[:2] == MINUTES else ()
+        return pytest.mark.xfail(reason='known gap')
+    nightly = os.environ.get('NIGHTLY')
+    return pytest.mark.skip(reason='takes minutes') if case[:2] == MINUTES and not nightly else ()
 
 
 @pytest.mark.parametrize(('family', 'member', 'law'), [

@@ -6,20 +6,21 @@ from billiard_shot.scene import Scene
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
 from billiard_shot.shot.effects.look import ShotLook
 from billiard_shot.shot.effects.strike import DoubleHit, EndMass, TableContact, TipCurvature
-from billiard_shot.shot.model import Model, numbers_of
-from billiard_shot.table.effects import Effect, forced, Gate, report, TABLE_GATES
+from billiard_shot.shot.model import strike_model, StrikeModel
+from billiard_shot.table.effects import check_changes, Effect, forced, Gate, report, TABLE_GATES
 
 __all__ = ['Effect', 'GATES', 'ShotLook', 'effects_of', 'effects_of_nothing', 'model_of']
 
 STRIKE_GATES: tuple[Gate[ShotLook], ...] = (
     TableContact(), TipFriction(), TableFriction(), EndMass(), TipCurvature(),
 )
+check_changes(STRIKE_GATES, StrikeModel)
 GATES: tuple[Gate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES, DoubleHit())
 
 
-def model_of(scene: Scene) -> Model:
+def model_of(scene: Scene) -> StrikeModel:
     """Collect the numbers of a scene, with the effects that it forces on or off."""
-    model = forced(numbers_of(scene), STRIKE_GATES, scene.effects)
+    model = forced(strike_model(scene), STRIKE_GATES, scene.effects)
     return model._replace(surface=forced(model.surface, TABLE_GATES, scene.effects))
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.effects.look import ShotLook
-from billiard_shot.shot.model import Model, TABLE, TIP
+from billiard_shot.shot.model import StrikeModel, TABLE, TIP
 from billiard_shot.table.effects import Gate, OFF, Seen
 
 N = TypeVar('N')
@@ -30,10 +30,10 @@ class _Friction(Gate[ShotLook]):
 
     def force(self, numbers: N, wish: str) -> N:
         """Smooth contact."""
-        if wish == OFF and isinstance(numbers, Model):
-            friction = numbers.friction.copy()
-            friction[self.contact] = 0.0
-            numbers = numbers._replace(friction=friction)
+        if wish == OFF and isinstance(numbers, StrikeModel):
+            tip, table = numbers.friction
+            friction = (0.0, table) if self.contact == TIP else (tip, 0.0)
+            return numbers._replace(friction=friction)
         return numbers
 
 

@@ -27,7 +27,7 @@ class EndMass(Gate[ShotLook]):
 
     name = 'end_mass'
     needs = 'the cue is not guided'
-    changes: ClassVar = {OFF: {'softness': 0.0}}
+    changes: ClassVar = {OFF: {'inverse_end_mass': 0.0}}
 
     def seen(self, look: ShotLook) -> Seen:
         """Ask the cue."""
@@ -42,7 +42,7 @@ class TipCurvature(Gate[ShotLook]):
 
     name = 'tip_curvature'
     needs = 'the tip is rounded, and the stroke says where the axis of the cue goes'
-    changes: ClassVar = {OFF: {'dome': 0.0}}
+    changes: ClassVar = {OFF: {'tip_curvature': 0.0}}
 
     def seen(self, look: ShotLook) -> Seen:
         """Ask the cue and the stroke."""

@@ -1,0 +1,76 @@
+"""
+Where a law is discontinuous: strikes with two outcomes, however accurately they are solved.
+
+Law `energetic` ends a contact at a finite force, so that a contact that ends just before it would
+have been compressed anew and one that is just compressed anew lead to different motions.
+"""
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact.laws import ENERGETIC
+from billiard_shot.shot.accuracy import strike_tolerance
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import strike_batch
+from billiard_shot.status import Status
+
+CLOSE = 10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump
+COARSEST = 1e-6  # tolerance of a strike
+SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
+
+
+def discontinuities(
+    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
+    position: NDArray[np.float64], tolerance: float, strikes: NDArray[np.void],
+) -> NDArray[np.float64]:
+    """
+    Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
+
+    A strike that comes close to a decision is solved again with the tip a little stiffer and a
+    little softer, by as much as its accuracy is. The changes of a continuous outcome cancel. If
+    more than the tolerance is left, the outcome jumps in between.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    normals, velocities : (n, 3) float arrays
+    position : (3,) float array
+        Of the ball [m].
+    tolerance : float
+        Of the trajectories [m].
+    strikes : (n,) array of Strike
+        Of these strokes, on endless cloth.
+
+    """
+    found = np.zeros(len(strikes))
+    near = strikes['discontinuity_margin'] < SUSPECT * CLOSE * COARSEST
+    if not near.any():
+        return found
+    speeds = np.linalg.norm(velocities, axis=1)
+    near &= (strikes['status'] < Status.MISS) & (strikes['phases'] > 1)
+    for i in np.flatnonzero(near):
+        accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST)
+        change = CLOSE * accuracy
+        if strikes['discontinuity_margin'][i] > SUSPECT * change:
+            continue
+        stroke = slice(i, i + 1)
+        tip, table = model.stiffness
+        ends = [
+            strike_batch(
+                model._replace(stiffness=(tip * factor, table)), normals[stroke],
+                velocities[stroke], position, tolerance,
+            ).strikes['final_position'][0]
+            for factor in (1.0 - change, 1.0, 1.0 + change)
+        ]
+        bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
+        found[i] = bend if bend > 2.0 * tolerance else 0.0
+    return found
+
+
+def discontinuities_of_law(
+    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
+    position: NDArray[np.float64], tolerance: float, strikes: NDArray[np.void],
+) -> NDArray[np.float64]:
+    """Find `discontinuities` under law `energetic`, which has many; zeros under the others."""
+    if model.law != ENERGETIC:
+        return np.zeros(len(strikes))
+    return discontinuities(model, normals, velocities, position, tolerance, strikes)
