@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.table.motion import ACCELERATION, ANGULAR, Motion
+from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ def first_touch(
         When to stop looking [s].
 
     """
-    rows = ball.rows[:, ACCELERATION:ANGULAR]
+    rows = ball.rows['acceleration']
     bend = cue_acceleration + float(np.sqrt((rows * rows).sum(axis=1).max()))
     bodies = (
         (shape.dome, shape.radius + shape.dome),

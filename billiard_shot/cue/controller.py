@@ -1,16 +1,18 @@
 """
 The cue's controller: orders and inputs go in, commands for the mechanism come out.
 
-It knows no middleware and no clock: every call brings the time of a steady clock [s] along. It
-acts on what it hears at once, and on silence and progress at every `tick`.
+It knows no middleware and no clock: every call brings the time `now` of a steady clock [s] and the
+time on that clock at which a message was written. It acts on messages at once, and on silence and
+progress at every `tick`. After a pause without calls it trusts nothing that it heard before.
 """
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 import math
 
 import numpy as np
 
-from billiard_shot.cue.inputs import Input
+from billiard_shot.cue.clock import ClockWatch
+from billiard_shot.cue.inputs import Heartbeat, Input
 from billiard_shot.cue.job import Command, Job, Result, Settings
 from billiard_shot.cue.measurement import Strike, StrokeWatch
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
@@ -18,8 +20,24 @@ from billiard_shot.cue.orders import Balls, moved, Order, OrderBook
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.path import Array, Path
 from billiard_shot.cue.plan import aim_path, prepare
-from billiard_shot.cue.safety import Condition, decide, Decision, Event, MOVING, State
+from billiard_shot.cue.safety import (
+    BEFORE_STROKE,
+    Condition,
+    decide,
+    Decision,
+    Event,
+    MOVING,
+    State,
+)
 from billiard_shot.scene import Scene
+
+RECOVERY = 4.0
+"""
+For how long nothing is trusted after a pause [s].
+
+A reliable middleware repeats messages and requests that a stopped process has missed; Fast DDS
+does so every three seconds. After this time all that was sent before the pause ended has come in.
+"""
 
 
 class Controller:
@@ -47,8 +65,11 @@ class Controller:
     ) -> None:
         self.state = State.DISARMED
         self.reason = 'started'
-        self.estop = Input('estop', False, settings.estop_timeout)
-        self.interlock = Input('interlock', True, settings.interlock_timeout)
+        self.estop = Input('estop', settings.estop_timeout, safe=False)
+        self.interlock = Input('interlock', settings.interlock_timeout, safe=True)
+        self.joints = Heartbeat('joint_states', settings.joints_timeout)
+        self.clock = ClockWatch('ROS clock', settings.longest_pause)
+        self.rivals = ''
         self.command: Command | None = None
         self.mechanism = mechanism
         self._scene, self._settings = scene, settings
@@ -57,10 +78,10 @@ class Controller:
         self._book = OrderBook(settings.order_longest)
         self._balls: Balls | None = None
         self.position = self._velocity = np.full(len(JOINTS), math.nan)
-        self._heard = -math.inf
+        self._ran = math.inf  # at the last tick
         self._job: Job | None = None
         self._begin = 0.0  # of the path being followed
-        self._key = 0
+        self._number = 0  # of the last command
         ranges = [axis.most - axis.least for axis in mechanism.axes]
         self._near = settings.aim_tolerance * np.array(ranges)
 
@@ -84,25 +105,42 @@ class Controller:
 
     # --- what it hears --------------------------------------------------------------------------
 
-    def hear_estop(self, pressed: bool, now: float) -> None:
-        """Hear the emergency stop; pressed stops everything, at once."""
-        self.estop.hear(pressed, now)
+    def hear_estop(self, pressed: bool, written: float, now: float) -> None:
+        """Hear the emergency stop; pressed stops everything at once, however old the message."""
+        self._notice_pause(now)
+        self.estop.hear_value(pressed, written, now)
         if pressed and self.state is not State.ESTOP:
             self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
 
-    def hear_interlock(self, safe: bool, now: float) -> None:
-        """Hear the interlock; opened, it stops what moves, at once."""
-        self.interlock.hear(safe, now)
+    def hear_interlock(self, safe: bool, written: float, now: float) -> None:
+        """Hear the interlock; opened, it stops all motion at once."""
+        self._notice_pause(now)
+        self.interlock.hear_value(safe, written, now)
         self._watch_interlock(now)
 
-    def hear_joints(self, position: Array, velocity: Array, now: float) -> None:
+    def hear_joints(
+        self, position: Array, velocity: Array, written: float, now: float
+    ) -> None:
         """Hear where the joints (6,) are [m, rad] and how fast [per s]."""
-        self.position, self._velocity, self._heard = position, velocity, now
+        self._notice_pause(now)
+        if not self.joints.hear(written, now):
+            return
+        self.position, self._velocity = position, velocity
         if self.state is State.FIRING and self._job and np.isfinite(position).all():
             watch = self._job.watch
             if watch.see(position, velocity) and watch.strike:
                 self._tell_strike(watch.strike)
             self._watch_brake(now)
+
+    def hear_clock(self, time: float, now: float) -> None:
+        """Hear the clock that orders are dated by [s]; if it fails, no stroke begins."""
+        self.clock.see(time, now)
+
+    def hear_rivals(self, names: Sequence[str], now: float) -> None:
+        """Hear which other nodes command the mechanism; one is a fault, whatever the state."""
+        self.rivals = f'another node commands the mechanism: {", ".join(names)}' if names else ''
+        if names and self.state is not State.FAULT:
+            self.fail(now, self.rivals)
 
     def hear_table(self, balls: Mapping[str, tuple[float, float]]) -> None:
         """Hear where the balls lie [m]."""
@@ -120,6 +158,7 @@ class Controller:
             If it is refused; nothing has been done then.
 
         """
+        self._notice_pause(now)
         if self._job:
             raise RefusedError(
                 Outcome.BUSY, f'shot {self._job.shot.plan.shot_id!r} is being executed')
@@ -141,6 +180,7 @@ class Controller:
 
     def arm(self, now: float) -> Decision:
         """Allow the shot that is aimed; it is fired once everything has settled."""
+        self._notice_pause(now)
         decision = self._event(Event.ARM, now, 'armed')
         if decision.accepted and self._job:
             self._job.armed_until = now + self._settings.arm_timeout
@@ -153,6 +193,7 @@ class Controller:
 
     def clear(self, now: float) -> Decision:
         """Leave ESTOP or FAULT, if what led there is over."""
+        self._notice_pause(now)
         return self._event(Event.CLEAR, now, 'cleared')
 
     def fail(self, now: float, reason: str) -> None:
@@ -163,18 +204,37 @@ class Controller:
 
     def tick(self, now: float) -> None:
         """Look for silence and progress; to be called at a steady rate."""
+        self._notice_pause(now)
+        self._ran = now
         if self.state in MOVING:
-            if not self.estop.allows(now):
-                self._event(Event.ESTOP, now, self.estop.complaint(now), Outcome.ESTOP)
+            if complaint := self.estop.complaint(now):
+                self._event(Event.ESTOP, now, complaint, Outcome.ESTOP)
             self._watch_interlock(now)
-        if self.state in MOVING:
-            complaint = self.unfit(now)
-            if complaint:
-                self.fail(now, complaint)
+        if self.state in MOVING and (complaint := self.unfit(now)):
+            self.fail(now, complaint)
+        if self.state in BEFORE_STROKE and (complaint := self.clock.complaint(now)):
+            self._event(Event.INTERRUPTED, now, complaint, Outcome.DISARMED)
         if self._job:
             {State.AIMING: self._aim, State.AIMED: self._wait, State.ARMED: self._fire,
              State.FIRING: self._brake, State.RETRACTING: self._retract}[self.state](
                  now, self._job)
+
+    def _notice_pause(self, now: float) -> None:
+        """
+        Trust nothing that was heard before, if the controller did not run for too long.
+
+        Messages and requests that waited meanwhile come in afterwards as if they were new. So an
+        input is fresh again only if a message was written some time after the pause. Until then
+        requests are refused.
+        """
+        pause = now - self._ran
+        if pause <= self._settings.longest_pause:
+            return
+        self._ran = now
+        for each in (self.estop, self.interlock, self.joints):
+            each.forget(now + RECOVERY)
+        outcome = Outcome.DISARMED if self.state in BEFORE_STROKE else Outcome.FAULT
+        self._event(Event.INTERRUPTED, now, f'this program did not run for {pause:.3g} s', outcome)
 
     def _aim(self, now: float, job: Job) -> None:
         off = np.abs(self.position - job.shot.aimed) / self._near
@@ -220,10 +280,10 @@ class Controller:
             self.fail(now, self._stuck(int(off.argmax()), home))
 
     def _watch_interlock(self, now: float) -> None:
-        if self.state in MOVING and not self.interlock.allows(now):
+        if self.state in MOVING and (complaint := self.interlock.complaint(now)):
             outcome = (Outcome.FAULT if self.state in (State.FIRING, State.RETRACTING)
                        else Outcome.DISARMED)
-            self._event(Event.INTERLOCK_LOST, now, self.interlock.complaint(now), outcome)
+            self._event(Event.INTERLOCK_LOST, now, complaint, outcome)
 
     def _watch_brake(self, now: float) -> None:
         assert self._job
@@ -254,7 +314,8 @@ class Controller:
             return decision
         self.state, self.reason = decision.state, reason
         if self.state not in MOVING:
-            stop = Command(0, None)
+            self._number += 1
+            stop = Command(self._number, None)
             self.command = None if self.state is State.DISARMED else stop
             self._tell_command(stop)
         self._tell_state()
@@ -266,11 +327,11 @@ class Controller:
     def _decide(self, event: Event, now: float, order_valid: bool = False) -> Decision:
         job = self._job
         complaints = {
-            Condition.ESTOP_FRESH:
-                '' if self.estop.allows(now) else self.estop.complaint(now),
-            Condition.INTERLOCK_FRESH:
-                '' if self.interlock.allows(now) else self.interlock.complaint(now),
+            Condition.ESTOP_FRESH: self.estop.complaint(now),
+            Condition.INTERLOCK_FRESH: self.interlock.complaint(now),
             Condition.MECHANISM_FIT: self.unfit(now),
+            Condition.ALONE: self.rivals,
+            Condition.CLOCK_RUNS: self.clock.complaint(now),
             Condition.ARMED_LATELY:
                 '' if job and now <= job.armed_until else 'not armed',
             Condition.ORDER_VALID: '' if order_valid else 'no order' if job is None else
@@ -288,12 +349,8 @@ class Controller:
 
     def unfit(self, now: float) -> str:
         """Why the mechanism is not to be trusted; '' if it is."""
-        silent = now - self._heard
-        if silent == math.inf:
-            return 'joint_states: never heard'
-        if silent > self._settings.joints_timeout:
-            return (f'joint_states: silent for {silent:.3g} s, more than '
-                    f'{self._settings.joints_timeout:g} s')
+        if stale := self.joints.stale(now):
+            return stale
         for name, position, velocity in zip(JOINTS, self.position, self._velocity, strict=True):
             if not (math.isfinite(position) and math.isfinite(velocity)):
                 return f'joint_states: {name} is at {position}, at a speed of {velocity}'
@@ -316,7 +373,7 @@ class Controller:
                 f'{self._settings.late:g} s ago')
 
     def _follow(self, path: Path, now: float) -> None:
-        self._key += 1
+        self._number += 1
         self._begin = now
-        self.command = Command(self._key, path)
+        self.command = Command(self._number, path)
         self._tell_command(self.command)

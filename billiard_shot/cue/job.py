@@ -13,7 +13,8 @@ class Settings:
     """
     What the controller goes by; times in s.
 
-    `estop_timeout`, `interlock_timeout`, `joints_timeout`: silence of these inputs means stop.
+    `estop_timeout`, `interlock_timeout`, `joints_timeout`: silence of these inputs means stop. If
+    the controller does not run for half of the shortest one, everything heard before is stale.
     `arm_timeout`: armed for so long without firing, it disarms. `settle_time`: from armed to the
     stroke. `order_longest`: for how long an order may be valid. `late`: how late the mechanism may
     be where the path has it already. `aim_tolerance`: of each joint, relative to its range.
@@ -23,7 +24,7 @@ class Settings:
 
     estop_timeout: float = 0.5
     interlock_timeout: float = 0.5
-    joints_timeout: float = 0.2
+    joints_timeout: float = 0.5
     arm_timeout: float = 5.0
     settle_time: float = 0.1
     order_longest: float = 600.0
@@ -32,12 +33,21 @@ class Settings:
     brake_tolerance: float = 0.005
     table_tolerance: float = 0.001
 
+    @property
+    def longest_pause(self) -> float:
+        """Longest time between two ticks after which the inputs are still trusted [s]."""
+        return 0.5 * min(self.estop_timeout, self.interlock_timeout, self.joints_timeout)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Command:
-    """What the mechanism is told: to follow a path (repeated under the same key), or to stop."""
+    """
+    What the mechanism is told: to follow a path, or to stop.
 
-    key: int
+    `number` grows by one with every new command; a command is repeated under its number.
+    """
+
+    number: int
     path: Path | None  # None: stop
 
 

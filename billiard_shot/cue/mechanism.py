@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.cue.incline import Incline
+from billiard_shot.cue.parts import Parts
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.fields import number, section
 from billiard_shot.scene.mistakes import InputError, Mistake
@@ -117,6 +118,8 @@ class Mechanism:
         billiards.colostate.edu).
     travel_height : float
         Height of the tip above the cloth when the carriage travels [m], above 0; above the balls.
+    parts : Parts
+        Masses and sizes of the moving parts, for the robot model (URDF).
 
     """
 
@@ -137,6 +140,7 @@ class Mechanism:
     steady_time: float = number('s', above=0, default=0.02)
     contact_time: float = number('s', above=0, default=0.002)
     travel_height: float = number('m', above=0, default=0.1)
+    parts: Parts = section(Parts, optional=True)
 
     def __post_init__(self) -> None:
         check(self)

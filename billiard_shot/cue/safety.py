@@ -30,6 +30,9 @@ class State(IntEnum):
 MOVING = (State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING)
 """States in which the mechanism is commanded, so that silence is dangerous."""
 
+BEFORE_STROKE = (State.AIMING, State.AIMED, State.ARMED)
+"""Those of them that can be left without harm: nothing has been struck."""
+
 
 class Event(StrEnum):
     """What can happen to it."""
@@ -43,6 +46,7 @@ class Event(StrEnum):
     DISARM = 'disarm'
     EXPIRE = 'expire'  # armed for too long, or the order is
     INTERLOCK_LOST = 'interlock_lost'
+    INTERRUPTED = 'interrupted'  # the controller did not run, or the clock jumped
     ESTOP = 'estop'
     FAIL = 'fail'
     CLEAR = 'clear'
@@ -56,38 +60,43 @@ class Condition(StrEnum):
     ARMED_LATELY = 'armed for no longer than the time-out'
     ORDER_VALID = 'the order is not expired, and no ball has moved'
     MECHANISM_FIT = 'the mechanism is heard, and its numbers make sense'
+    ALONE = 'no other node commands the mechanism'
+    CLOCK_RUNS = 'the clock advances, and has not jumped back'
 
 
-SAFE = frozenset(
-    {Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH, Condition.MECHANISM_FIT})
+SAFE = frozenset({Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH, Condition.MECHANISM_FIT,
+                  Condition.ALONE})
 """What motion needs."""
+
+_ORDER = SAFE | {Condition.ORDER_VALID, Condition.CLOCK_RUNS}
 
 _NONE: frozenset[Condition] = frozenset()
 _S, _E = State, Event
-_MOVABLE = (_S.AIMING, _S.AIMED, _S.ARMED)
 _STROKE = (_S.FIRING, _S.RETRACTING)
 _ALL = tuple(State)
 
 TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
-    (_S.DISARMED, _E.AIM): (_S.AIMING, SAFE | {Condition.ORDER_VALID}),
+    (_S.DISARMED, _E.AIM): (_S.AIMING, _ORDER),
     (_S.AIMING, _E.REACH): (_S.AIMED, SAFE),
-    (_S.AIMED, _E.ARM): (_S.ARMED, SAFE | {Condition.ORDER_VALID}),
-    (_S.ARMED, _E.FIRE): (
-        _S.FIRING, SAFE | {Condition.ARMED_LATELY, Condition.ORDER_VALID}),
+    (_S.AIMED, _E.ARM): (_S.ARMED, _ORDER),
+    (_S.ARMED, _E.FIRE): (_S.FIRING, _ORDER | {Condition.ARMED_LATELY}),
     (_S.FIRING, _E.BRAKED): (_S.RETRACTING, SAFE),
     (_S.RETRACTING, _E.HOME): (_S.DISARMED, _NONE),
     # Before the stroke nothing is lost by starting over; within it, something has gone wrong.
-    **{(state, _E.EXPIRE): (_S.DISARMED, _NONE) for state in _MOVABLE},
-    **{(state, _E.INTERLOCK_LOST): (_S.DISARMED, _NONE) for state in _MOVABLE},
+    **{(state, _E.EXPIRE): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
+    **{(state, _E.INTERLOCK_LOST): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
     **{(state, _E.INTERLOCK_LOST): (_S.FAULT, _NONE) for state in _STROKE},
+    **{(state, _E.INTERRUPTED): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
+    **{(state, _E.INTERRUPTED): (_S.FAULT, _NONE) for state in _STROKE},
     **{(state, _E.DISARM): (_S.DISARMED, _NONE)
-       for state in (_S.DISARMED, *_MOVABLE, *_STROKE)},
+       for state in (_S.DISARMED, *BEFORE_STROKE, *_STROKE)},
     # The stronger latch stays.
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
     (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
     (_S.FAULT, _E.CLEAR): (
-        _S.DISARMED, frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_FIT})),
+        _S.DISARMED,
+        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_FIT, Condition.ALONE})),
 }
 """From state and event to the next state, and the conditions that must hold."""
 

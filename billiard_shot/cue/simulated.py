@@ -78,6 +78,27 @@ class Faults:
         check(self)
 
 
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """
+    Record of a stop, on the mechanism's own clock.
+
+    Parameters
+    ----------
+    commanded : bool
+        True: a command to stop. False: commands ceased.
+    silence : float
+        Time since the last command, when the brake began [s].
+    braking : float
+        Time from then until all joints stood still [s].
+
+    """
+
+    commanded: bool
+    silence: float
+    braking: float
+
+
 class SimulatedMechanism:
     """
     The mechanism, moved on by `advance`; times are those of any steady clock [s].
@@ -102,7 +123,7 @@ class SimulatedMechanism:
         now: float, seed: int = 0,
     ) -> None:
         self.faults = Faults()
-        self.abandoned = 0  # how often it stopped because nobody commanded
+        self.stops: list[Stop] = []
         self.position = np.array(start, dtype=float)  # of the actuators
         self.velocity = np.zeros(len(JOINTS))
         self.output = self.position.copy()  # of what they move; differs by the backlash
@@ -114,8 +135,9 @@ class SimulatedMechanism:
         self._now = now
         self._heard = -math.inf
         self._path: Path | None = None  # None: stops, and holds where it has stopped
-        self._key = 0
+        self._number = 0
         self._begin = now
+        self._brake: tuple[bool, float, float] | None = None  # the stop under way
         self._brake_wanted = math.inf
 
     @property
@@ -128,31 +150,34 @@ class SimulatedMechanism:
         """Whether it has stopped and follows no command."""
         return self._path is None and not self.moving
 
-    def follow(self, path: Path, key: int, now: float) -> None:
-        """Follow a path; repeated under its key, it only says that somebody is there."""
+    def follow(self, path: Path, number: int, now: float) -> None:
+        """Follow a path; repeated under its number, it only shows that the driver is alive."""
         self.advance(now)
         if self._random.random() < self.faults.dropped:
             return
         self._heard = now
-        if key > self._key:
-            self._key, self._path, self._begin = key, path, now + self._flaws.latency
-            self._brake_wanted = math.inf
+        if number > self._number:
+            self._number, self._path, self._begin = number, path, now + self._flaws.latency
+            self._brake, self._brake_wanted = None, math.inf
 
     def stop(self, now: float) -> None:
         """Brake all joints as hard as they can; only a new path makes them move again."""
         self.advance(now)
-        if self._random.random() >= self.faults.dropped:
-            self._path = None
+        if self._random.random() >= self.faults.dropped and self._path is not None:
+            self._stop(commanded=True)
 
     def advance(self, now: float) -> None:
         """Move on to the time `now` [s]."""
         steps = math.ceil((now - self._now) / SUBSTEP - 1e-6)
         for _ in range(max(steps, 0)):
             if self._path is not None and self._now - self._heard > self._deadline:
-                self._path = None
-                self.abandoned += 1
+                self._stop(commanded=False)
             self._step()
             self._now += SUBSTEP
+            if self._brake and not self.moving:
+                commanded, silence, began = self._brake
+                self.stops.append(Stop(commanded, silence, self._now - began))
+                self._brake = None
 
     def measured(self) -> tuple[Array, Array]:
         """Positions and speeds (6,) as the encoders tell them."""
@@ -163,6 +188,10 @@ class SimulatedMechanism:
         if not step.any():
             return self.position.copy(), self.velocity.copy()
         return np.round(self.position / step) * step, self.velocity.copy()
+
+    def _stop(self, *, commanded: bool) -> None:
+        self._path = None
+        self._brake = commanded, self._now - self._heard, self._now
 
     def _step(self) -> None:
         held = self.position[INCLINE]

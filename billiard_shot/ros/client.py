@@ -21,6 +21,7 @@ from rclpy.node import Node
 from billiard_shot import Scene, Status
 from billiard_shot.ros import conversions
 from billiard_shot.ros.conversions import Triple
+from billiard_shot.ros.running import initialized
 from billiard_shot.table.motion import Motion
 
 PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
@@ -93,7 +94,7 @@ def call(node: Node, client: Client, request: object, timeout: float = 10.0,
 
 
 def report(response: PredictShot.Response) -> str:
-    """Lines for people: outcome, ball, cue, and the samples that tell the trajectory."""
+    """Lines for people: outcome, ball, cue, and the samples of the trajectory."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
     if status.refused:
@@ -107,24 +108,17 @@ def report(response: PredictShot.Response) -> str:
     trajectory = response.trajectory
     positions = conversions.vectors(trajectory.positions)
     speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
-    for i in telling_samples(trajectory.motion):
+    for i, motion in enumerate(trajectory.motion):
         numbers = (trajectory.times[i], *positions[i], speeds[i])
         lines.append(f'{"":11}' + ''.join(f'{number:11.4f}' for number in numbers)
-                     + f'  {Motion(trajectory.motion[i]).name.lower()}')
+                     + f'  {Motion(motion).name.lower()}')
     return '\n'.join(lines)
-
-
-def telling_samples(motion: Sequence[int]) -> list[int]:
-    """Sample numbers: five evenly spaced ones, and the first of every new kind of motion."""
-    even = np.linspace(0, len(motion) - 1, 5).round().astype(int)
-    changes = np.flatnonzero(np.diff(motion)) + 1
-    return sorted({*even.tolist(), *changes.tolist()})
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Call `predict_shot` for every shot; exit code 1 where one is refused or not answered."""
     radius = Scene.load('paper').ball.radius
-    with rclpy.init(args=args):
+    with initialized(args):
         node = Node('paper_shots')
         client = node.create_client(PredictShot, 'predict_shot')
         if not client.wait_for_service(timeout_sec=START_UP):

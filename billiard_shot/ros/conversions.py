@@ -1,6 +1,7 @@
 """Between messages and the library: pure functions, each way, and the checks of every request."""
 from array import array
 from dataclasses import replace
+from itertools import pairwise
 import math
 from typing import Any
 
@@ -9,16 +10,17 @@ from billiard_shot_msgs.srv import PredictShot
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 import numpy as np
 from numpy.typing import NDArray
+from std_msgs.msg import Header
 
-from billiard_shot import Scene, Shot, Stroke
-from billiard_shot.ros.parameters import MAX_SAMPLES
+from billiard_shot import Scene, Shot, Stroke, Trajectory
+from billiard_shot.ros.parameters import FRAME, MAX_SAMPLES
 from billiard_shot.status import Status
-
-FRAME = 'table'
-"""The one frame all interfaces use (REP-103): origin on the cloth at the centre of the bed."""
 
 CUE_BALL = 'cue'
 """Name of the cue ball in scenes and in the table state."""
+
+TELLING = 8
+"""Largest number of samples in a short answer."""
 
 Triple = tuple[float, float, float]
 
@@ -36,10 +38,11 @@ class BadRequestError(ValueError):
 def make_request(
     position: Triple, quaternion: tuple[float, float, float, float], speed: float,
     ball: Triple = (0.0, 0.0, 0.0), tolerance: float = 0.0, sample_count: int = 0,
+    frame: str = FRAME,
 ) -> PredictShot.Request:
-    """Request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), all in frame table."""
+    """Request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), all in `frame`."""
     request = PredictShot.Request()
-    request.header.frame_id = FRAME
+    request.header.frame_id = frame
     request.cue_pose = Pose(
         position=_filled(Point, position),
         orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))),
@@ -79,10 +82,10 @@ def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
 
 
 def ball_of(
-    request: PredictShot.Request, radius: float, table: TableState | None,
+    request: PredictShot.Request, radius: float, table: TableState | None, frame: str,
 ) -> Triple:
     """
-    Centre of the cue ball (metres, frame table) for a request, from it or from the table state.
+    Centre of the cue ball (metres, in `frame`) for a request, from it or from the table state.
 
     Raises
     ------
@@ -94,7 +97,7 @@ def ball_of(
         return _resting('ball_position', request.ball_position, radius)
     if table is None:
         raise _invalid('use_table_state is true, but nothing has come in on topic table_state')
-    _check_frame('table_state.header.frame_id', table.header.frame_id)
+    check_frame('table_state.header.frame_id', table.header, frame)
     balls = [ball for ball in table.balls if ball.id == CUE_BALL]
     if len(balls) != 1:
         raise _invalid(
@@ -126,7 +129,7 @@ def scene_of(scene: Scene, table: TableState) -> Scene:
         raise _invalid(f'use_table_state: table_state: {error}') from None
 
 
-def check_common(request: PredictShot.Request) -> None:
+def check_common(request: PredictShot.Request, frame: str) -> None:
     """
     Check the fields that are neither stroke nor ball.
 
@@ -136,12 +139,26 @@ def check_common(request: PredictShot.Request) -> None:
         INVALID_REQUEST, with the field, its value and the allowed range.
 
     """
-    _check_frame('header.frame_id', request.header.frame_id)
+    check_frame('header.frame_id', request.header, frame)
     if not 0.0 <= request.tolerance < math.inf:
         raise _invalid(
             f'tolerance is {request.tolerance}: must be finite, above 0 m, or 0 for the default')
     if request.sample_count > MAX_SAMPLES:
         raise _invalid(f'sample_count is {request.sample_count}: must be at most {MAX_SAMPLES}')
+
+
+def check_frame(field: str, header: Header, frame: str) -> None:
+    """
+    Check that a header is in the table's frame; an empty frame stands for it.
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, with the field, its value and the table's frame.
+
+    """
+    if header.frame_id not in ('', frame):
+        raise _invalid(f'{field} is {header.frame_id!r}: must be {frame!r} or empty')
 
 
 # --- responses ----------------------------------------------------------------------------------
@@ -153,7 +170,7 @@ def refusal(status: Status, message: str) -> PredictShot.Response:
 
 def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
     """
-    Answer with everything in `shot`, its trajectory in `sample_count` samples.
+    Answer with everything in `shot`, its trajectory as `trajectory_message` has it.
 
     Numbers that are not finite never leave the node: such a shot becomes a refusal.
     """
@@ -180,9 +197,13 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
     return response
 
 
-def trajectory_message(trajectory: Any, count: int) -> BallTrajectory:
-    """Message of a library trajectory in `count` samples, equally spaced in time until rest."""
-    times = np.linspace(0.0, trajectory.duration, count)
+def trajectory_message(trajectory: Trajectory, count: int) -> BallTrajectory:
+    """
+    Message of a library trajectory until rest.
+
+    In `count` samples, equally spaced in time; 0: in those of `telling_times`.
+    """
+    times = np.linspace(0.0, trajectory.duration, count) if count else telling_times(trajectory)
     state = trajectory.at(times)
     return BallTrajectory(
         times=_doubles(times),
@@ -191,6 +212,13 @@ def trajectory_message(trajectory: Any, count: int) -> BallTrajectory:
         spins=_doubles(state.spin),
         motion=array('B', np.asarray(state.motion, dtype=np.uint8).tobytes()),
     )
+
+
+def telling_times(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Find the times [s] of start, changes of motion, and rest: at most `TELLING` of them."""
+    segments = trajectory.segments
+    changes = [now.start for before, now in pairwise(segments) if now.motion != before.motion]
+    return np.unique([0.0, *changes[:TELLING - 2], trajectory.duration])
 
 
 def vectors(flat: array) -> NDArray[np.float64]:
@@ -226,11 +254,6 @@ def _resting(field: str, point: Point, radius: float) -> Triple:
             f'{field}.z is {z}: the ball would be {where}; '
             f'must be 0 (resting on the cloth) or the radius, {radius} m')
     return x, y, radius
-
-
-def _check_frame(field: str, frame: str) -> None:
-    if frame not in ('', FRAME):
-        raise _invalid(f'{field} is {frame!r}: must be {FRAME!r} or empty')
 
 
 def _invalid(message: str) -> BadRequestError:

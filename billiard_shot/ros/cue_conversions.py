@@ -9,7 +9,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.time import Time as Moment
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -23,7 +22,8 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.path import Path
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.conversions import FRAME
+from billiard_shot.ros.conversions import BadRequestError, check_frame
+from billiard_shot.ros.parameters import FRAME
 
 Joints = NDArray[np.float64]
 Places = Mapping[str, tuple[float, float]]
@@ -42,10 +42,12 @@ def plan_of(stroke: Stroke, balls: Places, scene: Scene, shot_id: str) -> ShotPl
         shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
 
 
-def goal_of(plan: ShotPlan, nonce: str, stamp: Time, expiry: Time) -> ExecuteShot.Goal:
+def goal_of(
+    plan: ShotPlan, nonce: str, stamp: Time, expiry: Time, frame: str = FRAME,
+) -> ExecuteShot.Goal:
     """Goal to play a plan, made at `stamp`, until `expiry`."""
     message = Plan(
-        header=Header(frame_id=FRAME, stamp=stamp), shot_id=plan.shot_id,
+        header=Header(frame_id=frame, stamp=stamp), shot_id=plan.shot_id,
         cue_pose=pose_of(plan.position, plan.quaternion), speed=plan.speed,
         elevation=plan.elevation, seal=plan.seal,
         balls=[BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in
@@ -54,9 +56,9 @@ def goal_of(plan: ShotPlan, nonce: str, stamp: Time, expiry: Time) -> ExecuteSho
     return ExecuteShot.Goal(plan=message, nonce=nonce, expiry=expiry)
 
 
-def order_of(goal: ExecuteShot.Goal, now: Time) -> Order:
+def order_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> Order:
     """
-    Order that a goal stands for, at ROS time `now`.
+    Order that a goal stands for, at ROS time `now`, with the table in `frame`.
 
     Raises
     ------
@@ -65,14 +67,15 @@ def order_of(goal: ExecuteShot.Goal, now: Time) -> Order:
 
     """
     message = goal.plan
-    if message.header.frame_id not in ('', FRAME):
-        raise RefusedError(Outcome.INVALID_PLAN, (
-            f'plan.header.frame_id is {message.header.frame_id!r}: must be {FRAME!r} or empty'))
+    try:
+        check_frame('plan.header.frame_id', message.header, frame)
+    except BadRequestError as error:
+        raise RefusedError(Outcome.INVALID_PLAN, str(error)) from None
     position, turn = message.cue_pose.position, message.cue_pose.orientation
     plan = ShotPlan(
         message.shot_id, (position.x, position.y, position.z), (turn.x, turn.y, turn.z, turn.w),
         message.speed, message.elevation, balls_of(message.balls))
-    return Order(plan, message.seal, goal.nonce, _seconds(goal.expiry) - _seconds(now))
+    return Order(plan, message.seal, goal.nonce, seconds(goal.expiry) - seconds(now))
 
 
 def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
@@ -94,20 +97,20 @@ def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
     return places
 
 
-def result_of(result: Result, stamp: Time) -> ExecuteShot.Result:
+def result_of(result: Result, header: Header) -> ExecuteShot.Result:
     """Say in a message how an order ended."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
         message.struck = True
-        message.strike = strike_message(result.strike, stamp)
+        message.strike = strike_message(result.strike, header)
         message.elevation = result.strike.tip.elevation
     return message
 
 
-def strike_message(strike: MeasuredStrike, stamp: Time) -> Strike:
+def strike_message(strike: MeasuredStrike, header: Header) -> Strike:
     """Message of a measured strike."""
     return Strike(
-        header=Header(frame_id=FRAME, stamp=stamp), shot_id=strike.shot_id, speed=strike.speed,
+        header=header, shot_id=strike.shot_id, speed=strike.speed,
         cue_pose=pose_of(strike.tip.position, strike.tip.quaternion))
 
 
@@ -136,21 +139,39 @@ def state_message(controller: Controller, stamp: Time) -> CueState:
                     reason=controller.reason, shot_id=controller.shot_id)
 
 
+def health(controller: Controller, life: str, now: float) -> dict[str, str]:
+    """
+    Condition of everything that a shot needs, by name: 'ok' or a complaint.
+
+    Parameters
+    ----------
+    controller : Controller
+    life : str
+        Why the node takes no goals; '' if it does.
+    now : float
+        Time of the controller's clock [s].
+
+    """
+    complaints = {
+        'node': life, 'estop': controller.estop.complaint(now),
+        'interlock': controller.interlock.complaint(now), 'mechanism': controller.unfit(now),
+        'table': '' if controller.knows_table else 'table_state: never heard',
+        'clock': controller.clock.complaint(now), 'other drivers': controller.rivals}
+    return {name: complaint or 'ok' for name, complaint in complaints.items()}
+
+
 def diagnostics_message(
-    name: str, controller: Controller, active: bool, now: float, stamp: Time
+    name: str, controller: Controller, found: Mapping[str, str], stamp: Time
 ) -> DiagnosticArray:
-    """Diagnostics of the cue of the node `name` at a time `now` of its clock [s]."""
-    level = {State.ESTOP: DiagnosticStatus.WARN, State.FAULT: DiagnosticStatus.ERROR}.get(
-        controller.state, DiagnosticStatus.OK)
-    values = {
-        'shot_id': controller.shot_id, 'node': 'ok' if active else 'not active',
-        **{each.name: 'ok' if each.allows(now) else each.complaint(now)
-           for each in (controller.estop, controller.interlock)},
-        'mechanism': controller.unfit(now) or 'ok',
-        'table': 'ok' if controller.knows_table else 'table_state: never heard'}
+    """Diagnostics of the cue of the node `name`, whose `health` is `found`."""
+    wrong = [value for value in found.values() if value != 'ok']
+    level = DiagnosticStatus.ERROR if controller.state is State.FAULT or controller.rivals else (
+        DiagnosticStatus.WARN if controller.state is State.ESTOP or wrong else DiagnosticStatus.OK)
+    values = {'shot_id': controller.shot_id, **found}
     status = DiagnosticStatus(
-        level=level, name=name, hardware_id='mechanical cue',
-        message=f'{controller.state.name}: {controller.reason}',
+        level=level, name=name,
+        hardware_id=f'{name.rpartition("/")[0]}/mechanical_cue',
+        message='; '.join([f'{controller.state.name}: {controller.reason}', *wrong]),
         values=[KeyValue(key=key, value=value) for key, value in values.items()])
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 
@@ -159,20 +180,45 @@ def diagnostics_message(
 
 def table_message(
     balls: Mapping[str, tuple[float, float, float]], pocketed: Container[str], snapshot: int,
-    stamp: Time,
+    header: Header,
 ) -> TableState:
     """Message of where the balls' centres are [m], and which are not on the table any more."""
     return TableState(
-        header=Header(frame_id=FRAME, stamp=stamp), snapshot_id=snapshot,
+        header=header, snapshot_id=snapshot,
         balls=[BallState(id=name, position=Point(x=x, y=y, z=z), pocketed=name in pocketed)
                for name, (x, y, z) in balls.items()])
 
 
 # --- joints -------------------------------------------------------------------------------------
 
-def trajectory_message(path: Path, names: Sequence[str], stamp: Time) -> JointTrajectory:
-    """Message of a path that begins at `stamp`."""
-    message = JointTrajectory(header=Header(stamp=stamp), joint_names=list(names))
+def command_name(driver: str, number: int) -> str:
+    """Name of a command, for `header.frame_id` of a trajectory: who gave it, and its number."""
+    return f'{driver}/{number}'
+
+
+def command_of(message: JointTrajectory) -> tuple[str, int]:
+    """
+    Driver that gave a command, and the number of the command.
+
+    Raises
+    ------
+    ValueError
+        If the message does not name them.
+
+    """
+    driver, _, number = message.header.frame_id.rpartition('/')
+    if not driver or not number.isdecimal():
+        raise ValueError(f'header.frame_id: {message.header.frame_id!r} is not allowed; it must '
+                         'be the name of the driver, a slash, and the number of the command')
+    return driver, int(number)
+
+
+def trajectory_message(
+    path: Path, names: Sequence[str], stamp: Time, command: str
+) -> JointTrajectory:
+    """Message of a path that begins at `stamp`; `command` names it (`command_name`)."""
+    message = JointTrajectory(
+        header=Header(stamp=stamp, frame_id=command), joint_names=list(names))
     rows = zip(path.times, path.positions, path.velocities, path.accelerations, strict=True)
     for time, position, velocity, acceleration in rows:
         message.points.append(JointTrajectoryPoint(
@@ -181,7 +227,7 @@ def trajectory_message(path: Path, names: Sequence[str], stamp: Time) -> JointTr
     return message
 
 
-def stop_message(position: Joints, names: Sequence[str]) -> JointTrajectory:
+def stop_message(position: Joints, names: Sequence[str], command: str) -> JointTrajectory:
     """
     Zero command: be still where you are, at once.
 
@@ -189,14 +235,15 @@ def stop_message(position: Joints, names: Sequence[str]) -> JointTrajectory:
     knows them.
     """
     known = np.isfinite(position).all()
-    return JointTrajectory(joint_names=list(names), points=[JointTrajectoryPoint(
-        positions=position.tolist() if known else [], velocities=[0.0] * len(names))])
+    return JointTrajectory(
+        header=Header(frame_id=command), joint_names=list(names), points=[JointTrajectoryPoint(
+            positions=position.tolist() if known else [], velocities=[0.0] * len(names))])
 
 
 def is_stop(message: JointTrajectory) -> bool:
     """Whether a message is a zero command."""
     return len(message.points) == 1 and not any(message.points[0].velocities) and (
-        _seconds(message.header.stamp) == 0.0)
+        seconds(message.header.stamp) == 0.0)
 
 
 def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
@@ -213,7 +260,7 @@ def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
     if sorted(message.joint_names) != sorted(names):
         raise ValueError(f'joint_names: {message.joint_names} must be {list(names)}')
     order = [message.joint_names.index(name) for name in names]
-    times = np.array([_seconds(point.time_from_start) for point in message.points])
+    times = np.array([seconds(point.time_from_start) for point in message.points])
     rows = []
     for field in ('positions', 'velocities', 'accelerations'):
         values = [getattr(point, field) for point in message.points]
@@ -245,12 +292,8 @@ def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints
 
 # --- pieces -------------------------------------------------------------------------------------
 
-def key_of(stamp: Time) -> int:
-    """Nanoseconds of a stamp: they tell one command from a later one."""
-    return Moment.from_msg(stamp).nanoseconds
-
-
-def _seconds(time: Time | Duration) -> float:
+def seconds(time: Time | Duration) -> float:
+    """Time or duration in seconds."""
     return time.sec + 1e-9 * time.nanosec
 
 

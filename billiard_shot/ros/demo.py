@@ -15,11 +15,15 @@ import sys
 
 from domain_coordinator import domain_id
 
+SIMULATION = tuple(word for setting in (
+    'estop_timeout:=2.0', 'interlock_timeout:=2.0', 'joints_timeout:=2.0', 'late:=10.0',
+    'deadline:=2.0') for word in ('-p', setting))
+"""Time-outs for many processes on few cores: those of config/simulation.yaml."""
+
 NODES = {
     'predictor': ('-p', 'scene:=paper'),
-    # Many processes on few cores: the simulated mechanism may be late with what it measures.
-    'cue_driver': ('-p', 'autostart:=true', '-p', 'joints_timeout:=0.5', '--log-level', 'warn'),
-    'cue_sim': ('--log-level', 'warn'),
+    'cue_driver': ('-p', 'autostart:=true', *SIMULATION, '--log-level', 'warn'),
+    'cue_sim': (*SIMULATION, '--log-level', 'warn'),
     'table_sim': ('-p', 'haste:=4.0', '--log-level', 'warn'),
     'planner': ('-p', 'scene:=paper', '-p', 'plan_at_start:=false', '--log-level', 'warn'),
 }
@@ -37,9 +41,19 @@ def quiet_environment(domain: int) -> dict[str, str]:
     return environment
 
 
-def run_client(name: str, environment: dict[str, str]) -> int:
+STROKES = Path(__file__).with_name('demo_strokes.yaml')
+"""Strokes that are played one after the other, each from where the ball has come to rest."""
+
+TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}')
+"""Targets for which a stroke is planned and played."""
+
+ALONE = ('--arm', '--simulate-safety-inputs')
+"""Nobody attends the simulation."""
+
+
+def run_client(name: str, environment: dict[str, str], *arguments: str) -> int:
     """Run a client to its end; its exit code."""
-    command = [sys.executable, '-m', f'billiard_shot.ros.{name}']
+    command = [sys.executable, '-m', f'billiard_shot.ros.{name}', *arguments]
     return subprocess.run(command, env=environment, check=False).returncode
 
 
@@ -73,8 +87,9 @@ def main() -> None:
             print('The mechanical cue and the table, simulated: predicted, executed, compared.\n',
                   flush=True)
             with running(list(NODES), environment):
-                failed = run_client('player', environment) or run_client(
-                    'plan_player', environment)
+                failed = run_client(
+                    'player', environment, '--strokes', str(STROKES), *ALONE) or run_client(
+                    'plan_player', environment, *TARGETS, *ALONE)
     sys.exit(failed)
 
 

@@ -2,7 +2,6 @@
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import BallTrajectory
-from builtin_interfaces.msg import Time as Stamp
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
@@ -13,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot import Motion, Shot, Trajectory
 from billiard_shot.ros import markers
-from billiard_shot.ros.conversions import CUE_BALL, FRAME, vectors
+from billiard_shot.ros.conversions import CUE_BALL, vectors
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
@@ -30,14 +29,14 @@ FAINT = 0.3
 """Opacity of what is not there any more, or is second best."""
 
 
-def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
-    """Path whose poses carry the times of the samples, as if the strike ended at `stamp`."""
-    start = Time.from_msg(stamp).nanoseconds
-    path = Path(header=Header(frame_id=FRAME, stamp=stamp))
+def path_of(trajectory: BallTrajectory, header: Header) -> Path:
+    """Path whose poses carry the times of the samples, as if the strike ended at its stamp."""
+    start = Time.from_msg(header.stamp).nanoseconds
+    path = Path(header=header)
     points = markers.points_of(vectors(trajectory.positions))
     for time, point in zip(trajectory.times, points, strict=True):
         pose = PoseStamped()
-        pose.header.frame_id = FRAME
+        pose.header.frame_id = header.frame_id
         nanoseconds = min(start + round(min(time, LAST_SECOND) * 1e9), LAST_SECOND * 10**9)
         pose.header.stamp = Time(nanoseconds=nanoseconds).to_msg()
         pose.pose.position = point
@@ -45,12 +44,12 @@ def path_of(trajectory: BallTrajectory, stamp: Stamp) -> Path:
     return path
 
 
-def shot_markers(shot: Shot, stamp: Stamp) -> MarkerArray:
+def shot_markers(shot: Shot, header: Header) -> MarkerArray:
     """Show the cue as it meets the ball, and the way of every ball that moves."""
-    return markers.array_of(_shot(shot, 1.0), stamp)
+    return markers.array_of(_shot(shot, 1.0), header)
 
 
-def plan_markers(shots: Sequence[Shot], labels: Sequence[str], stamp: Stamp) -> MarkerArray:
+def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -> MarkerArray:
     """
     Planned shots, the best one first: it as `shot_markers` shows it, the others faint.
 
@@ -60,7 +59,8 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], stamp: Stamp) -> 
         What the planned strokes do.
     labels : sequence of str
         A line of text for each, shown where the cue starts, such as its chance of success.
-    stamp : Stamp
+    header : Header
+        Frame of the table, and time.
 
     """
     shown = []
@@ -69,7 +69,7 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], stamp: Stamp) -> 
         shown += _shot(shot, opacity)
         shown.append(markers.label(
             text, _ends(shot)[1], 2 * shot.scene.ball.radius, markers.colour(CUE, opacity)))
-    return markers.array_of(shown, stamp)
+    return markers.array_of(shown, header)
 
 
 def _shot(shot: Shot, opacity: float) -> list[Marker]:

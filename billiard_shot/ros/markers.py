@@ -1,24 +1,21 @@
-"""Markers in the frame `table`: the few kinds that the displays are made of."""
+"""Markers in the frame of the table: the few kinds that the displays are made of."""
 from collections.abc import Iterable, Sequence
 
-from builtin_interfaces.msg import Time as Stamp
 from geometry_msgs.msg import Point, Vector3
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from billiard_shot.ros.conversions import FRAME
-
 SIDES = 24  # of what is round
 
 
-def array_of(markers: Iterable[Marker], stamp: Stamp) -> MarkerArray:
+def array_of(markers: Iterable[Marker], header: Header) -> MarkerArray:
     """Array of markers in place of all that were on its topic before; numbered in each `ns`."""
     result = [Marker(action=Marker.DELETEALL), *markers]
     count: dict[str, int] = {}
     for marker in result:
-        marker.header = Header(frame_id=FRAME, stamp=stamp)
+        marker.header = header
         marker.id = count.get(marker.ns, 0)
         count[marker.ns] = marker.id + 1
     return MarkerArray(markers=result)

@@ -1,26 +1,36 @@
 """Between messages of the planner and the library: pure functions, each way."""
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
+import re
 from typing import Any
 
 from billiard_shot_msgs.action import PlanShot
-from billiard_shot_msgs.msg import BallState, RankedPlan, Target
-from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point
+from billiard_shot_msgs.msg import BallState, RankedPlan, TableState, Target
+from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, RankedStroke, Scene
 from billiard_shot.cue.plan import tip_at
-from billiard_shot.ros.conversions import CUE_BALL, FRAME, trajectory_message
+from billiard_shot.planning import targets
+from billiard_shot.ros.conversions import check_frame, CUE_BALL, trajectory_message
 from billiard_shot.ros.cue_conversions import pose_of
+from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise
 
 LIMITS = ('speed_min', 'speed_max', 'elevation_min', 'elevation_max', 'azimuth', 'azimuth_range',
           'offset_max')
 ANGLES = ('elevation_min', 'elevation_max', 'azimuth', 'azimuth_range')
-SAMPLES = 200
-"""Samples of a planned trajectory."""
+
+NOISE_FIELDS = {'a': 'sigma_a', 'b': 'sigma_b', 'elevation_deg': 'sigma_elevation',
+                'azimuth_deg': 'sigma_azimuth', 'speed': 'sigma_speed'}
+LIMIT_FIELDS = {f'{name}_deg': name for name in ANGLES}
+TARGET_FIELDS = {
+    **dict.fromkeys(('hit', 'pot'), 'target.ball'),
+    **dict.fromkeys(('rest', 'pass', 'at', 'leave'), 'target.point'),
+    'gate': 'target.point, target.other_point', 'pocket': 'target.pockets',
+    'direction': 'target.direction', 'within_deg': 'target.within', 'radius': 'target.radius'}
+"""Fields of a goal, by the names that the library has for them in its messages."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +46,7 @@ class Task:
 
 
 def task_of(
-    goal: PlanShot.Goal, default: Task, table: Sequence[BallState] | None
+    goal: PlanShot.Goal, default: Task, table: TableState | None, frame: str
 ) -> Task:
     """
     Task that a goal asks for; what it leaves open is as in `default`, or on the table.
@@ -48,11 +58,15 @@ def task_of(
         here.
 
     """
-    frame = goal.header.frame_id
-    if frame not in ('', FRAME):
-        raise ValueError(f'header.frame_id is {frame!r}: must be {FRAME!r}, or empty')
+    if goal.sample_count > MAX_SAMPLES:
+        raise ValueError(
+            f'sample_count is {goal.sample_count}: must be at most {MAX_SAMPLES}')
+    check_frame('header.frame_id', goal.header, frame)
+    balls = goal.balls
+    if table is not None and not balls:
+        check_frame('table_state.header.frame_id', table.header, frame)
+        balls = table.balls
     scene = default.scene
-    balls = goal.balls or table
     if balls:
         scene = with_balls(scene, balls)
     constraints = dict(default.constraints)
@@ -63,9 +77,12 @@ def task_of(
         constraints['first_contact'] = goal.first_contact
     noise = default.noise
     if goal.use_noise:
-        noise = Noise(
-            goal.sigma_a, goal.sigma_b, math.degrees(goal.sigma_elevation),
-            math.degrees(goal.sigma_azimuth), goal.sigma_speed)
+        try:
+            noise = Noise(
+                goal.sigma_a, goal.sigma_b, math.degrees(goal.sigma_elevation),
+                math.degrees(goal.sigma_azimuth), goal.sigma_speed)
+        except ValueError as error:
+            raise ValueError(_renamed(str(error), NOISE_FIELDS)) from None
     target = target_of(goal.target) or default.target
     return Task(scene, target, noise, constraints, goal.budget or default.budget,
                 goal.seed or default.seed)
@@ -88,6 +105,26 @@ def with_balls(scene: Scene, balls: Sequence[BallState]) -> Scene:
     if CUE_BALL not in places:
         raise ValueError(f'balls: the cue ball, {CUE_BALL!r}, must be on the table')
     return replace(scene, balls=places)
+
+
+def in_fields(message: str, goal: PlanShot.Goal) -> str:
+    """
+    Name the fields of a goal in a message of `plan`.
+
+    Names of the node's parameters stay, where the goal leaves the target or the limits to them.
+    """
+    if goal.target.kind != Target.DEFAULT and message.startswith('target: '):
+        return _renamed(message.removeprefix('target: '), TARGET_FIELDS)
+    if message.startswith('constraints: '):
+        names = LIMIT_FIELDS if goal.use_limits else {}
+        return _renamed(message.removeprefix('constraints: '), names)
+    return message
+
+
+def _renamed(message: str, names: dict[str, str]) -> str:
+    """Replace the name at the start of each line."""
+    return re.sub(r'^( *)(\w+)(?=: )', lambda found: found[1] + names.get(found[2], found[2]),
+                  message, flags=re.MULTILINE)
 
 
 def target_of(target: Target) -> dict[str, Any] | None:
@@ -122,25 +159,69 @@ def target_of(target: Target) -> dict[str, Any] | None:
     return found
 
 
-def result_of(result: PlanResult, task: Task | None, stamp: Time) -> PlanShot.Result:
-    """Make the result of an action."""
-    balls = {} if task is None else {CUE_BALL: task.scene.cue_ball[:2], **task.scene.balls}
-    radius = 0.0 if task is None else task.scene.ball.radius
+def target_message(target: Mapping[str, Any]) -> Target:
+    """
+    Message of a target in the form that `plan` takes.
+
+    Raises
+    ------
+    ValueError
+        Naming every field that is wrong, its value and what is allowed.
+
+    """
+    match targets.read_target(target):
+        case targets.Rest(point, radius):
+            return Target(kind=Target.REST, point=_flat(Point, point), radius=radius)
+        case targets.Pass(point, radius):
+            return Target(kind=Target.PASS, point=_flat(Point, point), radius=radius)
+        case targets.Gate((point, other)):
+            return Target(kind=Target.GATE, point=_flat(Point, point),
+                          other_point=_flat(Point, other))
+        case targets.Hit(ball, direction, within_deg, point, radius):
+            return Target(
+                kind=Target.HIT, ball=ball, point=_flat(Point, point), radius=radius,
+                use_point=point is not None, direction=_flat(Vector3, direction),
+                use_direction=direction is not None, within=math.radians(within_deg))
+        case targets.Pot(ball, pockets, point, radius):
+            return Target(
+                kind=Target.POT, ball=ball, pockets=pockets, point=_flat(Point, point),
+                use_point=point is not None, radius=radius)
+
+
+def _flat(kind: type, place: tuple[float, float] | None) -> Any:
+    x, y = place or (0.0, 0.0)
+    return kind(x=x, y=y)
+
+
+def result_of(
+    result: PlanResult, plan_id: str, scene: Scene, goal: PlanShot.Goal, header: Header
+) -> PlanShot.Result:
+    """Make the result of a goal that was planned in `scene`, as long as the goal asks for."""
+    radius = scene.ball.radius
     return PlanShot.Result(
-        status=int(result.status), message=result.message,
-        plans=[ranked_message(each, stamp) for each in result.ranking],
+        status=int(result.status), message=result.message, plan_id=plan_id,
+        plans=[ranked_message(each, header, goal.sample_count)
+               for each in result.ranking[:goal.plan_count or 1]],
+        found=len(result.ranking),
         balls=[BallState(id=name, position=Point(x=float(x), y=float(y), z=radius))
-               for name, (x, y) in balls.items()],
+               for name, (x, y) in places_of(scene).items()],
         simulations=result.simulations, compute_time=result.wall_time)
 
 
-def ranked_message(planned: RankedStroke, stamp: Time) -> RankedPlan:
-    """Message of a planned stroke."""
+def places_of(scene: Scene) -> dict[str, tuple[float, float]]:
+    """Where all balls of a scene lie, (x, y) [m], the cue ball among them."""
+    x, y, _ = scene.cue_ball
+    return {CUE_BALL: (x, y), **scene.balls}
+
+
+def ranked_message(planned: RankedStroke, header: Header, sample_count: int) -> RankedPlan:
+    """Message of a planned stroke, its trajectory as `trajectory_message` has it."""
     a, b, elevation, azimuth, speed = planned.stroke.offsets
     low, high = planned.interval
     tip = tip_at(planned.stroke, planned.scene.cue_ball[:2], planned.scene)
     return RankedPlan(
-        header=Header(frame_id=FRAME, stamp=stamp), kind=planned.kind,
+        header=header, kind=planned.kind,
         cue_pose=pose_of(tip.position, tip.quaternion), speed=speed, elevation=elevation,
         azimuth=azimuth, a=a, b=b, success=planned.success, success_low=low, success_high=high,
-        trials=planned.trials, trajectory=trajectory_message(planned.shot.trajectory, SAMPLES))
+        trials=planned.trials,
+        trajectory=trajectory_message(planned.shot.trajectory, sample_count))

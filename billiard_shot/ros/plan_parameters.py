@@ -2,7 +2,7 @@
 import yaml
 
 from billiard_shot.planning.targets import KINDS
-from billiard_shot.ros.parameters import Parameter
+from billiard_shot.ros.parameters import Parameter, TABLE_FRAME
 from billiard_shot.scene import Scene
 
 
@@ -19,6 +19,7 @@ def _target(text: str) -> None:
 
 
 PLANNER = (
+    TABLE_FRAME,
     Parameter(
         'scene', 'blocked',
         'Table, balls until table_state has come in, and who plays: name of a bundled scene, or '
@@ -29,7 +30,10 @@ PLANNER = (
         'What the stroke has to reach where a goal does not say: a YAML mapping, see '
         'docs/planning.md.', check=_target,
     ),
-    Parameter('plan_at_start', True, 'Whether to plan for the target as the node starts.'),
+    Parameter(
+        'plan_at_start', False,
+        'Whether to plan for the target as the node starts, with the balls of the scene.',
+    ),
     Parameter(
         'budget', 20_000, 'Most strokes that are simulated where a goal does not say.',
         limits=(1, 10_000_000),

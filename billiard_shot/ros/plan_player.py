@@ -1,103 +1,191 @@
 """
-Closes the loop: asks for a plan, plays it, and compares what came of it with the target.
+Plan strokes for targets and play them: plan, seal, execute, and compare with the target.
 
-    python -m billiard_shot.ros.plan_player
+    ros2 run billiard_shot plan_player '{rest: [0.5, -0.3], radius: 0.1}'
 
-Needs what the player needs, and a planner, all with the same scene (`make demo` has them
-simulated).
+Needs what the player needs, and a planner with the same scene as the cue_driver.
 """
-from collections.abc import Sequence
+import argparse
+from collections.abc import Mapping, Sequence
 import math
+from typing import Any
 
 from action_msgs.msg import GoalStatus
-from billiard_shot_msgs.action import PlanShot
-from billiard_shot_msgs.msg import RankedPlan, Target
-from geometry_msgs.msg import Point
-import numpy as np
-import rclpy
+from billiard_shot_msgs.action import ExecuteShot, PlanShot
+from billiard_shot_msgs.msg import Target
+from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
+import yaml
 
-from billiard_shot import Scene, Stroke
-from billiard_shot.ros import cue_conversions
-from billiard_shot.ros.client import START_UP
-from billiard_shot.ros.conversions import CUE_BALL, vectors
-from billiard_shot.ros.player import play, play_rounds, Player
-
-PLACES = ((0.5, -0.3), (-0.2, 0.5))
-"""Where the cue ball has to come to rest, one after the other [m]."""
-
-RADIUS = 0.1
-"""How near to it [m]."""
+from billiard_shot.ros.client import call
+from billiard_shot.ros.conversions import CUE_BALL
+from billiard_shot.ros.plan_conversions import target_message
+from billiard_shot.ros.player import (
+    add_player_arguments,
+    NotReadyError,
+    own_arguments,
+    parser_of,
+    play,
+    Player,
+    run_player,
+)
+from billiard_shot.ros.sealing import VALID_FOR
 
 NOISE = {'sigma_a': 2e-4, 'sigma_b': 2e-4, 'sigma_elevation': 4e-4, 'sigma_azimuth': 4e-4,
          'sigma_speed': 0.005}
-"""How exactly the mechanism plays, with something to spare."""
+"""How exactly the mechanism plays, with a margin."""
 
-LIMITS = {'speed_min': 0.2, 'speed_max': 2.0, 'elevation_max': 1.0, 'azimuth_range': math.pi,
-          'offset_max': 0.35}
-"""What it is asked to play: slower, lower and more central than what it can."""
+LIMITS = {'speed_min': 0.2, 'speed_max': 2.0, 'elevation_max_deg': 57.0, 'offset_max': 0.35}
+"""Limits of the strokes by default: slower, lower and more central than what it can play."""
+
+BUDGET = 6000
+"""Strokes to simulate by default."""
+
+LONGEST_PLAN = 600.0
+"""Seconds to wait for a plan."""
+
+
+class NoPlanError(RuntimeError):
+    """The planner has no stroke; the message says why."""
 
 
 class PlanPlayer(Player):
-    """Player that asks a planner what to play."""
+    """Player that asks a planner for strokes; its arguments are those of `Player`."""
 
-    def __init__(self, namespace: str = '') -> None:
-        super().__init__(namespace)
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
         self._plan = ActionClient(self, PlanShot, 'plan_shot')
+        self._seal = self.create_client(SealShot, 'seal_shot')
 
     def wait_for_all(self) -> None:
-        """Wait for the planner too."""
+        """Wait for the planner, too."""
+        self.wait_for('action', 'plan_shot', self._plan.server_is_ready)
+        self.wait_for('service', 'seal_shot', self._seal.service_is_ready)
         super().wait_for_all()
-        if not self.until(self._plan.server_is_ready, START_UP):
-            raise TimeoutError(f'no action plan_shot within {START_UP:g} s')
 
-    def plan(self, place: tuple[float, float]) -> PlanShot.Result:
-        """Ask for a stroke that brings the cue ball to rest near a place (x, y) [m]."""
-        x, y = place
-        sent = self._plan.send_goal_async(PlanShot.Goal(
-            target=Target(kind=Target.REST, point=Point(x=x, y=y), radius=RADIUS),
-            balls=self.table.balls, use_noise=True, **NOISE, use_limits=True, **LIMITS,
-            budget=6000))
-        rclpy.spin_until_future_complete(self, sent, timeout_sec=10.0)
+    def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
+        """Plan for a target, with the balls as they lie; NoPlanError if there is no stroke."""
+        sent = self._plan.send_goal_async(
+            PlanShot.Goal(target=target, balls=self.table.balls, **goal))
+        if not self.until(sent.done, 10.0):
+            raise NotReadyError('no answer from action plan_shot within 10 s')
         ended = sent.result().get_result_async()
-        self.until(ended.done, 60.0)
-        result = ended.result()
-        if result.status != GoalStatus.STATUS_SUCCEEDED:
-            raise RuntimeError(f'no plan: {result.result.message}')
-        return result.result
+        try:
+            self.until(ended.done, LONGEST_PLAN)
+        finally:
+            if not ended.done():
+                sent.result().cancel_goal_async()
+                self.until(ended.done, 2.0)
+        if not ended.done() or ended.result().status != GoalStatus.STATUS_SUCCEEDED:
+            raise NoPlanError(
+                ended.result().result.message if ended.done() else
+                f'no plan within {LONGEST_PLAN:g} s')
+        return ended.result().result
 
-    def stroke_of(self, best: RankedPlan) -> Stroke:
-        """Stroke of a plan, at the cue ball where it lies now."""
-        place, turn = best.cue_pose.position, best.cue_pose.orientation
-        return Stroke.from_pose(
-            (place.x, place.y, place.z), (turn.x, turn.y, turn.z, turn.w), best.speed,
-            (*cue_conversions.balls_of(self.table.balls)[CUE_BALL],
-             vectors(best.trajectory.positions)[0][2].item()))
+    def seal(self, plan_id: str, valid_for: float = VALID_FOR) -> ExecuteShot.Goal:
+        """Sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
+        sealed = call(self, self._seal, SealShot.Request(plan_id=plan_id, valid_for=valid_for),
+                      repeatable=True)
+        if sealed.status != SealShot.Response.OK:
+            raise NoPlanError(f'not sealed: {sealed.message}')
+        return ExecuteShot.Goal(plan=sealed.plan, nonce=sealed.nonce, expiry=sealed.expiry)
 
 
-def play_plan(player: PlanPlayer, place: tuple[float, float], scene: Scene) -> bool:
-    """Plan, play and compare; whether the cue ball rests where it should."""
+def play_target(
+    player: PlanPlayer, text: str, limits: dict[str, Any] | None = None, arm: bool = True,
+    valid_for: float = VALID_FOR,
+) -> bool:
+    """Plan for a target in YAML, play, and print what was reached; False if it was missed."""
+    target = _target_of(text)
     try:
-        result = player.plan(place)
-    except RuntimeError as error:
-        print(f'to {place}: {error}')
+        result = player.plan(target, use_noise=True, **NOISE, **goal_limits(limits or LIMITS))
+        goal = player.seal(result.plan_id, valid_for)
+    except NoPlanError as error:
+        print(f'{text}: {error}', flush=True)
         return False
     best = result.plans[0]
-    print(f'cue ball to ({place[0]:g}, {place[1]:g}), within {1e3 * RADIUS:g} mm: planned in '
-          f'{result.compute_time:.2f} s, {result.simulations} strokes simulated\n'
-          f'  plan        {best.kind}, {100 * best.success:.0f} % sure '
-          f'({100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)')
-    if not play(player, 'planned', player.stroke_of(best), scene):
+    print(f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
+          f'simulated\n'
+          f'  plan        {best.kind}, success {100 * best.success:.0f} % '
+          f'(95 % CI {100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)')
+    if not play(player, 'planned', goal, arm):
         return False
-    away = float(np.hypot(*(player.rest() - place)))
-    print(f'  target      missed by {1e3 * away:.1f} mm: '
-          f'{"reached" if away <= RADIUS else "not reached"}', flush=True)
-    return away <= RADIUS
+    reached, words = judge(target, player.balls())
+    print(f'  target      {words}', flush=True)
+    return reached
+
+
+def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[bool, str]:
+    """Whether a target was reached, as far as the balls at rest can tell, and words for it."""
+    if CUE_BALL not in balls:
+        return False, 'not reached: the cue ball is not on the table'
+    if target.kind == Target.POT and target.ball in balls:
+        return False, f'not reached: ball {target.ball!r} is still on the table'
+    if target.kind == Target.REST or (target.kind == Target.POT and target.use_point):
+        apart = math.dist(balls[CUE_BALL], (target.point.x, target.point.y))
+        reached = apart <= target.radius
+        return reached, (
+            f'{"reached" if reached else "not reached"}: the cue ball rests {1e3 * apart:.1f} mm '
+            f'from the point, {1e3 * target.radius:g} mm are allowed')
+    if target.kind == Target.POT:
+        return True, f'reached: ball {target.ball!r} is pocketed'
+    return True, 'not judged: balls at rest do not tell whether it was reached'
+
+
+def goal_limits(limits: dict[str, Any]) -> dict[str, Any]:
+    """Fields of a goal of `plan_shot` for limits such as `LIMITS`."""
+    fields = {name: value for name, value in limits.items() if not name.endswith('_deg')}
+    fields |= {name.removesuffix('_deg'): math.radians(value)
+               for name, value in limits.items() if name.endswith('_deg')}
+    return {'use_limits': True, 'azimuth_range': math.pi, 'budget': BUDGET, **fields}
+
+
+def _target_of(text: str) -> Target:
+    return target_message(yaml.safe_load(text))
+
+
+def _checked(text: str) -> str:
+    try:
+        _target_of(text)
+    except (ValueError, yaml.YAMLError) as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
+def _budget(text: str) -> int:
+    number = int(text)
+    if not 1 <= number < 2**32:
+        raise argparse.ArgumentTypeError(f'{text} is not allowed; it must be at least 1')
+    return number
 
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Play to all places."""
-    play_rounds(PlanPlayer, play_plan, PLACES, 'plan_player', args)
+    """Play to targets."""
+    parser = parser_of('plan_player', __doc__.strip().splitlines()[0])
+    parser.add_argument(
+        'targets', nargs='+', type=_checked, metavar='TARGET',
+        help="YAML as in docs/planning.md, such as '{rest: [0.5, -0.3], radius: 0.1}' or "
+             "'{pot: 8, pocket: any}'; several are played one after the other")
+    add_player_arguments(parser, scene=False)
+    parser.add_argument('--first-contact', default='', metavar='BALL',
+                        help='that the cue ball has to meet first')
+    parser.add_argument('--budget', type=_budget, default=BUDGET, metavar='N',
+                        help=f'most strokes to simulate ({BUDGET})')
+    for name, text in (('speed_min', 'slowest stroke in m/s'),
+                       ('speed_max', 'fastest stroke in m/s'),
+                       ('elevation_max_deg', 'steepest stroke in degrees'),
+                       ('offset_max', 'largest offset of the tip in ball radii')):
+        parser.add_argument(
+            f'--{name.replace("_", "-")}', type=float, default=LIMITS[name], metavar='NUMBER',
+            help=f'{text} ({LIMITS[name]:g})')
+    options = parser.parse_args(own_arguments(args))
+    limits = {name: getattr(options, name) for name in (*LIMITS, 'budget', 'first_contact')}
+    run_player(
+        lambda: PlanPlayer(simulate_safety_inputs=options.simulate_safety_inputs,
+                           patience=options.wait),
+        lambda player, text: play_target(
+            player, text, limits, options.arm, options.valid_for),
+        options.targets, 'plan_player', args)
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ import threading
 
 from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState
+from billiard_shot_msgs.srv import SealShot
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -18,11 +19,15 @@ from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
 from billiard_shot.ros.plan_conversions import Task
-from billiard_shot.ros.running import LATCHED, run
+from billiard_shot.ros.running import LATCHED, run, wait_for_machine_code
+from billiard_shot.ros.sealing import LastPlan, seal
 from billiard_shot.scene import Noise, Robot
 
 LOOK = 0.02
 """Seconds between two looks at a search."""
+
+BEST_SAMPLES = 200
+"""Samples of the trajectory on `~/best`."""
 
 TELL = 0.1
 """Seconds between two feedbacks at least."""
@@ -40,6 +45,7 @@ class Search:
     progress: Progress | None = None
     told: int = 0
     result: PlanResult | None = None
+    plan_id: str = ''
     thread: threading.Thread | None = None
 
     def begin(self) -> None:
@@ -61,10 +67,11 @@ class Planner(Node):
     """
     Node with the action `plan_shot` (billiard_shot_msgs/action/PlanShot).
 
-    Publishes the last plan, latched: its best stroke on `~/best`
+    Its service `seal_shot` (billiard_shot_msgs/srv/SealShot) makes a goal of `execute_shot` from a
+    stroke of the last plan. Publishes the last plan, latched: its best stroke on `~/best`
     (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
-    (visualization_msgs/msg/MarkerArray). Plans for its parameter `target` as it starts, unless
-    `plan_at_start` is false. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState),
+    (visualization_msgs/msg/MarkerArray). Plans for its parameter `target` as it starts, if
+    `plan_at_start` is true. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState),
     latched, for goals that do not say where the balls are. A new goal preempts the one that is
     being planned. Its parameters are `plan_parameters.PLANNER`.
     """
@@ -76,15 +83,18 @@ class Planner(Node):
         self._configure()
         self._table: TableState | None = None
         self._search: Search | None = None
+        self._last: LastPlan | None = None
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(LOOK, self._look, clock=steady, autostart=False)
         self._looks = 0
+        wait_for_machine_code(self)
         warm_up(self._default)
         self._server = ActionServer(
             self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel)
+        self.create_service(SealShot, 'seal_shot', self._seal)
         self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
         if self.get_parameter('plan_at_start').value:
             self._start(Search(self._default, None, None))
@@ -104,9 +114,9 @@ class Planner(Node):
         self._table = message
 
     async def _execute(self, goal: ServerGoalHandle) -> PlanShot.Result:
-        balls = None if self._table is None else self._table.balls
         try:
-            task = plan_conversions.task_of(goal.request, self._default, balls)
+            task = plan_conversions.task_of(
+                goal.request, self._default, self._table, self.get_parameter('frame').value)
         except ValueError as error:
             return self._refuse(goal, str(error))
         while self._search:  # and all that came before this one
@@ -129,10 +139,16 @@ class Planner(Node):
             goal.succeed()
         else:
             goal.abort()
-        message = plan_conversions.result_of(result, task, self.get_clock().now().to_msg())
+        message = plan_conversions.result_of(
+            result, search.plan_id, task.scene, goal.request, parameters.table_header(self))
+        message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
         return message
+
+    def _seal(self, request: SealShot.Request, _: SealShot.Response) -> SealShot.Response:
+        return seal(request, self._last, self._default.scene, self._table,
+                    parameters.table_header(self))
 
     def _refuse(self, goal: ServerGoalHandle, why: str) -> PlanShot.Result:
         self.get_logger().warning(f'refused: {why}')
@@ -160,7 +176,7 @@ class Planner(Node):
             return
         self._search = None
         self._timer.cancel()
-        self._show(search.result)
+        self._keep(search)
         if search.ended:
             search.ended.set_result(None)
 
@@ -172,20 +188,25 @@ class Planner(Node):
             search.goal.publish_feedback(PlanShot.Feedback(
                 simulations=now.simulations, budget=now.budget, success=now.success))
 
-    def _show(self, result: PlanResult | None) -> None:
+    def _keep(self, search: Search) -> None:
+        """Keep a plan, for it may be sealed, and show it."""
+        result = search.result
         if result is None:
             return
         self.get_logger().info(f'{result.status.name}: {result.message}')
         if result.ranking:
-            stamp = self.get_clock().now().to_msg()
-            self._best.publish(plan_conversions.ranked_message(result.ranking[0], stamp))
+            self._last = LastPlan(result.ranking)
+            search.plan_id = self._last.plan_id
+            header = parameters.table_header(self)
+            self._best.publish(
+                plan_conversions.ranked_message(result.ranking[0], header, BEST_SAMPLES))
             self._markers.publish(display.plan_markers(
                 [each.shot for each in result.ranking],
-                [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking], stamp))
+                [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking], header))
 
 
 def warm_up(task: Task) -> None:
-    """Plan a little, so that compiling or loading the library does not fall to a goal."""
+    """Plan a little, so that loading the library does not fall to a goal."""
     table = Scene.load('blocked')
     plan(table, {'pot': '8'}, Noise(), budget=300)
     plan(task.scene, task.target, task.noise, 50, task.seed, task.constraints)

@@ -36,7 +36,7 @@ class Predictor(Node):
         self.add_post_set_parameters_callback(lambda _: self._configure())
         self._configure()
         self._table: TableState | None = None
-        self._shown: tuple[Shot, PredictShot.Response] | None = None
+        self._shown: Shot | None = None
 
         self._path = self.create_publisher(Path, '~/path', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
@@ -44,7 +44,7 @@ class Predictor(Node):
         self._show_timer = self.create_timer(
             SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        warm_up(self._scene, other_balls=True)
+        warm_up(self, self._scene, other_balls=True)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
@@ -53,6 +53,7 @@ class Predictor(Node):
         self._scene = Scene.load(self.get_parameter('scene').value)
         self._tolerance = self.get_parameter('tolerance').value
         self._sample_count = self.get_parameter('sample_count').value
+        self._path_samples = self.get_parameter('path_samples').value
 
     def _keep_table(self, message: TableState) -> None:
         self._table = message
@@ -61,8 +62,9 @@ class Predictor(Node):
         self, request: PredictShot.Request, _: PredictShot.Response,
     ) -> PredictShot.Response:
         try:
-            conversions.check_common(request)
-            ball = conversions.ball_of(request, self._scene.ball.radius, self._table)
+            frame = self.get_parameter('frame').value
+            conversions.check_common(request, frame)
+            ball = conversions.ball_of(request, self._scene.ball.radius, self._table, frame)
             stroke = conversions.stroke_of(request, ball)
             scene = self._scene
             if request.use_table_state:
@@ -73,7 +75,7 @@ class Predictor(Node):
             scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
-            self._shown = shot, response
+            self._shown = shot
             # The executor sends the answer when this callback returns, and only then gets to the
             # timer. One that already runs is left alone, or a stream of requests would hold it up.
             if self._show_timer.is_canceled():
@@ -82,10 +84,11 @@ class Predictor(Node):
 
     def _show(self) -> None:
         self._show_timer.cancel()
-        stamp = self.get_clock().now().to_msg()
-        shot, response = self._shown
-        self._path.publish(display.path_of(response.trajectory, stamp))
-        self._markers.publish(display.shot_markers(shot, stamp))
+        header = parameters.table_header(self)
+        shot = self._shown
+        self._path.publish(display.path_of(
+            conversions.trajectory_message(shot.trajectory, self._path_samples), header))
+        self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
 
 

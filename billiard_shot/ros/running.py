@@ -1,18 +1,21 @@
 """How every node of the package runs: until it is told to end, with an exit code that says how."""
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+import contextlib
 from dataclasses import replace
 import gc
 import os
 import signal
 import sys
+from typing import Any
 
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import machine_code, predict, Scene, Stroke
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Who comes later gets the last message too."""
@@ -23,17 +26,81 @@ EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 AWAKE = 1.0
 """Seconds after which a node looks up from waiting, for a signal may come just before it waits."""
 
+PROGRESS = 5.0
+"""Seconds between two looks whether the library is compiled."""
 
-def warm_up(scene: Scene, other_balls: bool = False) -> None:
-    """
-    Predict once, so that compiling or loading the library does not fall to a request.
 
-    `other_balls`: requests may have some, where the scene has none.
+@contextlib.contextmanager
+def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[None]:
     """
+    Initialize rclpy with `options`, and shut it down in the end.
+
+    `with rclpy.init()` does the same, but not on Jazzy, where `init` returns None.
+    """
+    rclpy.init(args=args, **options)
+    try:
+        yield
+    finally:
+        rclpy.try_shutdown()
+
+
+def warm_up(
+    node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True
+) -> None:
+    """
+    Load what the first request would wait for.
+
+    If the library is not compiled yet, the node interprets it at first and compiles it in other
+    processes, with a low priority.
+
+    Parameters
+    ----------
+    node : Node
+    scene : Scene
+    other_balls : bool
+        Requests may have other balls, where the scene has none.
+    compiles : bool
+        Whether it compiles. A node that must never be late leaves that to others.
+
+    """
+    log = node.get_logger()
+    if machine_code.available() and machine_code.is_complete():
+        machine_code.require()
+    elif machine_code.available() and compiles:
+        machine_code.prepare()
+        log.info('compiling the library in the background, once; answers are slower meanwhile')
+        node.create_timer(PROGRESS, Said(node), clock=Clock(clock_type=ClockType.STEADY_TIME))
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
     if other_balls and not scene.balls:
         predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
+
+
+def wait_for_machine_code(node: Node) -> None:
+    """Wait until the library is compiled, and log again and again for how long."""
+    said = 0.0
+
+    def report(done: int, total: int, waited: float) -> None:
+        nonlocal said
+        if waited - said >= PROGRESS:
+            said = waited
+            node.get_logger().info(
+                f'compiling the library, once: {done} of {total} parts after {waited:.0f} s')
+
+    machine_code.require(report)
+
+
+class Said:
+    """Says once that the library is compiled."""
+
+    def __init__(self, node: Node) -> None:
+        self.node, self.over = node, False
+
+    def __call__(self) -> None:
+        """Look whether it is."""
+        if not self.over and machine_code.is_loaded():
+            self.over = True
+            self.node.get_logger().info('the library is compiled')
 
 
 def be_urgent(node: Node, niceness: int) -> None:
@@ -68,7 +135,7 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     try:
-        with rclpy.init(args=args):
+        with initialized(args):
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(make())
@@ -87,3 +154,9 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
                     raise
     except ParameterException as error:
         sys.exit(f'{name}: {error}')
+    finally:
+        if told:
+            # rclpy is shut down. On Jazzy the middleware sometimes crashes as Python ends.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(0)

@@ -2,16 +2,16 @@
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
-from builtin_interfaces.msg import Time as Stamp
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
-from billiard_shot.ros.conversions import CUE_BALL
+from billiard_shot.ros.conversions import check_frame, CUE_BALL
 from billiard_shot.ros.running import LATCHED, run
 from billiard_shot.scene import Scene
 
@@ -53,15 +53,20 @@ class TableDisplay(Node):
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._radius = scene.ball.radius
-        self._table.publish(table_markers.furniture_markers(scene, self._now()))
+        self._table.publish(table_markers.furniture_markers(scene, self._header()))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
         self._publish_balls({CUE_BALL: scene.cue_ball, **balls})
 
     def _show_balls(self, message: TableState) -> None:
+        try:
+            check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
+        except ValueError as error:
+            self.get_logger().error(f'ignored a table_state: {error}')
+            return
         self._publish_balls(table_markers.places_of(message, self._radius))
 
     def _publish_balls(self, balls: table_markers.Places) -> None:
-        self._balls.publish(table_markers.ball_markers(balls, self._radius, self._now()))
+        self._balls.publish(table_markers.ball_markers(balls, self._radius, self._header()))
 
     def _hear_joints(self, message: JointState) -> None:
         joints = cue_conversions.joints_of(message, self._names)
@@ -75,12 +80,12 @@ class TableDisplay(Node):
         self._shown = self._joints
         try:
             self._cue.publish(
-                table_markers.cue_markers(self._mechanism, self._joints, self._now()))
+                table_markers.cue_markers(self._mechanism, self._joints, self._header()))
         except ValueError as error:
             self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
 
-    def _now(self) -> Stamp:
-        return self.get_clock().now().to_msg()
+    def _header(self) -> Header:
+        return parameters.table_header(self)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -2,9 +2,9 @@
 from collections.abc import Mapping
 
 from billiard_shot_msgs.msg import TableState
-from builtin_interfaces.msg import Time as Stamp
 import numpy as np
 from numpy.typing import NDArray
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot.cue.mechanism import BASE_X, BASE_Y, BASE_Z, Mechanism
@@ -24,11 +24,11 @@ LIFT = 5e-4  # m by which what lies on something else is drawn above it
 Places = Mapping[str, tuple[float, float, float]]
 
 
-def furniture_markers(scene: Scene, stamp: Stamp) -> MarkerArray:
+def furniture_markers(scene: Scene, header: Header) -> MarkerArray:
     """Bed, cushions, rails and pockets; of a scene without a table, a piece of its cloth."""
     if scene.table is None:
         half = np.full(2, 0.5 * ENDLESS)
-        return markers.array_of([_slab('bed', half, 0.0, CLOTH)], stamp)
+        return markers.array_of([_slab('bed', half, 0.0, CLOTH)], header)
     outline = outline_of(scene)
     shown = [
         _slab('bed', outline.back, 0.0, CLOTH),
@@ -42,19 +42,19 @@ def furniture_markers(scene: Scene, stamp: Stamp) -> MarkerArray:
     for x, y, radius in outline.holes.tolist():
         shown.append(markers.disc('pockets', (x, y, 0.0), radius, 2 * LIFT,
                                   markers.colour(HOLE)))
-    return markers.array_of(shown, stamp)
+    return markers.array_of(shown, header)
 
 
-def ball_markers(balls: Places, radius: float, stamp: Stamp) -> MarkerArray:
+def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
     """Balls, their centres (x, y, z) [m], with their names above them."""
     shown = []
     for name, (x, y, z) in balls.items():
         shown += [markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
                   markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT))]
-    return markers.array_of(shown, stamp)
+    return markers.array_of(shown, header)
 
 
-def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], stamp: Stamp) -> MarkerArray:
+def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Header) -> MarkerArray:
     """
     Show the mechanical cue where its joints (6,) put it, as long as it reaches behind its pivot.
 
@@ -73,7 +73,7 @@ def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], stamp: Stamp)
     return markers.array_of([
         markers.cone('mechanical cue', tip.position, end, (SHAFT, SHAFT), steel),
         markers.ball('pivot', pivot, 2 * SHAFT, steel),
-    ], stamp)
+    ], header)
 
 
 def places_of(table: TableState, radius: float) -> Places:

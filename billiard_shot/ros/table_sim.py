@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import CUE_BALL
+from billiard_shot.ros.conversions import check_frame, CUE_BALL
 from billiard_shot.ros.running import LATCHED, run, warm_up
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
@@ -35,7 +35,7 @@ class TableSim(Node):
         super().__init__('table_sim')
         parameters.declare(self, cue_parameters.TABLE_SIM)
         self._scene = cue_parameters.guided_scene(self.get_parameter('scene').value)
-        warm_up(self._scene)
+        warm_up(self, self._scene)
         self._haste = self.get_parameter('haste').value
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}
@@ -73,6 +73,7 @@ class TableSim(Node):
         places = {name: (x, y) for name, (x, y, _) in self._balls.items()
                   if name not in self._gone}
         try:
+            check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
             stroke = conversions.stroke_of(message, scene.cue_ball)
         except ValueError as error:
@@ -102,7 +103,7 @@ class TableSim(Node):
     def _publish(self) -> None:
         self._snapshot += 1
         self._table.publish(conversions.table_message(
-            self._balls, self._gone, self._snapshot, self.get_clock().now().to_msg()))
+            self._balls, self._gone, self._snapshot, parameters.table_header(self)))
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -61,6 +61,7 @@ class Bench:
         self.strikes = []
         self.estop = False  # what is said every 10 ms; None: silence
         self.interlock = True
+        self.clock_offset = 1000.0  # of the ROS clock
         self.driver = True  # whether the controller still runs
         self.mechanism = SimulatedMechanism(
             MECHANISM, imperfections or Imperfections(), 0.1, HOME, 0.0, seed)
@@ -75,7 +76,7 @@ class Bench:
         if command.path is None:
             self.mechanism.stop(self.now)
         else:
-            self.mechanism.follow(command.path, command.key, self.now)
+            self.mechanism.follow(command.path, command.number, self.now)
 
     def run(self, seconds, until: Callable[[], bool] = lambda: False):
         """Let time pass; True as soon as `until` is."""
@@ -84,7 +85,7 @@ class Bench:
             self.now += 0.002
             self.mechanism.advance(self.now)
             if self.driver:
-                self.controller.hear_joints(*self.mechanism.measured(), self.now)
+                self.controller.hear_joints(*self.mechanism.measured(), self.now, self.now)
                 if i % 5 == 0:
                     self.tick()
             if until():
@@ -93,9 +94,10 @@ class Bench:
 
     def tick(self):
         if self.estop is not None:
-            self.controller.hear_estop(self.estop, self.now)
+            self.controller.hear_estop(self.estop, self.now, self.now)
         if self.interlock is not None:
-            self.controller.hear_interlock(self.interlock, self.now)
+            self.controller.hear_interlock(self.interlock, self.now, self.now)
+        self.controller.hear_clock(self.now + self.clock_offset, self.now)
         self.controller.tick(self.now)
         if self.controller.command:
             self.send(self.controller.command)

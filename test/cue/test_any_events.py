@@ -12,7 +12,7 @@ import numpy as np
 from plans import HOME, MECHANISM, order_of, plan_of, SCENE
 import pytest
 
-from billiard_shot.cue.controller import Controller
+from billiard_shot.cue.controller import Controller, RECOVERY
 from billiard_shot.cue.job import Settings
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import RefusedError
@@ -29,15 +29,15 @@ class Ideal:
     """A mechanism that is where its path has it."""
 
     def __init__(self):
-        self.position, self.path, self.key, self.begin = HOME.copy(), None, 0, 0.0
+        self.position, self.path, self.number, self.begin = HOME.copy(), None, 0, 0.0
         self.off = 0.0  # by how much it is not [m]
 
     def command(self, command, now):
         self.position = self.measured(now)[0] - self.off * (self.path is not None)
         if command.path is None:
             self.path = None
-        elif command.key > self.key:
-            self.path, self.key, self.begin = command.path, command.key, now
+        elif command.number > self.number:
+            self.path, self.number, self.begin = command.path, command.number, now
 
     def measured(self, now):
         if self.path is None:
@@ -47,10 +47,12 @@ class Ideal:
 
 
 class AnyEvents(RuleBasedStateMachine):
+
     @initialize()
     def start(self):
         self.now = 100.0
-        self.said = {}  # input: value, time
+        self.said = {}  # input: value, time of writing
+        self.resumed = -np.inf  # end of the last long pause
         self.says = {'estop': False, 'interlock': True}  # what is repeated; None: silence
         self.armed_at = self.ordered_until = self.ordered = None
         self.table = TABLES[0]
@@ -77,9 +79,11 @@ class AnyEvents(RuleBasedStateMachine):
             value, heard = self.said['estop']
             assert value is False
             assert self.now - heard <= SETTINGS.estop_timeout
+            assert heard >= self.resumed
             value, heard = self.said['interlock']
             assert value is True
             assert self.now - heard <= SETTINGS.interlock_timeout
+            assert heard >= self.resumed
             assert self.armed_at is not None
             assert self.now - self.armed_at <= SETTINGS.arm_timeout + 1e-9
             assert self.now <= self.ordered_until
@@ -95,12 +99,41 @@ class AnyEvents(RuleBasedStateMachine):
                 if value is not None:
                     self.say(name, value)
             if not self.deaf:
-                self.controller.hear_joints(*self.mechanism.measured(self.now), self.now)
+                self.controller.hear_joints(
+                    *self.mechanism.measured(self.now), self.now, self.now)
             self.controller.tick(self.now)
 
-    def say(self, name, value):
-        self.said[name] = value, self.now
-        getattr(self.controller, f'hear_{name}')(value, self.now)
+    def say(self, name, value, written=None):
+        written = self.now if written is None else written
+        self.said[name] = value, written
+        getattr(self.controller, f'hear_{name}')(value, written, self.now)
+
+    @rule(seconds=st.sampled_from([0.1, 0.24, 0.3, 1.0, 6.0]),
+          requests=st.permutations(['messages', 'arm', 'clear', 'tick']))
+    def the_controller_pauses(self, seconds, requests):
+        """Messages and requests wait meanwhile, and come in afterwards in any order."""
+        before, joints = self.now, self.mechanism.measured(self.now)
+        self.now += seconds
+        trusts_nothing = seconds > SETTINGS.longest_pause
+        if trusts_nothing:
+            self.resumed = self.now
+        for request in requests:
+            if request == 'messages':
+                for name, value in self.says.items():
+                    if value is not None:
+                        self.say(name, value, before + 0.9 * seconds)
+                if not self.deaf:
+                    self.controller.hear_joints(*joints, before + 0.9 * seconds, self.now)
+            elif request == 'tick':
+                self.controller.tick(self.now)
+            elif request == 'arm':
+                self.arm()
+                assert not (trusts_nothing and self.controller.state is State.ARMED)
+            else:
+                latched = self.controller.state in (State.ESTOP, State.FAULT)
+                self.clear()
+                still = self.controller.state in (State.ESTOP, State.FAULT)
+                assert still or not (trusts_nothing and latched)
 
     @rule(seconds=st.sampled_from([0.01, 0.05, 0.2]))
     def time_passes(self, seconds):
@@ -122,7 +155,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.deaf = False
         self.table = TABLES[0]
         self.controller.hear_table(self.table)
-        self.pass_time(0.02)
+        self.pass_time(max(0.02, self.resumed + RECOVERY + 0.1 - self.now), 0.05)
         self.controller.clear(self.now)
 
     @rule(deaf=st.booleans())

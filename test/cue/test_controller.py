@@ -88,7 +88,7 @@ MOVING = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING
 def test_estop_stops_at_once_and_latches(bench, state):
     in_state(bench, state)
     before = bench.now
-    bench.controller.hear_estop(True, bench.now)
+    bench.controller.hear_estop(True, bench.now, bench.now)
     assert bench.controller.state is State.ESTOP
     assert bench.now == before, 'in the same call'
     assert bench.results[-1].outcome is Outcome.ESTOP
@@ -118,11 +118,96 @@ def test_silence_stops(name, state):
     assert bench.results[-1].outcome is not Outcome.OK
 
 
+def pause(bench, seconds=1.0):
+    """Stop the controller alone; messages wait meanwhile and come in afterwards."""
+    before = bench.now
+    bench.driver = False
+    bench.run(seconds)
+    bench.driver = True
+    bench.controller.hear_estop(False, before + 0.5 * seconds, bench.now)
+    bench.controller.hear_interlock(True, before + 0.5 * seconds, bench.now)
+    bench.controller.hear_joints(*bench.mechanism.measured(), before + 0.5 * seconds, bench.now)
+
+
+@pytest.mark.parametrize('state', MOVING)
+def test_a_pause_of_the_controller_ends_the_shot(bench, state):
+    """What waited meanwhile is no permission, neither to arm nor to clear."""
+    in_state(bench, state)
+    pause(bench)
+    assert not bench.controller.arm(bench.now).accepted
+    stroke = state in (State.FIRING, State.RETRACTING)
+    assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
+    assert 'this program did not run for 1' in bench.controller.reason
+    assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
+    assert not bench.controller.clear(bench.now).accepted
+    with pytest.raises(RefusedError):
+        bench.order(SHOT, 'too early')
+    bench.run(4.1)
+    assert bench.mechanism.stopped
+    assert not stroke or bench.controller.clear(bench.now).accepted
+    assert bench.play(SHOT, 'later').outcome is Outcome.OK
+
+
+@pytest.mark.parametrize('latch', [State.ESTOP, State.FAULT])
+def test_a_latch_is_not_cleared_by_messages_that_waited(bench, latch):
+    if latch is State.ESTOP:
+        bench.controller.hear_estop(True, bench.now, bench.now)
+    else:
+        bench.controller.fail(bench.now, 'for the test')
+    bench.run(0.1)
+    pause(bench)
+    refused = bench.controller.clear(bench.now)
+    assert not refused.accepted
+    assert 'estop: not trusted for another 4 s, because this program paused' in refused.reason
+    bench.run(4.1)
+    assert bench.controller.clear(bench.now).accepted
+
+
+def test_a_short_pause_is_allowed(bench):
+    in_state(bench, State.AIMED)
+    pause(bench, 0.09)
+    bench.run(0.05)
+    assert bench.controller.state is State.AIMED
+
+
+def test_a_press_counts_however_old_it_is(bench):
+    in_state(bench, State.AIMING)
+    bench.controller.hear_estop(True, bench.now - 5.0, bench.now)
+    assert bench.controller.state is State.ESTOP
+
+
+@pytest.mark.parametrize('state', [State.DISARMED, *MOVING])
+def test_another_driver_is_a_fault(bench, state):
+    if state is not State.DISARMED:
+        in_state(bench, state)
+    for _ in range(3):
+        bench.controller.hear_rivals(['/other/cue_driver'], bench.now)
+        bench.run(0.05)
+    assert bench.controller.state is State.FAULT
+    assert bench.states.count(State.FAULT) == 1
+    assert bench.controller.reason == (
+        'another node commands the mechanism: /other/cue_driver')
+    assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
+    bench.controller.hear_rivals([], bench.now)
+    assert bench.controller.clear(bench.now).accepted
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+def test_a_clock_that_jumps_back_disarms(bench, state):
+    in_state(bench, state)
+    bench.clock_offset -= 100.0
+    bench.run(0.02)
+    assert bench.controller.state is State.DISARMED
+    assert bench.controller.reason == 'ROS clock: jumped back by 100 s'
+    with pytest.raises(RefusedError, match='jumped back by 100 s'):
+        bench.order(SHOT, 'again')
+
+
 @pytest.mark.parametrize('state', MOVING)
 def test_interlock_opened(bench, state):
     in_state(bench, state)
     bench.interlock = False
-    bench.controller.hear_interlock(False, bench.now)
+    bench.controller.hear_interlock(False, bench.now, bench.now)
     stroke = state in (State.FIRING, State.RETRACTING)
     assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
     assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
@@ -179,7 +264,7 @@ def test_some_lost_commands_do_no_harm(bench):
 
 def test_silent_encoders_are_a_fault(bench):
     in_state(bench, State.AIMING)
-    for _ in range(22):  # nothing is heard of the joints from here on
+    for _ in range(52):  # nothing is heard of the joints from here on
         bench.now += 0.01
         bench.tick()
     assert bench.controller.state is State.FAULT

@@ -3,7 +3,6 @@ from dataclasses import replace
 from plans import order_of, plan_of
 import pytest
 
-from billiard_shot.cue.inputs import Input
 from billiard_shot.cue.orders import moved, OrderBook, REMEMBERED
 from billiard_shot.cue.outcome import Outcome, RefusedError
 
@@ -65,16 +64,3 @@ def test_a_table_that_moved(seen, words):
     said = moved({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, seen, 0.001)
     assert words in said
     assert bool(words) == bool(said)
-
-
-def test_silence_is_not_permission():
-    interlock = Input('interlock', True, 0.5)
-    assert not interlock.allows(0.0)
-    assert interlock.complaint(0.0) == 'interlock: never heard'
-    interlock.hear(True, 1.0)
-    assert interlock.allows(1.5)
-    assert not interlock.allows(1.51)
-    assert 'silent for 0.51 s, more than 0.5 s' in interlock.complaint(1.51)
-    interlock.hear(False, 2.0)
-    assert not interlock.allows(2.0)
-    assert interlock.complaint(2.0) == 'interlock: is false'

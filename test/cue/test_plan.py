@@ -14,19 +14,29 @@ from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.placing import tip_of
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
+from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
-from billiard_shot.table.motion import ACCELERATION, COLUMNS, MOTION, Motion, POSITION
+from billiard_shot.table.motion import Motion, Segment
 from billiard_shot.table.trajectory import Trajectory
 
 POINT = Shape(RADIUS, 0.0, 0.0)
+
+
+def strokes(path, times):
+    """Positions [m] of the joint that strokes: the accelerations between the knots are linear."""
+    t, a = path.times, path.accelerations[:, STROKE]
+    jerk = np.diff(a) / np.diff(t)
+    i = np.clip(np.searchsorted(t, times, side='right') - 1, 0, len(jerk) - 1)
+    dt = np.minimum(times, path.duration) - t[i]
+    return path.positions[i, STROKE] + dt * (
+        path.velocities[i, STROKE] + dt * (a[i] / 2 + dt * jerk[i] / 6))
 
 
 def distances(prepared, times):
     """Distance of the ball's centre to the cue (a half-line) at times [s] after the strike."""
     tip, along = prepared.contact.position, prepared.contact.along
     stroke = prepared.stroke
-    rows = [stroke.path.at(stroke.leave + time)[0][STROKE] for time in times]
-    moved = np.array(rows) - stroke.path.at(stroke.leave)[0][STROKE]
+    moved = strokes(stroke.path, stroke.leave + times) - strokes(stroke.path, stroke.leave)
     away = prepared.shot.trajectory.at(times).position - tip - moved[:, np.newaxis] * along
     ahead = away @ along
     off = away - np.minimum(ahead, 0.0)[:, np.newaxis] * along
@@ -102,11 +112,11 @@ def test_touch_is_found_when_it_happens():
 
 def test_a_ball_that_comes_back_meets_a_cue_that_stays():
     """There and back again, x = t - t^2, without end."""
-    row = np.zeros((1, COLUMNS))
-    row[0, MOTION] = Motion.SLIDE
-    row[0, POSITION:ACCELERATION] = (0.0, 0.0, RADIUS, 1.0, 0.0, 0.0)
-    row[0, ACCELERATION] = -2.0
-    ball = Trajectory(row)
+    rows = ROWS.records(Segment, 1)
+    rows['motion'] = Motion.SLIDE
+    rows['position'], rows['velocity'] = (0.0, 0.0, RADIUS), (1.0, 0.0, 0.0)
+    rows['acceleration'] = (-2.0, 0.0, 0.0)
+    ball = Trajectory(rows)
     tip, along = np.array([-RADIUS, 0.0, RADIUS]), np.array([1.0, 0.0, 0.0])
 
     def touch_of(cue, until=5.0):

@@ -26,6 +26,11 @@ LEGAL = {
     (State.ARMED, Event.INTERLOCK_LOST): State.DISARMED,
     (State.FIRING, Event.INTERLOCK_LOST): State.FAULT,
     (State.RETRACTING, Event.INTERLOCK_LOST): State.FAULT,
+    (State.AIMING, Event.INTERRUPTED): State.DISARMED,
+    (State.AIMED, Event.INTERRUPTED): State.DISARMED,
+    (State.ARMED, Event.INTERRUPTED): State.DISARMED,
+    (State.FIRING, Event.INTERRUPTED): State.FAULT,
+    (State.RETRACTING, Event.INTERRUPTED): State.FAULT,
     (State.DISARMED, Event.DISARM): State.DISARMED,
     (State.AIMING, Event.DISARM): State.DISARMED,
     (State.AIMED, Event.DISARM): State.DISARMED,
@@ -95,6 +100,7 @@ def test_latches_hold():
     assert decide(State.FAULT, Event.ESTOP, ALL).state is State.ESTOP
     assert not decide(State.ESTOP, Event.CLEAR, ALL - {Condition.ESTOP_FRESH}).accepted
     assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.MECHANISM_FIT}).accepted
+    assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.ALONE}).accepted
 
 
 def test_stops_need_no_permission():

@@ -2,6 +2,7 @@
 from collections.abc import Callable, Iterator
 import contextlib
 from functools import partial
+import gc
 import os
 import signal
 import subprocess
@@ -17,6 +18,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.is_relative_to(os.path.dirname(__file__)):
             item.add_marker(pytest.mark.ros)
+            # One worker for a file, whose tests share nodes; a launch test has no fixtures.
+            if 'domain' in getattr(item, 'fixturenames', ()):
+                item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 
 @pytest.fixture(scope='session')
@@ -51,6 +55,13 @@ def launch(domain: None) -> Iterator[Start]:
         yield start_node
 
 
+@pytest.fixture
+def launch_once(domain: None) -> Iterator[Start]:
+    """Like `launch`, for nodes that end with the test: an idle node takes a fifth of a core."""
+    with launching() as start_node:
+        yield start_node
+
+
 @pytest.fixture(scope='module')
 def start(launch: Start) -> Start:
     """Start predictors: `start('-p', 'scene:=paper')`."""
@@ -72,7 +83,9 @@ def stop(process: subprocess.Popen[str]) -> None:
 def node(domain: None) -> Iterator[Any]:
     """Return a node of this process, to call and listen with."""
     import rclpy
-    with rclpy.init():
+
+    from billiard_shot.ros.running import initialized
+    with initialized():
         yield rclpy.create_node('tester')
 
 
@@ -87,9 +100,22 @@ def predictor(domain: None) -> Iterator[subprocess.Popen[str]]:
 def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
     """Return a function that sends a request to the predictor and returns its answer."""
     from billiard_shot_msgs.srv import PredictShot
-
-    from billiard_shot.ros.client import call
+    from waiting import call, PATIENCE
     client = node.create_client(PredictShot, 'predict_shot')
-    # Long enough for a library that is not in numba's cache yet.
-    assert client.wait_for_service(timeout_sec=60.0), 'the predictor did not come up'
+    assert client.wait_for_service(timeout_sec=PATIENCE), 'the predictor did not come up'
     return lambda request: call(node, client, request, repeatable=True)
+
+
+@pytest.fixture(scope='module')
+def whole_cell(request: pytest.FixtureRequest, node: Any, launch: Start) -> Any:
+    """Return the cell of a file, in the namespace SPACE and with the nodes NODES of that file."""
+    from cell import Cell, PATIENT
+    gc.freeze()  # a long look for garbage would be a silence
+    return Cell(launch, request.module.SPACE, getattr(request.module, 'NODES', PATIENT))
+
+
+@pytest.fixture
+def cell(whole_cell: Any) -> Any:
+    """Return the cell in order: disarmed, ball in its place, every input heard."""
+    whole_cell.prepare()
+    return whole_cell

@@ -7,9 +7,10 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.srv import PredictShot
+from waiting import call, PATIENCE
 
 from billiard_shot import Scene, Status
-from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
+from billiard_shot.ros.client import PAPER_SHOTS, request_for
 from billiard_shot.ros.predictor import SHOW_DELAY
 
 RADIUS = Scene.load('paper').ball.radius
@@ -76,7 +77,7 @@ def test_cue_through_cloth(start, node):
     """pool: this scene knows how thick the cue is."""
     start('-p', 'scene:=pool', '-r', '__ns:=/pool')
     client = node.create_client(PredictShot, '/pool/predict_shot')
-    assert client.wait_for_service(timeout_sec=60.0)
+    assert client.wait_for_service(timeout_sec=PATIENCE)
     request = level_shot()
     request.cue_pose.position.z = 0.005
     answer = call(node, client, request, repeatable=True)

@@ -11,6 +11,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
+from std_msgs.msg import Header
 
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
@@ -61,8 +62,8 @@ def test_the_demos_shots_are_those_of_the_strokes_file():
 def test_request_round_trip():
     request = conversions.make_request(
         (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(.1, .2, 0), tolerance=1e-5, sample_count=9)
-    conversions.check_common(request)
-    assert conversions.ball_of(request, RADIUS, None) == (.1, .2, RADIUS)
+    conversions.check_common(request, 'table')
+    assert conversions.ball_of(request, RADIUS, None, 'table') == (.1, .2, RADIUS)
     assert (request.speed, request.tolerance, request.sample_count) == (1.5, 1e-5, 9)
     assert request.cue_pose.orientation.w == 2.0
 
@@ -82,7 +83,7 @@ def test_path_stamps_carry_over_seconds():
     shot = predict(SCENE, Stroke(normal=(-1, 0, 0), velocity=(1, 0, 0)))
     message = conversions.response_of(shot, 5).trajectory
     message.times[-2] = 1e300
-    path = display.path_of(message, Time(sec=7, nanosec=999_999_999))
+    path = display.path_of(message, Header(stamp=Time(sec=7, nanosec=999_999_999)))
     assert path.poses[0].header.stamp == Time(sec=7, nanosec=999_999_999)
     last = path.poses[-1].header.stamp
     assert last.sec + last.nanosec * 1e-9 == pytest.approx(8.0 + message.times[-1], abs=1e-6)

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.job import Result
@@ -38,7 +39,7 @@ def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
 def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
     sent = plan(a, b, elevation, azimuth, speed)
     goal = conversions.goal_of(sent, 'once', Time(sec=5), Time(sec=70, nanosec=500_000_000))
-    order = conversions.order_of(goal, Time(sec=60))
+    order = conversions.order_of(goal, Time(sec=60), 'table')
     assert order.plan == sent
     assert order.seal == sent.seal == order.plan.seal
     assert (order.nonce, order.remaining) == ('once', 10.5)
@@ -48,19 +49,19 @@ def test_goals_that_make_no_sense():
     goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
     goal.plan.header.frame_id = 'map'
     with pytest.raises(RefusedError, match=r"plan\.header\.frame_id is 'map'"):
-        conversions.order_of(goal, Time())
+        conversions.order_of(goal, Time(), 'table')
     goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
     goal.plan.balls.append(BallState(id='cue'))
     with pytest.raises(RefusedError, match="'cue' is there twice"):
-        conversions.order_of(goal, Time())
+        conversions.order_of(goal, Time(), 'table')
     goal.plan.balls[-1].id = 'pocketed'
     goal.plan.balls[-1].pocketed = True
-    assert conversions.order_of(goal, Time()).plan == plan()
+    assert conversions.order_of(goal, Time(), 'table').plan == plan()
 
 
 def test_a_path_survives_the_round_trip():
     path = prepare(Mechanism(), SCENE, plan()).stroke.path
-    message = conversions.trajectory_message(path, JOINTS, Time(sec=3))
+    message = conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
     assert all(point.velocities for point in message.points)
     order = [3, 1, 0, 2, 5, 4]
     message.joint_names = [message.joint_names[i] for i in order]
@@ -77,7 +78,7 @@ def test_paths_that_make_no_sense():
     path = prepare(Mechanism(), SCENE, plan()).stroke.path
 
     def refused(change):
-        message = conversions.trajectory_message(path, JOINTS, Time(sec=3))
+        message = conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
         change(message)
         with pytest.raises(ValueError, match=r'joint_names|points') as caught:
             conversions.path_of(message, JOINTS)
@@ -92,12 +93,24 @@ def test_paths_that_make_no_sense():
 
 
 def test_zero_command():
-    stop = conversions.stop_message(np.arange(6.0), JOINTS)
+    stop = conversions.stop_message(np.arange(6.0), JOINTS, 'driver/8')
     assert conversions.is_stop(stop)
     assert list(stop.points[0].velocities) == [0.0] * 6
-    assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS))
+    assert conversions.is_stop(
+        conversions.stop_message(np.full(6, math.nan), JOINTS, 'driver/9'))
     path = prepare(Mechanism(), SCENE, plan()).stroke.path
-    assert not conversions.is_stop(conversions.trajectory_message(path, JOINTS, Time(sec=3)))
+    assert not conversions.is_stop(
+        conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7'))
+
+
+def test_commands_are_named():
+    name = conversions.command_name('driver', 7)
+    stop = conversions.stop_message(np.arange(6.0), JOINTS, name)
+    assert conversions.command_of(stop) == ('driver', 7)
+    for wrong in ('', 'driver', 'driver/', '/7', 'driver/-7', 'driver/x'):
+        stop.header.frame_id = wrong
+        with pytest.raises(ValueError, match=r'header\.frame_id: .* is not allowed'):
+            conversions.command_of(stop)
 
 
 def test_joints_are_picked_by_name():
@@ -119,11 +132,11 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
     tip = TipPose(ball + RADIUS * np.array(stroke.normal), 1.0, 0.3)
     for off in (-1e-5, 0.0, 1e-5):
         strike = Strike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
-        message = conversions.strike_message(strike, Time())
+        message = conversions.strike_message(strike, Header())
         back = conversions.stroke_of(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
-    result = conversions.result_of(Result(Outcome.OK, 'done', strike), Time())
+    result = conversions.result_of(Result(Outcome.OK, 'done', strike), Header())
     assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
 
 

@@ -1,4 +1,5 @@
 """What RViz and Foxglove get to see: the sizes of the scene, over the real middleware."""
+import json
 from pathlib import Path
 import re
 
@@ -7,13 +8,14 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.msg import BallState, TableState
+from billiard_shot_msgs.msg import BallState, CueState, TableState
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
-import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import Marker, MarkerArray
+from waiting import call, PATIENCE, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
@@ -25,7 +27,7 @@ from billiard_shot.table.colours import ball_colour, MOTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-NOW = Time(sec=3)
+NOW = Header(frame_id='table', stamp=Time(sec=3))
 TABLE = Scene.load('pool_table')
 NINE = Scene.load('nine_ball')
 COMBINATION = Scene.load('frozen_combination')
@@ -195,21 +197,16 @@ def test_every_motion_on_the_way_has_a_colour_of_its_own():
 
 # --- over the middleware ------------------------------------------------------------------------
 
-def arrives(node, topic, condition=bool, seconds=60.0):
+def arrives(node, topic, condition=bool):
     """Return the first message on a latched topic for which a condition is true."""
-    arrived = []
-    subscription = node.create_subscription(MarkerArray, topic, arrived.append, LATCHED)
-    deadline = node.get_clock().now().nanoseconds + seconds * 1e9
-    try:
-        while node.get_clock().now().nanoseconds < deadline:
-            rclpy.spin_once(node, timeout_sec=0.05)
-            for message in arrived:
-                if condition(message):
-                    return message
-            arrived.clear()
-    finally:
-        node.destroy_subscription(subscription)
-    raise AssertionError(f'{topic}: nothing like that came')
+    fitting = []
+    subscription = node.create_subscription(
+        MarkerArray, topic,
+        lambda message: condition(message) and fitting.append(message), LATCHED)
+    arrived = spin_until(node, lambda: fitting)
+    node.destroy_subscription(subscription)
+    assert arrived, f'{topic}: nothing like that came'
+    return fitting[0]
 
 
 def test_latched_markers_have_the_sizes_of_the_scene(launch, node):
@@ -250,11 +247,9 @@ def test_a_moving_cue_is_shown_where_it_is(launch, node):
 def test_another_scene_is_shown_once_it_is_set(launch, node):
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
-
-    from billiard_shot.ros.client import call
     launch('table_display', '-r', '__ns:=/other')
     client = node.create_client(SetParameters, '/other/table_display/set_parameters')
-    assert client.wait_for_service(timeout_sec=60.0)
+    assert client.wait_for_service(timeout_sec=PATIENCE)
 
     def answer(scene):
         setting = Parameter('scene', value=scene).to_parameter_msg()
@@ -275,8 +270,37 @@ def test_rviz_listens_to_what_the_nodes_publish():
     for each in shown.values():
         assert each['Topic']['Durability Policy'] == 'Transient Local'
         assert each['Topic']['Reliability Policy'] == 'Reliable'
+    assert published() == set(shown)
+
+
+def published():
+    """Topics of markers and paths that the nodes publish, without their namespace."""
     nodes = (ROOT / 'billiard_shot' / 'ros').glob('*.py')
-    published = {
-        f'/{file.stem}/{topic}' for file in nodes for topic in re.findall(
-            r"create_publisher\((?:MarkerArray|Path), '~/(\w+)', LATCHED\)", file.read_text())}
-    assert published == set(shown)
+    return {f'{file.stem}/{topic}' for file in nodes for topic in re.findall(
+        r"create_publisher\((?:MarkerArray|Path), '~/(\w+)', LATCHED\)", file.read_text())}
+
+
+def test_foxglove_shows_what_the_nodes_publish():
+    """config/foxglove.json: panels that Foxglove has, each placed once, with topics that exist."""
+    layout = json.loads((ROOT / 'config' / 'foxglove.json').read_text())
+    panels = layout['configById']
+
+    def placed(part):
+        if isinstance(part, str):
+            return [part]
+        assert part['direction'] in ('row', 'column')
+        assert 0 < part['splitPercentage'] < 100
+        return placed(part['first']) + placed(part['second'])
+
+    assert sorted(placed(layout['layout'])) == sorted(panels)
+    kinds = {name.partition('!')[0]: panel for name, panel in panels.items()}
+    assert set(kinds) == {'3D', 'StateTransitions', 'DiagnosticSummary', 'RosOut'}
+    assert kinds['3D']['followTf'] == 'table'
+    assert {topic.removeprefix('/') for topic in kinds['3D']['topics']} == published()
+    sources = {'/cue_driver/state': CueState, '/estop': Bool, '/interlock': Bool}
+    for path in kinds['StateTransitions']['paths']:
+        topic, _, field = path['value'].partition('.')
+        assert field in sources.pop(topic).get_fields_and_field_types()
+    assert not sources
+    assert kinds['DiagnosticSummary']['topicToRender'] == '/diagnostics'
+    assert kinds['RosOut']['topicToRender'] == '/rosout'

@@ -6,9 +6,9 @@ import yaml
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.action import PlanShot
+from billiard_shot_msgs.action import ExecuteShot, PlanShot
 from billiard_shot_msgs.msg import BallTrajectory
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.srv import PredictShot, SealShot
 
 from billiard_shot import Status
 from billiard_shot.ros import cue_parameters, parameters, plan_parameters
@@ -26,7 +26,7 @@ def test_status_constants_are_the_status_enum():
 
 @pytest.mark.parametrize(('node', 'declared'), [
     ('predictor', parameters.PREDICTOR), ('planner', plan_parameters.PLANNER),
-    ('cue_driver', cue_parameters.CUE_DRIVER),
+    ('cue_driver', cue_parameters.CUE_DRIVER), ('cue_model', cue_parameters.CUE_MODEL),
     ('cue_sim', cue_parameters.CUE_SIM), ('table_sim', cue_parameters.TABLE_SIM),
     ('table_display', cue_parameters.TABLE_DISPLAY)])
 def test_parameter_files_hold_the_defaults(node, declared):
@@ -41,6 +41,17 @@ def test_parameter_files_hold_the_defaults(node, declared):
 def test_plan_constants_are_of_the_status_enum():
     assert constants(PlanShot.Result) == {
         name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')}
+
+
+def test_seal_constants_are_of_the_status_enum():
+    assert constants(SealShot.Response) == {
+        name: Status[name].value for name in ('OK', 'INVALID_STROKE', 'INVALID_REQUEST')}
+
+
+def test_a_sealed_goal_has_the_fields_of_a_goal():
+    goal = ExecuteShot.Goal.get_fields_and_field_types()
+    sealed = SealShot.Response.get_fields_and_field_types()
+    assert {name: sealed[name] for name in goal} == goal
 
 
 def test_motion_constants_are_the_motion_codes():

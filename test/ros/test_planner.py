@@ -1,5 +1,7 @@
 """The planner as a real process: goals, cancel, preemption, refusals, what it shows."""
+from dataclasses import asdict
 import math
+import re
 
 import pytest
 
@@ -12,11 +14,12 @@ from geometry_msgs.msg import Point, Vector3
 import rclpy
 from rclpy.action import ActionClient
 from visualization_msgs.msg import MarkerArray
+from waiting import PATIENCE, spin_until
 
 from billiard_shot import plan, predict, Scene, Status, Stroke
 from billiard_shot.planning.plan import NOISES
-from billiard_shot.ros import plan_conversions
-from billiard_shot.ros.conversions import vectors
+from billiard_shot.planning.targets import read_target
+from billiard_shot.ros import conversions, plan_conversions
 from billiard_shot.ros.plan_conversions import Task
 from billiard_shot.ros.running import LATCHED
 
@@ -48,16 +51,16 @@ class Asking:
         self.node = node
         self.client = ActionClient(node, PlanShot, 'plan_shot')
         self.feedback = []
-        assert self.client.wait_for_server(timeout_sec=120.0), 'the planner did not come up'
+        assert self.client.wait_for_server(timeout_sec=PATIENCE), 'the planner did not come up'
 
     def begin(self, **goal):
         sent = self.client.send_goal_async(
             PlanShot.Goal(**goal), lambda message: self.feedback.append(message.feedback))
-        rclpy.spin_until_future_complete(self.node, sent, timeout_sec=20.0)
+        rclpy.spin_until_future_complete(self.node, sent, timeout_sec=PATIENCE)
         return sent.result(), sent.result().get_result_async()
 
     def end(self, future):
-        rclpy.spin_until_future_complete(self.node, future, timeout_sec=60.0)
+        rclpy.spin_until_future_complete(self.node, future, timeout_sec=PATIENCE)
         assert future.done(), 'no result'
         return future.result().status, future.result().result
 
@@ -66,16 +69,13 @@ class Asking:
 
     def until_it_plans(self):
         self.feedback.clear()
-        for _ in range(2000):
-            rclpy.spin_once(self.node, timeout_sec=0.01)
-            if self.feedback:
-                return
-        raise AssertionError('no feedback')
+        assert spin_until(self.node, lambda: self.feedback), 'no feedback'
 
 
 @pytest.fixture(scope='module')
 def asking(node, launch):
-    launch('planner', '-p', 'budget:=2000', '-r', 'table_state:=seen_by_planner')
+    launch('planner', '-p', 'budget:=2000', '-p', 'plan_at_start:=true',
+           '-r', 'table_state:=seen_by_planner')
     return Asking(node)
 
 
@@ -84,10 +84,7 @@ def test_it_plans_for_its_parameters_as_it_starts(node, asking):
     for kind, topic in ((RankedPlan, 'planner/best'), (MarkerArray, 'planner/markers')):
         node.create_subscription(
             kind, topic, lambda message, topic=topic: seen.update({topic: message}), LATCHED)
-    for _ in range(1000):
-        rclpy.spin_once(node, timeout_sec=0.02)
-        if len(seen) == 2:
-            break
+    assert spin_until(node, lambda: len(seen) == 2), seen
     best = seen['planner/best']
     assert best.header.frame_id == 'table'
     assert 0.0 < best.success_low <= best.success <= best.success_high
@@ -101,7 +98,14 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     assert result.status == Status.OK
     scene = plan_conversions.with_balls(SCENE, OPEN)
     alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=3000, seed=4)
-    assert [each.success for each in result.plans] == [each.success for each in alone.ranking]
+    assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
+    assert result.found == len(alone.ranking) > 1
+    assert len(result.plans[0].trajectory.times) <= conversions.TELLING
+    _, longer = asking.ask(
+        target=POT, balls=OPEN, budget=3000, seed=4, plan_count=100, sample_count=50)
+    assert [each.success for each in longer.plans] == [each.success for each in alone.ranking]
+    assert all(len(each.trajectory.times) == 50 for each in longer.plans)
+    assert longer.plan_id != result.plan_id
     assert result.simulations == alone.simulations
     best = result.plans[0]
     pose = best.cue_pose
@@ -114,7 +118,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
         alone.best.stroke.offsets)
     shot = predict(scene, stroke)
     assert '8' in shot.table.pocketed
-    assert vectors(best.trajectory.positions)[-1] == pytest.approx(
+    assert conversions.vectors(best.trajectory.positions)[-1] == pytest.approx(
         shot.trajectory.rest, abs=1e-3)
     assert {ball.id for ball in result.balls} == {'cue', '8'}
 
@@ -154,22 +158,42 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
 
 
 @pytest.mark.parametrize(('goal', 'named'), [
-    ({'target': Target(kind=Target.POT, ball='7')}, "there is no ball '7'"),
+    ({'target': Target(kind=Target.POT, ball='7')}, "target.ball: there is no ball '7'"),
     ({'target': Target(kind=99)}, 'target.kind is 99'),
-    ({'target': Target(kind=Target.REST, point=Point(x=9.0))}, 'rest'),
-    ({'target': Target(kind=Target.REST, point=Point(x=math.nan))}, 'rest'),
+    ({'target': Target(kind=Target.REST, point=Point(x=9.0))}, 'target.point: (9.0, 0.0)'),
+    ({'target': Target(kind=Target.REST, point=Point(x=math.nan))}, 'target.point: (nan, 0.0)'),
     ({'target': POT, 'balls': balls(b8=(0., 0.))}, 'the cue ball'),
     ({'target': POT, 'balls': balls(cue=(0., 0.), b8=(0.01, 0.))}, 'overlap'),
-    ({'target': POT, 'use_limits': True}, 'speed_m'),
-    ({'target': POT, 'use_noise': True, 'sigma_a': -1.0}, 'a: -1'),
-    ({'target': POT, 'first_contact': '5'}, "there is no ball '5'"),
-    ({'target': Target(kind=Target.POT, ball='8', radius=-1.0)}, 'radius'),
+    ({'target': POT, 'use_limits': True}, 'speed_min: 0.0'),
+    ({'target': POT, **LOW, 'elevation_max': -math.pi / 2}, 'elevation_max: -90.0'),
+    ({'target': POT, 'use_noise': True, 'sigma_a': -1.0}, 'sigma_a: -1'),
+    ({'target': POT, 'first_contact': '5'}, "first_contact: there is no ball '5'"),
+    ({'target': Target(kind=Target.POT, ball='8', radius=-1.0)}, 'target.radius: -1.0'),
+    ({'target': POT, 'sample_count': 20_000}, 'sample_count is 20000: must be at most 10000'),
 ])
 def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
     status, result = asking.ask(**{'balls': OPEN, **goal})
     assert (status, result.status) == (GoalStatus.STATUS_ABORTED, Status.INVALID_REQUEST)
     assert named in result.message
     assert not result.plans
+
+
+def test_every_mistake_of_a_goal_has_a_line_with_its_field():
+    goal = PlanShot.Goal(
+        target=Target(kind=Target.HIT, ball='8', use_direction=True, within=9.0),
+        use_noise=True, sigma_b=math.nan, sigma_elevation=-math.pi)
+    with pytest.raises(ValueError, match='2 mistakes') as refused:
+        plan_conversions.task_of(goal, DEFAULT, None, 'table')
+    assert re.findall(r'^  (\w+): (\S+)', str(refused.value), re.MULTILINE) == [
+        ('sigma_b', 'nan'), ('sigma_elevation', '-180.0')]
+    goal.use_noise = False
+    task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
+    message = plan_conversions.in_fields(plan(SCENE, task.target).message, goal)
+    assert re.findall(r'^  ([\w.]+): ', message, re.MULTILINE) == [
+        'target.within', 'target.direction']
+    own = 'constraints: speed_max: 0.0 is not allowed'
+    assert plan_conversions.in_fields(own, goal) == own.removeprefix('constraints: ')
+    assert plan_conversions.in_fields("target: pot: 'x'", PlanShot.Goal()) == "target: pot: 'x'"
 
 
 def test_frames_are_checked(asking):
@@ -183,12 +207,14 @@ def test_frames_are_checked(asking):
 def test_the_table_comes_from_table_state(node, asking):
     publisher = node.create_publisher(TableState, 'seen_by_planner', LATCHED)  # by no one else
     publisher.publish(TableState(snapshot_id=1, balls=balls(cue=(-.4, .1), b3=(.5, -.2))))
-    for _ in range(200):
-        _, result = asking.ask(target=Target(kind=Target.HIT, ball='3'), budget=300)
-        if result.status == Status.OK:
-            break
-        rclpy.spin_once(node, timeout_sec=0.05)
-    assert {ball.id for ball in result.balls} == {'cue', '3'}
+    results = []
+
+    def is_seen():
+        results.append(asking.ask(target=Target(kind=Target.HIT, ball='3'), budget=300)[1])
+        return results[-1].status == Status.OK
+
+    assert spin_until(node, is_seen), results[-1].message
+    assert {ball.id for ball in results[-1].balls} == {'cue', '3'}
 
 
 @pytest.mark.parametrize(('target', 'wanted'), [
@@ -208,6 +234,9 @@ def test_the_table_comes_from_table_state(node, asking):
 ])
 def test_targets_of_messages(target, wanted):
     found = plan_conversions.target_of(target)
+    if wanted:
+        there_and_back = plan_conversions.target_of(plan_conversions.target_message(wanted))
+        assert asdict(read_target(there_and_back)) == pytest.approx(asdict(read_target(wanted)))
     if wanted and 'within_deg' in wanted:
         assert found.pop('within_deg') == pytest.approx(wanted.pop('within_deg'))
     assert found == wanted
@@ -216,7 +245,7 @@ def test_targets_of_messages(target, wanted):
 def test_limits_and_noise_of_messages():
     goal = PlanShot.Goal(
         **LOW, use_noise=True, sigma_a=.001, sigma_azimuth=math.pi / 180, first_contact='1')
-    task = plan_conversions.task_of(goal, DEFAULT, None)
+    task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
     assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(.09))
     assert task.constraints['azimuth_range_deg'] == pytest.approx(180.0)
     assert task.constraints['first_contact'] == '1'

@@ -1,0 +1,87 @@
+"""The moving parts of the mechanical cue: their masses and sizes, for models of the robot."""
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import number, section
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """
+    One moving part, as a box of uniform density.
+
+    Parameters
+    ----------
+    mass : float
+        [kg], above 0.
+    length, width, height : float
+        Along the axes x, y and z of the part's frame [m], above 0.
+
+    """
+
+    mass: float = number('kg', above=0)
+    length: float = number('m', above=0)
+    width: float = number('m', above=0)
+    height: float = number('m', above=0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """Length, width and height (3,) [m]."""
+        return np.array([self.length, self.width, self.height])
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Moments of inertia about the axes through its centre (3,) [kg m^2]."""
+        squares = self.size**2
+        moments: NDArray[np.float64] = self.mass / 12 * (np.roll(squares, 1) + np.roll(squares, 2))
+        return moments
+
+
+def _part(*numbers: float) -> Any:
+    return dataclasses.field(
+        default_factory=lambda: Part(*numbers), metadata=section(Part).metadata)
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """
+    The moving parts, each named after the joint that moves it.
+
+    Parameters
+    ----------
+    base_x : Part
+        The bridge across the table, above the trolley.
+    base_y : Part
+        The trolley on the bridge, above the highest position of the pivot.
+    base_z : Part
+        The column through the trolley, with the turntable at its lower end.
+    azimuth : Part
+        The turntable, centred on the pivot.
+    incline : Part
+        The box with the linear bearings and the drive of the stroke, with the cue in its lower
+        side: a level cue is nearer to the cloth than a box around it could be.
+    stroke : Part
+        The cue, which ends at the tip.
+
+    """
+
+    base_x: Part = _part(60.0, 0.2, 4.2, 0.2)
+    base_y: Part = _part(15.0, 0.3, 0.3, 0.15)
+    base_z: Part = _part(10.0, 0.1, 0.1, 1.3)
+    azimuth: Part = _part(3.0, 0.2, 0.2, 0.04)
+    incline: Part = _part(6.0, 0.5, 0.1, 0.1)
+    stroke: Part = _part(0.5018, 1.0, 0.02, 0.02)
+
+    def __post_init__(self) -> None:
+        check(self)

@@ -1,0 +1,181 @@
+"""The robot model and the transforms put the tip where the mechanism has it."""
+from dataclasses import replace
+import math
+import xml.etree.ElementTree as ET
+
+from hypothesis import given
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from billiard_shot import Scene
+from billiard_shot.cli import main
+from billiard_shot.cue.incline import Incline
+from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism
+from billiard_shot.cue.model import chain, frame_names, transforms
+from billiard_shot.cue.parts import Part
+from billiard_shot.cue.placing import tip_of
+from billiard_shot.cue.urdf import urdf_of
+
+OTHER = Mechanism(
+    reach=0.2, drop=0.11, incline=Axis(0.35, 0.6, 0.1, 0.5, 5.0), most_elevation=0.8,
+    triangle=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6))
+MECHANISMS = pytest.mark.parametrize('mechanism', [Mechanism(), OTHER])
+
+
+def numbers(text):
+    return np.array([float(word) for word in (text or '0 0 0').split()])
+
+
+def rotation(axis, angle):
+    """Rodrigues' formula."""
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+
+
+def matrix(turn, way):
+    result = np.eye(4)
+    result[:3, :3], result[:3, 3] = turn, way
+    return result
+
+
+def rotation_of(quaternion):
+    *vector, w = quaternion
+    angle = 2 * math.atan2(np.linalg.norm(vector), w)
+    return rotation(np.array(vector) / (np.linalg.norm(vector) or 1.0), angle)
+
+
+def poses_of(urdf, positions):
+    """Pose (4, 4) of every link of a URDF in its root, as the format defines it."""
+    robot = ET.fromstring(urdf)
+    joints = {joint.find('child').get('link'): joint for joint in robot.findall('joint')}
+
+    def pose(link):
+        if link not in joints:
+            return np.eye(4)
+        joint = joints[link]
+        origin, axis = joint.find('origin'), joint.find('axis')
+        if origin is not None:
+            assert origin.get('rpy') is None  # not read here
+        fixed = matrix(np.eye(3), numbers(None if origin is None else origin.get('xyz')))
+        if joint.get('type') != 'fixed':
+            value, axis = positions[joint.get('name')], numbers(axis.get('xyz'))
+            fixed = fixed @ (
+                matrix(rotation(axis, value), np.zeros(3)) if joint.get('type') == 'revolute'
+                else matrix(np.eye(3), value * axis))
+        return pose(joint.find('parent').get('link')) @ fixed
+
+    return {link.get('name'): pose(link.get('name')) for link in robot.findall('link')}
+
+
+def joint_positions(mechanism, fractions):
+    return np.array([axis.least + fraction * (axis.most - axis.least)
+                     for axis, fraction in zip(mechanism.axes, fractions, strict=True)])
+
+
+@MECHANISMS
+@given(st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6))
+def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
+    joints = joint_positions(mechanism, fractions)
+    tip = tip_of(mechanism, joints)
+    positions = dict(zip(JOINTS, joints, strict=True))
+    positions['incline_angle'] = mechanism.triangle.elevation(positions.pop('incline'))
+    poses = poses_of(urdf_of(mechanism), positions)
+    np.testing.assert_allclose(poses['tip'][:3, 3], tip.position, atol=1e-12)
+    np.testing.assert_allclose(poses['tip'][:3, :3], rotation_of(tip.quaternion), atol=1e-12)
+    np.testing.assert_allclose(poses['base_link'][:3, 3], joints[:3], atol=1e-12)
+    # The transforms have the same frames, in the same places.
+    found = {'table': np.eye(4)}
+    for each in transforms(mechanism, joints):
+        found[each.child] = found[each.parent] @ matrix(
+            rotation_of(each.quaternion), each.translation)
+    assert set(found) == set(poses)
+    for frame, pose in found.items():
+        np.testing.assert_allclose(pose, poses[frame], atol=1e-12)
+
+
+@MECHANISMS
+def test_limits_are_those_of_the_mechanism(mechanism):
+    joints = chain(mechanism)
+    for i, (joint, axis) in enumerate(zip(joints, mechanism.axes, strict=True)):
+        if i != INCLINE:
+            assert joint.name == JOINTS[i]
+            assert (joint.least, joint.most, joint.speed) == (axis.least, axis.most, axis.speed)
+    incline = joints[INCLINE]
+    lengths = np.linspace(mechanism.incline.least, mechanism.incline.most, 1001)
+    angles = np.array([mechanism.triangle.elevation(length) for length in lengths])
+    assert (incline.least, incline.most) == (angles[0], angles[-1])
+    fastest = (np.diff(angles) / np.diff(lengths)).max() * mechanism.incline.speed
+    assert incline.speed == pytest.approx(fastest, rel=2e-3)
+    assert joints[-1].effort == mechanism.force
+    limits = [joint.find('limit').attrib for joint in
+              ET.fromstring(urdf_of(mechanism)).findall('joint') if joint.get('type') != 'fixed']
+    assert [(float(each['lower']), float(each['upper']), float(each['velocity']),
+             float(each['effort'])) for each in limits] == [
+        (joint.least, joint.most, joint.speed, joint.effort) for joint in joints]
+
+
+def test_masses_come_from_the_mechanism():
+    part = Part(mass=2.0, length=0.3, width=0.2, height=0.1)
+    np.testing.assert_allclose(part.inertia, np.array([0.05, 0.1, 0.13]) / 6)
+    mechanism = Mechanism(parts=replace(Mechanism().parts, incline=part))
+    link = next(link for link in ET.fromstring(urdf_of(mechanism)).findall('link')
+                if link.get('name') == 'incline')
+    assert float(link.find('inertial/mass').get('value')) == 2.0
+    inertia = link.find('inertial/inertia')
+    np.testing.assert_allclose([float(inertia.get(name)) for name in ('ixx', 'iyy', 'izz')],
+                               part.inertia)
+    assert inertia.get('ixy') == inertia.get('ixz') == inertia.get('iyz') == '0.0'
+    np.testing.assert_allclose(numbers(link.find('visual/geometry/box').get('size')), part.size)
+
+
+def test_the_cue_is_as_heavy_as_that_of_the_paper():
+    assert Mechanism().parts.stroke.mass == Scene.load('paper').cue.mass
+
+
+def test_the_cue_ends_at_its_tip():
+    mechanism = Mechanism()
+    cue = chain(mechanism)[-1]
+    assert cue.centre[0] + 0.5 * cue.part.length == pytest.approx(mechanism.reach)
+
+
+def test_a_level_cue_can_play_a_ball_on_the_cloth():
+    """No part reaches below the cloth where the tip is at the height of the ball's centre."""
+    mechanism, radius = Mechanism(), Scene.load('paper').ball.radius
+    joints = np.array([0.0, 0.0, radius + mechanism.drop, 0.0,
+                       mechanism.triangle.length(0.0), mechanism.stroke.most])
+    heights = {'table': 0.0}
+    for each in transforms(mechanism, joints):
+        heights[each.child] = heights[each.parent] + each.translation[2]
+    assert heights['base_link'] + transforms(mechanism, joints)[-1].translation[2] == (
+        pytest.approx(radius))
+    for joint in chain(mechanism):
+        assert heights[joint.child] + joint.centre[2] - 0.5 * joint.part.height > 0.0
+
+
+@pytest.mark.parametrize(('frame', 'prefix'), [
+    ('table', ''), ('cell1/table', 'cell1/'), ('a/b/pool', 'a/b/')])
+def test_frames_of_two_robots_have_different_names(frame, prefix):
+    names = frame_names(frame)
+    assert names[0] == frame
+    assert names[3] == f'{prefix}base_link'
+    assert names[-1] == f'{prefix}tip'
+    links = [link.get('name') for link in
+             ET.fromstring(urdf_of(Mechanism(), frame)).findall('link')]
+    assert sorted(links) == sorted(names)
+
+
+def test_the_command_prints_the_model(capsys, tmp_path):
+    assert main(['urdf']) == 0
+    assert capsys.readouterr().out == urdf_of(Mechanism())
+    (tmp_path / 'mine.yaml').write_text('reach: 0.25\n')
+    file = tmp_path / 'cue.urdf'
+    assert main(['urdf', '--mechanism', str(tmp_path / 'mine.yaml'), '--frame', 'cell1/table',
+                 '--output', str(file)]) == 0
+    assert file.read_text() == urdf_of(Mechanism(reach=0.25), 'cell1/table')
+
+
+def test_masses_are_checked():
+    with pytest.raises(ValueError, match=r'mass: 0 is not allowed; .* above 0 \(kg\)'):
+        Part(mass=0, length=1, width=1, height=1)

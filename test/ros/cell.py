@@ -1,0 +1,162 @@
+"""A cell of real processes: driver, simulated mechanism and simulated table, and a player."""
+import re
+from threading import Thread
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Float64, String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.mechanism import JOINTS
+from billiard_shot.cue.safety import State
+from billiard_shot.ros.client import call
+from billiard_shot.ros.demo import SIMULATION
+from billiard_shot.ros.player import Player
+
+SCENE = Scene.load('paper')
+STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
+PATIENT = {
+    'cue_driver': ('-p', 'autostart:=true', *SIMULATION),
+    'cue_sim': SIMULATION,
+    'table_sim': ('-p', 'haste:=100.0'),
+    'predictor': (),
+}
+"""Nodes and their arguments, patient with a machine that is busy with other tests."""
+DEADLINE = 2.0
+"""Seconds without a command after which the mechanism stops by itself."""
+
+SLOWEST_BRAKE = 0.5
+"""Seconds that a joint takes to brake from its full speed, with something to spare."""
+
+STOPPED = re.compile(r'stopped by (command|itself: no command for (.*) s); at rest after (.*) s')
+
+
+class Stop(NamedTuple):
+    """What the mechanism logged of a stop, in seconds of its own clock."""
+
+    silence: float | None  # None: commanded
+    braking: float
+
+
+class Cell:
+    """Driver, mechanism, table and player in a namespace of their own, and what they say."""
+
+    def __init__(self, launch, space, nodes=PATIENT):
+        self.launch, self.space, self.nodes = launch, space, nodes
+        self.processes = {}
+        for name in nodes:
+            self.start(name)
+        self.player = Player(space, simulate_safety_inputs=True)
+        self.joints, self.commands, self.angles = [], [], []
+        self.diagnostics, self.shots, self.log = [], [], []
+        for kind, topic, heard in (
+                (JointState, f'{space}/joint_states', self.joints),
+                (JointTrajectory, f'{space}/cue_driver/actuation', self.commands),
+                (Float64, f'{space}/cue_driver/incline_angle', self.angles),
+                (String, f'{space}/table_sim/shot', self.shots),
+                (DiagnosticArray, '/diagnostics', self.diagnostics)):
+            self.player.create_subscription(kind, topic, heard.append, 100)
+        # A node may log before it is discovered: the log is latched for ten seconds.
+        self.player.create_subscription(
+            Log, '/rosout', self.log.append,
+            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.estop = self.player.create_publisher(Bool, 'estop', 10)
+        self.services = {
+            name: self.player.create_client(Trigger, f'{space}/{name}')
+            for name in ('cue_driver/arm', 'cue_driver/disarm', 'cue_driver/clear_fault',
+                         'table_sim/reset')}
+        self.player.wait_for_all()
+        self.wait_for_services()
+
+    def wait_for_services(self, *more):
+        """Wait, and go on saying that all is well."""
+        for service in (*self.services.values(), *more):
+            assert self.player.until(service.service_is_ready, 20.0), service.service_name
+
+    def start(self, name):
+        process = self.launch(name, '-r', f'__ns:={self.space}', *self.nodes[name])
+        # A node stops for good when its pipe is full, which takes some hundred lines.
+        Thread(target=process.stdout.read, daemon=True).start()
+        self.processes[name] = process
+
+    def call(self, name):
+        return call(self.player, self.services[name], Trigger.Request())
+
+    @property
+    def state(self):
+        return State(self.player.states[-1].state)
+
+    def goal(self, shot_id='shot', stroke=STROKE):
+        return self.player.goal(stroke, SCENE, shot_id)
+
+    def begin(self, goal):
+        """Send a goal; a future of how it ends."""
+        sent = self.player._execute.send_goal_async(goal)
+        assert self.player.until(sent.done, 10.0)
+        self.handle = sent.result()
+        return self.handle.get_result_async()
+
+    def reach(self, state, seconds=20.0):
+        assert self.player.until(lambda: self.state is state, seconds), self.player.states[-1]
+
+    def moving(self):
+        """Whether any joint moved in the last joint_states of the mechanism."""
+        self.joints.clear()
+        known = self.player.until(
+            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), 2.0)
+        assert known, 'the mechanism is silent'
+        last = next(each for each in self.joints[::-1] if len(each.name) == len(JOINTS))
+        return any(abs(velocity) > 1e-6 for velocity in last.velocity)
+
+    def health(self):
+        """What the latest diagnostics of the driver say, by name."""
+        name = f'{self.space}/cue_driver'
+        self.diagnostics.clear()
+        assert self.player.until(
+            lambda: any(status.name == name for each in self.diagnostics
+                        for status in each.status), 20.0), 'no diagnostics of the driver'
+        status = next(status for each in self.diagnostics[::-1] for status in each.status
+                      if status.name == name)
+        return {each.key: each.value for each in status.values}
+
+    def logged(self, node):
+        """Messages that a node of this cell has logged."""
+        name = f'{self.space}/{node}'.strip('/').replace('/', '.')
+        return [each.msg for each in self.log if each.name == name]
+
+    def stops(self):
+        """Stops that the mechanism has recorded."""
+        found = [STOPPED.fullmatch(line) for line in self.logged('cue_sim')]
+        return [Stop(None if each[1] == 'command' else float(each[2]), float(each[3]))
+                for each in found if each]
+
+    def stands_still(self):
+        """Wait until the mechanism has stopped; its own record shows that it did so in time."""
+        assert self.player.until(self.stops, 30.0), 'the mechanism has not stopped'
+        stop = self.stops()[0]
+        assert stop.braking <= SLOWEST_BRAKE
+        assert stop.silence is None or stop.silence <= DEADLINE + 0.01
+        assert self.player.until(lambda: not self.moving(), 30.0)
+        return stop
+
+    def prepare(self):
+        """Bring the cell in order: disarmed, ball in its place, every input heard."""
+        for name, process in self.processes.items():
+            if process.poll() is not None:  # a test that kills it may have failed before its end
+                self.start(name)
+        self.player.all_is_well = True
+        assert self.player.until(
+            lambda: self.state is State.DISARMED or self.call('cue_driver/clear_fault').success,
+            30.0)
+        snapshot = int(self.call('table_sim/reset').message.split()[1])
+        assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, 10.0)
+        self.reach(State.DISARMED)
+        self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
+        for heard in (self.commands, self.angles, self.log):
+            heard.clear()
+        del self.player.states[:-1]

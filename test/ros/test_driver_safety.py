@@ -1,0 +1,181 @@
+"""What the driver refuses and reports beside its states: rivals, settings, clocks, silence."""
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rosgraph_msgs.msg import Clock
+from trajectory_msgs.msg import JointTrajectory
+import yaml
+
+from billiard_shot.cue.safety import State
+from billiard_shot.ros.client import call
+from billiard_shot.ros.demo import SIMULATION
+
+SPACE = '/safety'
+
+
+def setter(cell, node):
+    """Return a function that sets a parameter of a node: '' or the reason why not."""
+    client = cell.player.create_client(SetParameters, f'{SPACE}/{node}/set_parameters')
+    cell.wait_for_services(client)
+
+    def put(name, value):
+        kind = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}[type(value)]
+        number = {'bool': 1, 'integer': 2, 'double': 3, 'string': 4}[kind]
+        parameter = Parameter(
+            name=name, value=ParameterValue(type=number, **{f'{kind}_value': value}))
+        answer = call(cell.player, client, SetParameters.Request(parameters=[parameter]),
+                      repeatable=True)
+        result, = answer.results
+        return '' if result.successful else result.reason
+    return put
+
+
+def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
+    second = launch_once('cue_driver', '-r', f'__ns:={SPACE}', '-r', '__node:=second_driver',
+                         '-p', 'autostart:=true', '-p', 'actuation_topic:=cue_driver/actuation')
+    cell.reach(State.FAULT, 60.0)
+    assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
+    assert cell.player.until(lambda: any(
+        'FAULT: another node commands the mechanism: ' in line
+        for line in cell.logged('second_driver')), 60.0)
+    rival = f'another node commands the mechanism: {SPACE}/second_driver'
+    assert cell.player.until(lambda: cell.health()['other drivers'] == rival, 30.0)
+    refused = cell.call('cue_driver/clear_fault')
+    assert not refused.success
+    assert rival in refused.message
+    second.terminate()
+    assert second.wait(timeout=30) == 0
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 30.0)
+
+
+def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
+    put = setter(cell, 'cue_driver')
+    change = cell.player.create_client(ChangeState, f'{SPACE}/cue_driver/change_state')
+    cell.wait_for_services(change)
+
+    def transition(number):
+        return call(cell.player, change, ChangeState.Request(transition=Transition(id=number)))
+
+    wanted = 'estop_timeout: can be set only while the node is unconfigured'
+    assert put('estop_timeout', 1.0).startswith(wanted)
+    assert put('scene', 'paper').startswith('scene: can be set only')
+    assert transition(Transition.TRANSITION_DEACTIVATE).success
+    assert put('estop_timeout', 1.0).startswith(wanted)
+    assert transition(Transition.TRANSITION_CLEANUP).success
+    assert put('estop_timeout', 1000.0)
+    assert 'read-only' in put('period', 0.05)
+    assert put('joints_timeout', 0.05) == ''
+    assert not transition(Transition.TRANSITION_CONFIGURE).success
+    assert cell.player.until(lambda: any(
+        'configure failed: estop_timeout, interlock_timeout, joints_timeout: 0.05 s is not '
+        'allowed; each must be at least four times the period of 0.02 s' in line
+        for line in cell.logged('cue_driver')), 20.0)
+    assert put('joints_timeout', 2.0) == ''
+    assert transition(Transition.TRANSITION_CONFIGURE).success
+    assert transition(Transition.TRANSITION_ACTIVATE).success
+    cell.reach(State.DISARMED)
+
+
+@pytest.mark.parametrize(('owner', 'name', 'value'), [
+    ('cue_driver', 'niceness', 0), ('cue_sim', 'deadline', 0.3), ('cue_sim', 'rate', 100.0),
+    ('table_sim', 'haste', 2.0)])
+def test_what_is_read_once_is_read_only(cell, owner, name, value):
+    assert 'read-only' in setter(cell, owner)(name, value)
+
+
+def test_it_says_what_it_waits_for(cell, launch_once):
+    """In its log and in the diagnostics, from the start."""
+    launch_once('cue_driver', '-r', '__ns:=/lonely', '-p', 'autostart:=true')
+
+    def status():
+        return [each for message in cell.diagnostics for each in message.status
+                if each.name == '/lonely/cue_driver']
+
+    assert cell.player.until(status, 60.0)
+    assert status()[-1].level == DiagnosticStatus.WARN
+    assert 'estop: never heard; interlock: never heard' in status()[-1].message
+    assert cell.player.until(lambda: any(
+        'not ready: estop: never heard' in each.msg
+        for each in cell.log if each.name == 'lonely.cue_driver'), 30.0)
+
+
+def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
+    launch_once('cue_driver', '-r', '__ns:=/idle')
+    assert cell.player.until(lambda: any(
+        'not ready: the node is not active: configure it' in each.msg
+        for each in cell.log if each.name == 'idle.cue_driver'), 60.0)
+
+
+def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_once):
+    """A driver of its own, which lives on simulated time."""
+    launch_once('cue_driver', '-r', '__ns:=/timeless', '-p', 'autostart:=true',
+                '-p', 'use_sim_time:=true')
+
+    def clock():
+        said = [value.value for message in cell.diagnostics for each in message.status
+                if each.name == '/timeless/cue_driver' for value in each.values
+                if value.key == 'clock']
+        return said[-1] if said else ''
+
+    assert cell.player.until(lambda: 'nothing was heard on /clock' in clock(), 60.0)
+    publisher = cell.player.create_publisher(Clock, '/clock', 1)
+    time = 100.0
+
+    def run(seconds, until):
+        nonlocal time
+        for _ in range(round(seconds / 0.05)):
+            time += 0.05
+            message = Clock()
+            message.clock.sec, message.clock.nanosec = int(time), int(1e9 * (time % 1.0))
+            publisher.publish(message)
+            if cell.player.until(until, 0.05):
+                return True
+        return False
+
+    assert run(30.0, lambda: clock() == 'ok')
+    time -= 60.0
+    assert run(30.0, lambda: clock().startswith('ROS clock: jumped back by '))
+    assert run(30.0, lambda: clock() == 'ok')
+    assert cell.player.until(lambda: clock().startswith('ROS clock: has stood still for'), 30.0)
+    cell.player.destroy_publisher(publisher)
+
+
+def test_a_command_without_a_number_is_refused(cell, launch_once):
+    """The refusal is logged once, not at every repetition."""
+    publisher = cell.player.create_publisher(JointTrajectory, f'{SPACE}/elsewhere', 1)
+    launch_once('cue_sim', '-r', f'__ns:={SPACE}', '-r', '__node:=second_sim',
+                '-r', 'joint_states:=other_joint_states', '-p', 'actuation_topic:=elsewhere')
+    assert cell.player.until(publisher.get_subscription_count, 60.0)
+    for _ in range(5):
+        publisher.publish(JointTrajectory())
+        cell.player.until(lambda: False, 0.05)
+
+    def said():
+        return [line for line in cell.logged('second_sim') if line.startswith('ignored')]
+
+    assert cell.player.until(said, 20.0)
+    assert said() == ["ignored a command: header.frame_id: '' is not allowed; it must be the name "
+                      'of the driver, a slash, and the number of the command']
+
+
+def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):
+    process = launch_once('cue_driver', '-p', 'joints_timeout:=0.05')
+    said, _ = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert 'at least four times the period' in said
+    assert 'Traceback' not in said
+
+
+def test_the_demo_is_as_patient_as_a_launched_simulation():
+    file = Path(__file__).resolve().parents[2] / 'config' / 'simulation.yaml'
+    settings = yaml.safe_load(file.read_text())['/**']['ros__parameters']
+    words = [word for name, value in settings.items() for word in ('-p', f'{name}:={value}')]
+    assert list(SIMULATION) == words

@@ -1,0 +1,231 @@
+"""The page docs/firing.md, carried out: its commands, its program, and both players."""
+from collections.abc import Iterator
+import contextlib
+import os
+from pathlib import Path
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from typing import NamedTuple
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot.ros import plan_player, player, seal_shot
+from billiard_shot.ros.demo import quiet_environment
+
+pytestmark = pytest.mark.xdist_group('firing')  # one worker: the nodes serve all tests
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / 'docs' / 'firing.md'
+BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL)
+PLAYER, PLAN_PLAYER, SEAL_SHOT = (
+    [sys.executable, '-m', f'billiard_shot.ros.{name}']
+    for name in ('player', 'plan_player', 'seal_shot'))
+# Patient with a machine that is busy with other tests.
+NODES = {
+    'cue_driver': ('-p', 'autostart:=true', '-p', 'joints_timeout:=2.0', '-p', 'late:=10.0',
+                   '-p', 'estop_timeout:=2.0', '-p', 'interlock_timeout:=2.0',
+                   '-p', 'arm_timeout:=30.0'),
+    'cue_sim': ('-p', 'deadline:=2.0'),
+    'table_sim': ('-p', 'haste:=100.0'),
+    'predictor': (),
+    'planner': ('-p', 'scene:=paper'),
+}
+
+
+def block(words: str, language: str = 'sh') -> str:
+    found = {text for kind, text in BLOCKS if kind == language and words in text}
+    assert len(found) == 1, (words, found)
+    return found.pop()
+
+
+class Shell(NamedTuple):
+    """An environment with the nodes of the page, and a `ros2` command."""
+
+    environment: dict[str, str]
+
+    def begin(self, command: str | list[str]) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            ['bash', '-c', command] if isinstance(command, str) else command,
+            env=self.environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, start_new_session=True)
+
+    def run(self, command: str | list[str], seconds: float = 120.0) -> tuple[int, str]:
+        process = self.begin(command)
+        said, _ = process.communicate(timeout=seconds)
+        return process.returncode, said
+
+
+def read_until(process: subprocess.Popen[str], words: str) -> str:
+    """Lines that a process prints, up to the one with these words."""
+    said = ''
+    for line in process.stdout:
+        said += line
+        if words in line:
+            return said
+    raise AssertionError(f'{words!r} never came: {said}')
+
+
+@pytest.fixture(scope='module')
+def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
+    """Return a shell in a ROS domain of its own, with every node of the page running."""
+    from domain_coordinator import domain_id
+    folder = tmp_path_factory.mktemp('bin')
+    command = folder / 'ros2'
+    command.write_text(
+        f'#!/bin/sh\nexec {sys.executable} {Path(__file__).with_name("ros2.py")} "$@"\n')
+    command.chmod(0o755)
+    with domain_id() as number, contextlib.ExitStack() as stack:
+        shell = Shell({**quiet_environment(number),
+                       'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'})
+        processes = [
+            subprocess.Popen([sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args',
+                              *settings, '--log-level', 'warn'], env=shell.environment)
+            for name, settings in NODES.items()]
+        stack.callback(stop, processes, signal.SIGINT)
+        safety = block('ros2 topic pub')
+        publishers = subprocess.Popen(
+            ['bash', '-c', safety + 'wait'], env=shell.environment, start_new_session=True)
+        stack.callback(lambda: os.killpg(publishers.pid, signal.SIGKILL))
+        yield shell
+
+
+def stop(processes: list[subprocess.Popen[str]], number: int) -> None:
+    for process in processes:
+        process.send_signal(number)
+    for process in processes:
+        try:
+            process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@pytest.fixture
+def ball_in_its_place(shell: Shell) -> None:
+    """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
+    code, said = shell.run(
+        'ros2 service call /table_sim/reset std_srvs/srv/Trigger &&'
+        'ros2 service call /cue_driver/clear_fault std_srvs/srv/Trigger')
+    assert code == 0, said
+
+
+@pytest.mark.usefixtures('ball_in_its_place')
+def test_one_command_plans_and_waits_for_the_operator_who_fires(shell):
+    process = shell.begin(block("plan_player '"))
+    said = read_until(process, 'aimed ')
+    assert 'executed' not in said
+    fire = said.rpartition('to fire: ')[2].strip()
+    assert fire == block('cue_driver/arm').strip()
+    _, answer = shell.run(fire)
+    assert 'success=True' in answer, answer
+    rest, _ = process.communicate(timeout=60)
+    assert process.returncode == 0, said + rest
+    assert 'executed    OK: done' in rest
+    assert 'target      reached' in rest
+    # and this is what the page shows
+    shown = block('executed', 'text')
+    pattern = re.sub(r'[\d.]+', r'[\\d.e-]+', re.escape(shown).replace(r'\.', '.'))
+    assert re.search(pattern.replace(r'\+', r'\W?').replace(r'\-', '-?'), said + rest), said + rest
+
+
+@pytest.mark.usefixtures('ball_in_its_place')
+def test_step_by_step_with_the_ros2_command(shell):
+    code, said = shell.run(block('ros2 action send_goal /plan_shot'))
+    assert code == 0, said
+    assert 'Goal finished with status: 4' in said  # SUCCEEDED
+    assert len(said.splitlines()) < 120, 'it fits a screen or two'
+    executed = shell.begin(block('seal_shot'))
+    said = read_until(executed, 'waits to be armed')
+    code, answer = shell.run(block('cue_driver/arm'))
+    assert 'success=True' in answer, answer
+    rest, _ = executed.communicate(timeout=60)
+    assert 'outcome: 0' in rest, said + rest
+    assert 'struck: true' in rest
+    assert 'Goal finished with status: 4' in rest
+
+
+def test_a_stroke_of_ones_own_is_sealed(shell):
+    code, said = shell.run(
+        'ros2 service call /seal_shot billiard_shot_msgs/srv/SealShot '
+        '"{use_stroke: true, speed: 0.5, cue_pose: {position: {x: -0.2, z: 0.03}}}"')
+    assert code == 0, said
+    assert 'SealShot_Response(status=0' in said
+    assert "sealed the given stroke as shot 'stroke " in said
+
+
+@pytest.mark.usefixtures('ball_in_its_place')
+def test_in_python(shell):
+    process = shell.begin([sys.executable, '-u', '-c', block('import', 'python')])
+    process.stdin.write('yes\n')
+    said, _ = process.communicate(timeout=120)
+    assert process.returncode == 0, said
+    assert said.splitlines()[-1] == 'done'
+
+
+@pytest.mark.usefixtures('ball_in_its_place')
+def test_both_players_from_a_file_and_for_several_targets(shell, tmp_path):
+    strokes = tmp_path / 'strokes.yaml'
+    strokes.write_text('- {name: one, b: 0.2, speed: 0.4}\n- {name: two, a: 0.1, speed: 0.5}\n')
+    code, said = shell.run([*PLAYER, '--strokes', str(strokes), '--arm'])
+    assert code == 0, said
+    assert said.count('executed    OK') == 2
+    assert all(f'{name}: 0.' in said for name in ('one', 'two'))
+    code, said = shell.run([*PLAN_PLAYER, '{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}', '--arm'])
+    assert code == 0, said
+    assert 'target      reached' in said
+    assert 'target      not judged' in said
+
+
+@pytest.mark.parametrize(('arguments', 'code', 'words'), [
+    ([*PLAYER, '--speed', '6.5', '--arm'], 1, 'SPEED_OUT_OF_LIMITS: stroke.speed: 6.5 m/s'),
+    ([*PLAYER, '--speed', '1', '--wait', '1', '--ros-args', '-r', '__ns:=/nobody'], 3,
+     'no service /nobody/predict_shot within 1 s'),
+    ([*PLAYER, '--speed', '1', '--simulate-safety-inputs'], 3,
+     # of 'estop' or 'interlock', whichever is discovered first
+     'this cell has safety equipment'),
+    ([*PLAN_PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
+    ([*PLAN_PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
+    ([*PLAN_PLAYER, '{rest: [0.1, 0]}', '--speed-min', '9'], 1, 'at least speed_min, 9'),
+    ([*SEAL_SHOT, '--plan-id', 'x'], 1, 'plan_id'),
+])
+def test_exit_codes_and_messages(shell, arguments, code, words):
+    found, said = shell.run(arguments)
+    assert found == code, said
+    assert words in said
+    assert 'Traceback' not in said
+
+
+@pytest.mark.parametrize(('program', 'arguments', 'words'), [
+    (player, '', 'stroke: missing'),
+    (player, '--speed 0', 'speed: 0.0'),
+    (player, '--speed fast', "'fast'"),
+    (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
+    (player, '--speed 1 --valid-for -1', 'must be above 0'),
+    (plan_player, "'{rest: 3}'", 'rest: 3'),
+    (plan_player, "'{rest: ['", 'TARGET'),
+    (plan_player, "'{rest: [0, 0]}' --budget -1", '-1 is not allowed'),
+    (seal_shot, '--rank 0', '--rank: 0'),
+])
+def test_wrong_arguments_end_with_exit_code_2(program, arguments, words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        program.main(shlex.split(arguments))
+    assert ended.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures('ball_in_its_place')
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_player_that_is_ended_cancels_its_shot(shell, number):
+    process = shell.begin([*PLAYER, '--b', '0.2', '--speed', '0.5'])
+    read_until(process, 'aimed ')
+    process.send_signal(number)
+    said, _ = process.communicate(timeout=30)
+    assert process.returncode == 128 + number, said
+    assert 'Traceback' not in said
+    _, answer = shell.run(block('cue_driver/arm'))
+    assert 'not possible in state DISARMED' in answer

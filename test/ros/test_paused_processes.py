@@ -1,0 +1,159 @@
+"""
+Processes that do not run for a while, as on a starved machine or a paused virtual one.
+
+Whatever is being done, and whatever waits to be delivered: a driver that paused does not fire, and
+clears no latch, until it has heard everything anew. ROUNDS=25 pauses the driver 200 times.
+"""
+import os
+import signal
+from time import monotonic
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from cell import PATIENT
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
+
+from billiard_shot.cue.mechanism import JOINTS, STROKE
+from billiard_shot.cue.safety import BEFORE_STROKE, State
+
+ROUNDS = int(os.environ.get('ROUNDS', '1'))
+
+SHORT = ('estop_timeout:=0.6', 'interlock_timeout:=0.6', 'joints_timeout:=0.6',
+         'settle_time:=1.0', 'autostart:=true')
+NODES = {**PATIENT, 'cue_driver': tuple(word for each in SHORT for word in ('-p', each)),
+         'cue_sim': ('-p', 'deadline:=0.8')}
+
+SPACE = '/paused'
+
+PAUSE = 1.0
+"""Seconds: longer than all time-outs."""
+
+DRAWN_BACK = 0.005
+"""Metres that the stroke's joint moves when nothing is struck, at most."""
+
+
+@pytest.fixture
+def cell(whole_cell):
+    whole_cell.prepare()
+    yield whole_cell
+    for process in whole_cell.processes.values():
+        process.send_signal(signal.SIGCONT)
+
+
+def bring_to(cell, state):
+    """Bring the driver to a state; what ends early on a starved machine is tried again."""
+    for _ in range(10):
+        cell.prepare()
+        if state is State.DISARMED or lead_to(cell, state):
+            return
+    raise AssertionError(f'{state.name} is not reached')
+
+
+def lead_to(cell, state):
+    """Do something that leads from DISARMED to a state; whether it did."""
+    player = cell.player
+
+    def reached(*states):
+        return player.until(lambda: player.states[1:] and cell.state in states, 30.0)
+
+    if state is State.ESTOP:
+        player.all_is_well = False
+        cell.estop.publish(Bool(data=True))
+        there = reached(state)
+        player.all_is_well = True
+        return there
+    if state is State.FAULT:
+        rival = player.create_publisher(
+            JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
+        there = reached(state)
+        player.destroy_publisher(rival)
+        return there and player.until(lambda: cell.health()['other drivers'] == 'ok', 30.0)
+    cell.begin(cell.goal(f'{state.name} {monotonic()}'))
+    if state is State.AIMING:
+        return reached(state)
+    reached(State.AIMED, State.DISARMED, State.ESTOP, State.FAULT)
+    return state is cell.state or (cell.call('cue_driver/arm').success and reached(state))
+
+
+def wait(cell, seconds):
+    cell.player.until(lambda: False, seconds)
+
+
+@pytest.mark.parametrize('state', State, ids=lambda state: state.name)
+def test_a_paused_driver_neither_fires_nor_clears(cell, state):
+    """The publishers of its inputs go on meanwhile, or fall silent, in turns."""
+    for number in range(ROUNDS):
+        bring_to(cell, state)
+        pause_the_driver(cell, state, silent=(state + number) % 2 == 1)
+
+
+def pause_the_driver(cell, state, silent):
+    cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
+    fired = cell.state is State.FIRING
+    wait(cell, 0.2)  # messages from now on wait in the queues of the driver
+    cell.player.all_is_well = not silent
+    requests = [cell.services[f'cue_driver/{name}'].call_async(Trigger.Request())
+                for name in ('arm', 'clear_fault', 'arm')]
+    wait(cell, PAUSE)
+    cell.joints.clear()
+    del cell.player.states[:-1]
+    cell.processes['cue_driver'].send_signal(signal.SIGCONT)
+    assert cell.player.until(lambda: all(each.done() for each in requests), 30.0)
+    wait(cell, 1.2)  # the settling time of a stroke, and more
+
+    for each in requests:
+        assert not each.result().success, each.result().message
+    assert not any(each.state == State.FIRING for each in cell.player.states[1:])
+    if state in BEFORE_STROKE:
+        assert cell.player.states[1].state == State.DISARMED
+        assert 'did not run for' in cell.player.states[1].reason
+    if not fired and state is not State.RETRACTING:
+        moved = [dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
+                 for each in cell.joints if len(each.name) == len(JOINTS)]
+        assert moved
+        assert max(moved) < DRAWN_BACK
+
+
+def test_a_goal_that_waited_is_refused(cell):
+    cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
+    sent = cell.player._execute.send_goal_async(cell.goal('waited'))
+    wait(cell, PAUSE)
+    cell.processes['cue_driver'].send_signal(signal.SIGCONT)
+    assert cell.player.until(sent.done, 30.0)
+    ended = sent.result().get_result_async()
+    assert cell.player.until(ended.done, 30.0)
+    assert 'because this program paused' in ended.result().result.message
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.ARMED], ids=lambda state: state.name)
+def test_a_paused_mechanism_is_a_fault(cell, state):
+    bring_to(cell, state)
+    cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
+    cell.reach(State.FAULT)
+    wait(cell, PAUSE)
+    refused = cell.call('cue_driver/clear_fault')
+    assert not refused.success
+    assert 'joint_states: silent' in refused.message
+    cell.processes['cue_sim'].send_signal(signal.SIGCONT)
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 30.0)
+    assert cell.player.until(lambda: not cell.moving(), 20.0)
+
+
+def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
+    """The command that waited for it meanwhile is too old."""
+    bring_to(cell, State.AIMING)
+    assert cell.player.until(cell.moving, 20.0)
+    cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
+    wait(cell, 0.2)
+    cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
+    wait(cell, PAUSE)
+    cell.processes['cue_sim'].send_signal(signal.SIGCONT)
+    assert cell.stands_still().silence is not None
+    assert cell.player.until(
+        lambda: any('was written' in line for line in cell.logged('cue_sim')), 10.0)
+    cell.processes['cue_driver'].send_signal(signal.SIGCONT)
+    cell.reach(State.DISARMED)

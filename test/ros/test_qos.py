@@ -1,0 +1,31 @@
+"""Publishers whose quality of service does not match that of a node's subscription."""
+import threading
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.msg import TableState
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Bool
+
+BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+VOLATILE = QoSProfile(depth=1)
+
+
+@pytest.mark.parametrize(('name', 'kind', 'topic', 'offered', 'policy'), [
+    ('cue_driver', Bool, 'estop', BEST_EFFORT, 'RELIABILITY'),
+    ('table_display', TableState, 'table_state', VOLATILE, 'DURABILITY'),
+])
+def test_a_node_logs_a_publisher_that_does_not_match(
+        launch, node, name, kind, topic, offered, policy):
+    publisher = node.create_publisher(kind, f'/unheard/{topic}', offered)
+    process = launch(name, '-r', '__ns:=/unheard')
+    watchdog = threading.Timer(240.0, process.kill)
+    watchdog.start()
+    lines = iter(process.stdout.readline, '')
+    said = f"topic '{topic}', offering incompatible QoS"
+    assert any(said in line and policy in line for line in lines)
+    watchdog.cancel()
+    process.terminate()
+    node.destroy_publisher(publisher)
