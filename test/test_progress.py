@@ -8,6 +8,7 @@ from billiard_shot.cli.progress import line, progress, reporting
 
 
 class Terminal(io.StringIO):
+
     def isatty(self):
         return True
 

@@ -1,9 +1,14 @@
-"""The set-up names what is missing, and what installs it."""
+"""The set-up installs locked versions, and names what is missing or failed."""
+from importlib.metadata import requires
 import os
 from pathlib import Path
+import shutil
 import subprocess
 import sys
 
+from packaging.markers import default_environment
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -12,9 +17,9 @@ SETUP = ROOT / 'config' / 'setup.sh'
 pytestmark = pytest.mark.skipif(not SETUP.exists(), reason='needs a source checkout')
 
 
-def packages(python, folder, **environment):
+def core(python, folder, **environment):
     done = subprocess.run(
-        [SETUP, 'packages', python, folder / 'venv', 'pypi'],
+        [SETUP, 'core', python, folder / 'venv', 'pypi'],
         capture_output=True, text=True, env={**os.environ, **environment}, check=False)
     assert done.returncode == 1
     assert not (folder / 'venv').exists(), 'nothing is begun that cannot be finished'
@@ -25,7 +30,7 @@ def packages(python, folder, **environment):
 @pytest.mark.parametrize(
     ('variable', 'words'), [('CC', 'a C compiler'), ('CXX', 'a C++ compiler')])
 def test_missing_compiler(tmp_path, variable, words):
-    said = packages(sys.executable, tmp_path, **{variable: 'no_such_compiler'})
+    said = core(sys.executable, tmp_path, **{variable: 'no_such_compiler'})
     assert f'missing: {words}' in said
     assert 'install' in said
 
@@ -40,7 +45,7 @@ def test_missing_part_of_python(tmp_path, breaks, words):
     python.write_text(
         f'#!/bin/sh\ncase "$*" in *"{breaks}"*) exit 1;; esac\nexec {sys.executable} "$@"\n')
     python.chmod(0o755)
-    assert f'{words}' in packages(python, tmp_path)
+    assert f'{words}' in core(python, tmp_path)
 
 
 def test_platform_without_wheels_gets_the_library_alone(tmp_path):
@@ -49,3 +54,78 @@ def test_platform_without_wheels_gets_the_library_alone(tmp_path):
     python.chmod(0o755)
     done = subprocess.run([SETUP, 'which', python], capture_output=True, text=True, check=True)
     assert done.stdout == 'none\n'
+
+
+def requirements(file):
+    lines = (line.partition('#')[0].strip() for line in file.read_text().splitlines())
+    return [Requirement(line) for line in lines if line]
+
+
+@pytest.mark.parametrize(('distro', 'python'), [
+    ('', '3.11'), ('', '3.12'), ('', '3.13'), ('', '3.14'), ('-jazzy', '3.11'),
+    ('-jazzy', '3.12')])
+def test_every_requirement_is_locked_to_one_version(distro, python):
+    """If not: `make lock`, `make DISTRO=jazzy lock`."""
+    environment = default_environment() | {
+        'python_version': python, 'python_full_version': f'{python}.7'}
+    pins = {}
+    for pin in requirements(ROOT / 'config' / f'constraints{distro}.txt'):
+        if pin.marker is None or pin.marker.evaluate(environment):
+            assert pin.name not in pins
+            pins[canonicalize_name(pin.name)] = str(pin.specifier)
+    assert all(pin.startswith('==') for pin in pins.values())
+    wanted = [*map(Requirement, requires('billiard_shot')),
+              *requirements(ROOT / 'config' / f'requirements-ros{distro}.txt')]
+    assert len(wanted) > 40
+    for each in wanted:
+        assert each.specifier.contains(pins[canonicalize_name(each.name)].removeprefix('==')), each
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """Return a folder with all that the set-up reads; and a `sleep` that does not wait."""
+    for name in ('config', 'msg_defs', 'Makefile', 'setup.py', 'README.md'):
+        (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, tmp_path / name)
+    (tmp_path / 'bin').mkdir()
+    sleep = tmp_path / 'bin' / 'sleep'
+    sleep.write_text('#!/bin/sh\n')
+    sleep.chmod(0o755)
+    return tmp_path
+
+
+def set_up(checkout, *arguments, **environment):
+    return subprocess.run(
+        ['make', f'PYTHON={sys.executable}', *arguments, 'setup'], cwd=checkout, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, env={
+            **os.environ, 'PATH': f'{checkout / "bin"}:{os.environ["PATH"]}', 'MAKEFLAGS': '',
+            **environment})
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+def test_failed_download_is_tried_again_and_ends_with_cause_and_log(checkout):
+    failed = set_up(checkout, PIP_NO_INDEX='1', PIP_FIND_LINKS='/nowhere')
+    assert failed.returncode != 0
+    assert failed.stdout.count('next try in') == 2
+    log = checkout / 'log' / 'setup-core.log'
+    lines = failed.stdout.splitlines()
+    cause = lines[lines.index(f'set-up: the whole output is in {log}') - 1]
+    assert cause.strip().startswith('ERROR: ')
+    assert log.read_text().count(cause.strip()) == 3
+
+    again = set_up(checkout, PIP_NO_INDEX='1', PIP_FIND_LINKS='/nowhere')
+    assert 'Python packages into .venv' in again.stdout, 'half of a set-up was taken for complete'
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+def test_interrupted_set_up_starts_over(checkout):
+    """Even one that was to replace a complete one, with other versions."""
+    stamp = checkout / '.venv' / '.packages-pypi'
+    stamp.parent.mkdir()
+    stamp.touch()
+    python = checkout / 'bin' / 'python'
+    python.write_text(f'#!/bin/sh\ncase "$*" in *"-m venv"*) kill -KILL $PPID;; esac\n'
+                      f'exec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    interrupted = set_up(checkout, f'PYTHON={python}', 'LOCK=')
+    assert interrupted.returncode != 0
+    assert not stamp.exists()
