@@ -1,6 +1,20 @@
 """What holds for all tests."""
 from hypothesis import settings
+import pytest
+from recorded_launch import installed, launch_file  # noqa: F401 (fixtures)
+
+from billiard_shot import machine_code
 
 # Whether a machine is busy says nothing about the code.
 settings.register_profile('patient', deadline=None)
 settings.load_profile('patient')
+
+
+def pytest_sessionstart() -> None:
+    """Run machine code in the tests where there can be any."""
+    machine_code.require()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the slow tests: the workers of `make test` end together."""
+    items.sort(key=lambda item: item.get_closest_marker('slow') is None)

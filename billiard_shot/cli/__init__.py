@@ -15,7 +15,7 @@ import billiard_shot
 
 COMMANDS = (
     'predict', 'plan', 'atlas', 'view', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper',
-    'hard-cases',
+    'hard-cases', 'urdf', 'compile',
 )
 
 

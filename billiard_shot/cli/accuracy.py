@@ -6,8 +6,8 @@ from pathlib import Path
 
 from billiard_shot import Scene
 from billiard_shot.cli.layout import table
-from billiard_shot.cli.progress import progress
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'what accuracy costs: errors and work of several methods for the same strokes'
 
@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Measure, print, write."""
+    wait_for_machine_code()
     from billiard_shot.study import accuracy
 
     scene = Scene.load(options.scene)

@@ -10,7 +10,7 @@ import numpy as np
 
 from billiard_shot import Scene
 from billiard_shot.cli.layout import numbers, table
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.workers import LOCAL, working
 from billiard_shot.planning.atlas import (
@@ -61,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plan everywhere, print a line for each map; 2 if the request makes no sense."""
+    wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
         if not options.picture.absolute().parent.is_dir():

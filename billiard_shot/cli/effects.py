@@ -6,9 +6,9 @@ from pathlib import Path
 
 from billiard_shot import Scene
 from billiard_shot.cli.layout import table
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.scene.yaml_file import read_yaml
+from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
 from billiard_shot.study.effects_picture import draw_effects
 from billiard_shot.study.pictures import require_matplotlib
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Study, print, draw."""
+    wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
     name, strokes = _what(options)

@@ -2,7 +2,7 @@
 import argparse
 from pathlib import Path
 
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.progress import progress, wait_for_machine_code
 
 HELP = "draw the documentation's pictures of the model and of shots anew"
 
@@ -17,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw, and say which files were written."""
+    wait_for_machine_code()
     from billiard_shot.study.figures import FIGURES
 
     for name in options.names:

@@ -2,7 +2,7 @@
 import argparse
 
 from billiard_shot.cli.layout import table
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.progress import progress, wait_for_machine_code
 
 LEGEND = """
 States, steps, time: at tolerance 1e-12. off: from the stated value, in parts of the speed; gain:
@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve and print; 1 if something does not hold."""
+    wait_for_machine_code()
     from billiard_shot.study.hard_cases import families
 
     chosen = [(family, member) for family in families() for member in family.members

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli.layout import table
-from billiard_shot.cli.progress import progress
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'how the outcome depends on the law of impact, and where it jumps'
 
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Study, print, draw."""
+    wait_for_machine_code()
     import numpy as np
 
     from billiard_shot.study import laws

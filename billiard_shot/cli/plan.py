@@ -10,7 +10,7 @@ from typing import Any
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, Scene, Status
 from billiard_shot.cli.layout import numbers, table
-from billiard_shot.cli.progress import reporting
+from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.planning.cloud import cloud_of
 from billiard_shot.planning.search import NORMAL_BUDGET
@@ -55,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plan and print; 1 if there is no plan, 2 if the target makes no sense."""
+    wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
     scene = Scene.load(options.scene)

@@ -5,10 +5,13 @@ import sys
 from time import monotonic
 from typing import TypeVar
 
+from billiard_shot import machine_code
+
 T = TypeVar('T')
 
 WIDTH = 30  # characters of the bar itself
 INTERVAL = 0.1  # s between drawings at least
+SAY_EVERY = 5.0  # s between lines where there is no terminal
 
 
 def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
@@ -68,3 +71,31 @@ def line(label: str, done: int, total: int, elapsed: float) -> str:
 def _draw(text: str) -> None:
     sys.stderr.write(f'\r\033[K{text}')  # back to the start, clear the line
     sys.stderr.flush()
+
+
+def wait_for_machine_code() -> bool:
+    """
+    Wait until the library runs as machine code, with a bar; return whether it does.
+
+    Where stderr is no terminal, a line every few seconds says so instead.
+    """
+    if not machine_code.available() or machine_code.is_complete():
+        return machine_code.require()
+    begin = last = monotonic()
+    terminal = sys.stderr.isatty()
+
+    def report(done: int, total: int, waited: float) -> None:
+        nonlocal last
+        if terminal:
+            text = f'compiling, once for this version: {done} of {total} parts, {waited:.0f} s'
+            _draw(text + (' (usually less than a minute)' if waited < 60.0 else ''))
+        elif monotonic() - last >= SAY_EVERY or last == begin:
+            last = monotonic()
+            print(f'compiling, once for this version: {done} of {total} parts after '
+                  f'{waited:.0f} s', file=sys.stderr, flush=True)
+
+    try:
+        return machine_code.require(report)
+    finally:
+        if terminal:
+            _draw('')

@@ -3,7 +3,7 @@ import argparse
 from pathlib import Path
 
 from billiard_shot import load_shot, predict, Scene, Shot
-from billiard_shot.cli.strokes import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 
 def add_shot_arguments(parser: argparse.ArgumentParser) -> None:

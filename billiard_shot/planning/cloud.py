@@ -42,11 +42,11 @@ def cloud_of(planned: RankedStroke, noise: Noise, count: int, seed: int = 1) -> 
     problem = problem_of(planned.scene, planned.target, planned.limits, noise)
     stroke = np.array(planned.stroke.offsets)
     draw = np.random.default_rng(seed)
-    record, sound = simulate_strokes(problem, stroke + errors(problem, draw, count))
-    motions = motions_of(record)
-    success, _ = score(problem, record, motions)
-    rests = record.results[:, :, :2].copy()
-    rests[record.results[:, :, 9] >= POCKETED] = np.nan
+    recording, sound = simulate_strokes(problem, stroke + errors(problem, draw, count))
+    motions = motions_of(recording)
+    success, _ = score(problem, recording, motions)
+    rests = recording.balls['position'][:, :, :2].copy()
+    rests[recording.balls['motion'] >= POCKETED] = np.nan
     moved = np.zeros(rests.shape[:2], np.bool_)
     goes = motions.duration > 0.0
     moved[motions.table[goes], motions.ball[goes]] = True

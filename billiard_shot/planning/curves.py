@@ -16,10 +16,8 @@ from billiard_shot.planning.limits import raised
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Rows, vectors_of
 from billiard_shot.planning.waypoints import THINNEST, Waypoint
-from billiard_shot.shot import row as at
-from billiard_shot.shot.strike import shoot
+from billiard_shot.shot.strike import strike_batch
 from billiard_shot.status import Status
-from billiard_shot.table import motion
 from billiard_shot.table.trajectory import Trajectory
 
 SIDES = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b, parts of the largest offset
@@ -27,6 +25,7 @@ HEIGHTS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
 SPEEDS = 14
 PIECES, STRETCHES, REST = 6, 6, 12  # lines for each of so many stretches of a path, and the rest
+MOST = 40  # segments of a path
 SAMPLES = PIECES * STRETCHES + REST + 1  # points of a path
 ROOM = 0.003  # m that a path should keep from balls
 LOW = 0.8  # radii above the cloth up to which a ball that arrives can still hit one well
@@ -51,16 +50,13 @@ def library(problem: Problem) -> Library:
     strokes = np.column_stack([kinds, np.zeros(len(kinds)), np.ones(len(kinds))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
-    row, log = np.empty((1, at.COLUMNS)), np.empty((0, 12))
-    segments = np.empty((40, motion.COLUMNS))
     paths, kept = [], []
     for i in range(len(kinds)):
-        shoot(
-            problem.model, normals[i : i + 1], velocities[i : i + 1], centre, 1e-4, row, log,
-            segments,
+        played = strike_batch(
+            problem.model, normals[i : i + 1], velocities[i : i + 1], centre, 1e-4, segments=MOST
         )
-        if row[0, at.STATUS] == Status.OK and row[0, at.SEGMENTS] <= len(segments):
-            path = Trajectory(segments[: int(row[0, at.SEGMENTS])].copy())
+        if played.strikes['status'][0] == Status.OK and len(played.segments) <= MOST:
+            path = Trajectory(played.segments)
             paths.append(path.at(_times(path)).position - centre)
             kept.append(i)
     return Library(kinds[kept], np.array(paths).reshape(-1, SAMPLES, 3))
@@ -68,7 +64,7 @@ def library(problem: Problem) -> Library:
 
 def _times(path: Trajectory) -> Rows:
     """Choose times of SAMPLES points: the first stretches, short and curved, densely."""
-    begins = path.rows[: STRETCHES + 1, motion.TIME]
+    begins = path.rows['time'][: STRETCHES + 1]
     ends = np.append(begins, np.full(STRETCHES + 1 - len(begins), path.duration))
     dense = np.interp(np.arange(STRETCHES * PIECES) / PIECES, np.arange(STRETCHES + 1), ends)
     return np.append(dense, np.linspace(ends[-1], path.duration, REST + 1))
@@ -132,7 +128,8 @@ def _through(
             continue
         apart = _distances(world, np.array([*problem.places[other], 0.0]))
         gap = np.minimum(gap, apart - 2.0 * problem.radius - ROOM)
-    inside = (np.abs(x).max(axis=1) <= problem.bed.x) & (np.abs(y).max(axis=1) <= problem.bed.y)
+    half_length, half_width = problem.half_sizes
+    inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
     gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
     step = p1 - p0
     heading = np.stack([

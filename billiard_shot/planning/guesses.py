@@ -134,10 +134,11 @@ def _reach(problem: Problem) -> float:
     It leaves at v, slides until 5/7 of that, and rolls to rest: slide and roll take
     12/49 v^2 / (mu g) and 25/49 v^2 / (2 mu_r g).
     """
-    surface = problem.model.surface
+    ball = problem.model.surface
     v = float(strikes_of(problem.scene, problem.model, np.zeros((1, 3)))[0, 0])
-    slide = 12.0 / 49.0 / (surface.sliding * surface.gravity) if surface.sliding > 0.0 else 0.0
-    roll = 25.0 / 98.0 / (max(surface.rolling, 1e-4) * surface.gravity)
+    friction, resistance = ball.sliding_friction, max(ball.rolling_resistance, 1e-4)
+    slide = 12.0 / 49.0 / (friction * ball.gravity) if friction > 0.0 else 0.0
+    roll = 25.0 / 98.0 / (resistance * ball.gravity)
     return v * v * (slide + roll)
 
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.planning.strikes import spin_in_metres, strikes_of
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import Model
+from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.stroke import Stroke
 
 # Elevations [rad] of guesses, with the offsets that a tip that sticks would need.
@@ -86,7 +86,7 @@ class _Problem(NamedTuple):
     """The least squares problem in (a, b, elevation)."""
 
     scene: Scene
-    model: Model
+    model: StrikeModel
     wanted: Row  # (6,) m/s
 
     def project(self, offsets: Row) -> tuple[Row, Row, Row]:

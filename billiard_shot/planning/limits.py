@@ -13,7 +13,7 @@ from billiard_shot.planning.strikes import Rows, vectors_of
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.mistakes import found_in, InputError, Mistake, unknown
-from billiard_shot.shot.clearance import refuse
+from billiard_shot.shot.clearance import clearance_status
 from billiard_shot.status import Status
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
@@ -159,7 +159,7 @@ def _first_free(
         trial = strokes[open_]
         trial[:, ELEVATION] = np.maximum(tried[open_] - limits.spare, 0.0)
         normals, velocities = vectors_of(trial)
-        free = refuse(scene, np.array(scene.cue_ball), normals, velocities) == Status.OK
+        free = clearance_status(scene, np.array(scene.cue_ball), normals, velocities) == Status.OK
         free &= ~through_cloth(scene, normals, trial[:, ELEVATION])
         found[open_[free]] = tried[open_[free]]
         tried[open_] += step

@@ -5,19 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.strikes import Rows
-from billiard_shot.table.motion import (
-    ACCELERATION,
-    BALL,
-    CAUSE,
-    CLUSTER,
-    COLUMNS,
-    MOTION,
-    POCKETED,
-    POSITION,
-    TIME,
-    VELOCITY,
-)
-from billiard_shot.table.simulate import Record
+from billiard_shot.table.motion import BALL, CLUSTER, POCKETED
+from billiard_shot.table.simulate import BatchRecording
 
 PIECES = 6  # straight ones, into which a stretch is cut
 FAR = 1e3  # m: a distance that stands for no distance at all
@@ -70,23 +59,21 @@ class Motions(NamedTuple):
         return distances
 
 
-def motions_of(record: Record) -> Motions:
+def motions_of(recording: BatchRecording) -> Motions:
     """Sort what was recorded."""
-    counts = np.diff(record.summary[:, 2], prepend=0.0).astype(np.int64)
+    counts = np.diff(recording.tables['segments'], prepend=0)
     table = np.repeat(np.arange(len(counts)), counts)
-    owner = record.segments[:, COLUMNS].astype(np.int64)
-    order = np.lexsort((owner, table))  # stable: in the order of time
-    rows, table, owner = record.segments[order], table[order], owner[order]
+    order = np.lexsort((recording.segments['ball'], table))  # stable: in the order of time
+    rows, table = recording.segments[order], table[order]
+    owner, time = rows['ball'], rows['time']
     duration = np.zeros(len(rows))
     goes_on = (table[1:] == table[:-1]) & (owner[1:] == owner[:-1])
-    duration[:-1] = np.where(goes_on, rows[1:, TIME] - rows[:-1, TIME], 0.0)
-    place, velocity = rows[:, POSITION : POSITION + 3], rows[:, VELOCITY : VELOCITY + 3]
-    acceleration = rows[:, ACCELERATION : ACCELERATION + 2]
+    duration[:-1] = np.where(goes_on, time[1:] - time[:-1], 0.0)
+    place, velocity = rows['position'], rows['velocity']
+    acceleration = rows['acceleration'][:, :2]
     dt = duration[:, np.newaxis, np.newaxis] * np.linspace(0.0, 1.0, PIECES + 1)[:, np.newaxis]
     corners = place[:, np.newaxis, :2] + dt * (
         velocity[:, np.newaxis, :2] + 0.5 * dt * acceleration[:, np.newaxis]
     )
-    met = np.isin(rows[:, CAUSE], (BALL, CLUSTER)) & (rows[:, MOTION] < POCKETED)
-    return Motions(
-        len(counts), table, owner, rows[:, TIME], duration, met, place, velocity, corners
-    )
+    met = np.isin(rows['cause'], (BALL, CLUSTER)) & (rows['motion'] < POCKETED)
+    return Motions(len(counts), table, owner, time, duration, met, place, velocity, corners)

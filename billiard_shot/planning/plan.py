@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from billiard_shot import machine_code
 from billiard_shot.planning.limits import check_room, limits_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
@@ -85,6 +86,7 @@ def plan(
         check_room(scene, limits)
     except ValueError as error:
         return PlanResult(Status.INVALID_REQUEST, str(error), (), 0, 0.0, scene.noise)
+    machine_code.require()
     problem = problem_of(scene, wanted, limits, spread)
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:

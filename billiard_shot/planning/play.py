@@ -8,11 +8,10 @@ from billiard_shot.planning.motions import motions_of
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score
 from billiard_shot.planning.strikes import Rows, vectors_of
-from billiard_shot.shot import row as at
-from billiard_shot.shot.many import shoot_with_room
+from billiard_shot.shot.batch import strike_batch_with_clearance
 from billiard_shot.shot.on_table import states_of, strike_frozen
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import Record, run_recorded
+from billiard_shot.table.simulate import BatchRecording, run_recorded
 
 TOLERANCE = 1e-3  # m, of trajectories: well below what noise does
 # Outcomes on which one can count; a tip that slides (MISCUE) does not always do so alike.
@@ -31,24 +30,25 @@ class Outcomes(NamedTuple):
 
 def play(problem: Problem, strokes: Rows) -> Outcomes:
     """Play strokes (n, 5): a, b, elevation, azimuth, speed; see `vectors_of`."""
-    record, sound = simulate_strokes(problem, strokes)
-    motions = motions_of(record)
-    success, miss = score(problem, record, motions)
+    recording, sound = simulate_strokes(problem, strokes)
+    motions = motions_of(recording)
+    success, miss = score(problem, recording, motions)
     success &= sound
     miss = np.where(sound, miss, FAILED)
-    return Outcomes(success, miss, record.results[:, 0, :2])
+    return Outcomes(success, miss, recording.balls['position'][:, 0, :2])
 
 
 FAILED = 9.0  # miss of strokes that cannot be played
 
 
-def simulate_strokes(problem: Problem, strokes: Rows) -> tuple[Record, NDArray[np.bool_]]:
-    """Play strokes on the table; return its record, and whether each strike is a sound one."""
+def simulate_strokes(problem: Problem, strokes: Rows) -> tuple[BatchRecording, NDArray[np.bool_]]:
+    """Play strokes on the table; return the recording, and whether each strike is a sound one."""
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
     normals, velocities = vectors_of(strokes)
-    rows, velocities = shoot_with_room(scene, model, normals, velocities, centre, TOLERANCE)
-    given = states_of(scene, centre, rows)
-    strike_frozen(scene, model, given, normals, velocities, rows)
-    sound = np.isin(rows[:, at.STATUS], SOUND)
-    return run_recorded(model.surface, problem.furniture, given, 0.25 * TOLERANCE), sound
+    played, velocities = strike_batch_with_clearance(
+        scene, model, normals, velocities, centre, TOLERANCE)
+    given = states_of(scene, centre, played.strikes)
+    strike_frozen(scene, model, given, normals, velocities, played.strikes)
+    sound = np.isin(played.strikes['status'], SOUND)
+    return run_recorded(model.surface, problem.table, given, 0.25 * TOLERANCE), sound

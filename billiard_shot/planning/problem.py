@@ -11,10 +11,11 @@ from billiard_shot.planning.strikes import Rows
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest, Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import Model
+from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import names_of
-from billiard_shot.table.effects import numbers_on_table
-from billiard_shot.table.furniture import Bed, Furniture, lay_out
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.geometry import layout_of, Table
+from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import POCKET_NAMES
 
 
@@ -26,9 +27,9 @@ class Problem:
     target: Target
     limits: Limits
     noise: Noise
-    model: Model
-    furniture: Furniture
-    bed: Bed
+    model: StrikeModel
+    table: TableParams
+    layout: Table
     names: tuple[str, ...]  # of all balls, the cue ball first
     places: Rows  # (balls, 2) m
     ball: int  # index of the ball that the target is about, 0: the cue ball itself
@@ -46,12 +47,23 @@ class Problem:
         """Where the cue ball lies (2,) [m]."""
         return self.places[0]
 
+    @property
+    def half_sizes(self) -> tuple[float, float]:
+        """Half length and half width of where the centre of a lying ball can be [m]."""
+        numbers = self.layout.numbers
+        return numbers.centre_half_length, numbers.centre_half_width
+
+    def hole(self, pocket: int) -> Rows:
+        """Find the centre of a pocket's hole (2,) [m]."""
+        hole = self.layout.pockets[pocket]
+        return np.array([hole.hole_x, hole.hole_y])
+
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
     """Collect all that."""
     names = names_of(scene)
     places = np.array([scene.cue_ball[:2], *(scene.balls[name] for name in names[1:])])
-    _, furniture = numbers_on_table(scene)
+    params, table = params_on_table(scene)
     ball, pockets = 0, np.empty(0, np.int64)
     match target:
         case Pot():
@@ -65,8 +77,8 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         np.radians(noise.elevation_deg), np.radians(noise.azimuth_deg), noise.speed,
     ])
     return Problem(
-        scene, target, limits, noise, model_of(scene), furniture,
-        lay_out(furniture, scene.ball.radius), names, places, ball, first, pockets, sigmas,
+        scene, target, limits, noise, model_of(scene), table,
+        layout_of(params, table), names, places, ball, first, pockets, sigmas,
     )
 
 

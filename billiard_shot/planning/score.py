@@ -7,7 +7,7 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Rows
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
 from billiard_shot.table.motion import OFF_TABLE, POCKETED
-from billiard_shot.table.simulate import Record
+from billiard_shot.table.simulate import BatchRecording
 
 Yes = NDArray[np.bool_]
 # Steps on the way to a target that are missing: one each, so that whoever got a step farther is
@@ -16,12 +16,12 @@ STEP = 1.0
 LONGEST = 0.99
 
 
-def score(problem: Problem, record: Record, motions: Motions) -> tuple[Yes, Rows]:
+def score(problem: Problem, recording: BatchRecording, motions: Motions) -> tuple[Yes, Rows]:
     """Whether each table (n,) reached the target, and by how much it missed, see `Outcomes`."""
     cue = motions.of(motions.ball == 0)
     match problem.target:
         case Rest():
-            away = record.results[:, 0, :2] - problem.target.rest
+            away = recording.balls['position'][:, 0, :2] - problem.target.rest
             miss = _short(np.hypot(*away.T) - problem.target.radius)
         case Pass():
             near = cue.nearest(np.array(problem.target.passing))
@@ -29,14 +29,14 @@ def score(problem: Problem, record: Record, motions: Motions) -> tuple[Yes, Rows
         case Gate():
             miss = _gate(cue, np.array(problem.target.gate))
         case Hit():
-            miss = _hit(problem, problem.target, record, motions, cue)
+            miss = _hit(problem, problem.target, recording, motions, cue)
         case Pot():
-            miss = _pot(problem, problem.target, record, motions)
-    lost = record.results[:, 0, 9] >= POCKETED
-    off = (record.results[:, :, 9] == OFF_TABLE).any(axis=1)
+            miss = _pot(problem, problem.target, recording, motions)
+    lost = recording.balls['motion'][:, 0] >= POCKETED
+    off = (recording.balls['motion'] == OFF_TABLE).any(axis=1)
     foul = lost | off
     if problem.first:
-        foul |= record.places[:, 0, 1] != problem.first
+        foul |= recording.balls['first_contact'][:, 0] != problem.first
     miss = miss + STEP * foul
     return miss == 0.0, miss
 
@@ -66,11 +66,11 @@ def _gate(cue: Motions, ends: Rows) -> Rows:
 
 
 def _hit(
-    problem: Problem, target: Hit, record: Record, motions: Motions, cue: Motions
+    problem: Problem, target: Hit, recording: BatchRecording, motions: Motions, cue: Motions
 ) -> Rows:
     """Meet the wanted ball first, then at the right place, or in the right direction."""
     ball = problem.places[problem.ball]
-    reached = record.places[:, 0, 1] == problem.ball
+    reached = recording.balls['first_contact'][:, 0] == problem.ball
     before = cue.of(cue.time < motions.met(0)[cue.table])
     miss = STEP * ~reached + np.where(
         reached, 0.0, np.clip(before.nearest(ball) - 2.0 * problem.radius, 1e-6, LONGEST)
@@ -102,20 +102,20 @@ def _first(motions: Motions) -> NDArray[np.int64]:
     return first
 
 
-def _pot(problem: Problem, target: Pot, record: Record, motions: Motions) -> Rows:
+def _pot(problem: Problem, target: Pot, recording: BatchRecording, motions: Motions) -> Rows:
     """Touch the ball, bring it to a pocket, and leave the cue ball where it is wanted."""
     own = motions.of(motions.ball == problem.ball)
     touched = np.isfinite(motions.met(problem.ball))
     others = motions.of((motions.ball != problem.ball) & (motions.duration > 0.0))
     near = others.nearest(problem.places[problem.ball]) - 2.0 * problem.radius
     to_pocket = np.min([
-        own.nearest(problem.bed.holes[pocket, :2]) for pocket in problem.pockets
+        own.nearest(problem.hole(pocket)) for pocket in problem.pockets
     ], axis=0)
-    into = record.places[:, problem.ball, 0]
+    into = recording.balls['pocket'][:, problem.ball]
     potted = np.isin(into, problem.pockets)
     miss = np.where(touched, np.clip(to_pocket, 1e-6, LONGEST), STEP + _short(near))
     miss = np.where(potted, 0.0, miss)
     if target.leave is not None:
-        away = np.hypot(*(record.results[:, 0, :2] - target.leave).T) - target.radius
+        away = np.hypot(*(recording.balls['position'][:, 0, :2] - target.leave).T) - target.radius
         miss = np.where(potted, _short(away), STEP + miss)
     return miss

@@ -3,9 +3,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot import row as at
-from billiard_shot.shot.many import shoot_rows
-from billiard_shot.shot.model import Model
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import strike_batch
 from billiard_shot.status import Status
 
 # Of the trajectory on an endless cloth, with a cue of 1 m/s: strikes are then solved to 1e-12.
@@ -29,13 +28,13 @@ def vectors_of(strokes: Rows) -> tuple[Rows, Rows]:
     return normals, velocities
 
 
-def strikes_of(scene: Scene, model: Model, offsets: Rows) -> Rows:
+def strikes_of(scene: Scene, model: StrikeModel, offsets: Rows) -> Rows:
     """
     Solve strikes of a cue that comes at 1 m/s along azimuth 0.
 
     Parameters
     ----------
-    scene, model : Scene, Model
+    scene, model : Scene, StrikeModel
     offsets : (n, 3) float array
         a and b in ball radii, and the elevation [rad].
 
@@ -50,9 +49,10 @@ def strikes_of(scene: Scene, model: Model, offsets: Rows) -> Rows:
     strokes[:, 4] = 1.0
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
-    rows = shoot_rows(model, normals, velocities, centre, TOLERANCE)
-    given = np.concatenate([rows[:, at.VELOCITY], spin_in_metres(scene, rows[:, at.SPIN])], axis=1)
-    given[rows[:, at.STATUS] >= Status.MISS] = np.nan
+    strikes = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
+    given = np.concatenate(
+        [strikes['velocity'], spin_in_metres(scene, strikes['spin'])], axis=1)
+    given[strikes['status'] >= Status.MISS] = np.nan
     return given
 
 

@@ -189,6 +189,22 @@ def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
         Naming every field that is wrong, its value and what is allowed.
 
     """
+    target = read_target(wanted)
+    if mistakes := list(_not_in(scene, target)):
+        raise InputError(mistakes, 'target')
+    return target
+
+
+def read_target(wanted: Target | Mapping[str, Any]) -> Target:
+    """
+    Read a target, whatever the scene.
+
+    Raises
+    ------
+    ValueError
+        Naming every field that is wrong, its value and what is allowed.
+
+    """
     target: Target
     if isinstance(wanted, Mapping):
         kinds = [kind for kind in KINDS if kind in wanted]
@@ -208,8 +224,6 @@ def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
             f'{wanted!r} is not allowed; it must be a mapping with one of the keys '
             f'{", ".join(KINDS)}'
         ))], 'target')
-    if mistakes := list(_not_in(scene, target)):
-        raise InputError(mistakes, 'target')
     return target
 
 

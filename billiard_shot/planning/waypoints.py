@@ -46,7 +46,7 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
         ]
     found = []
     for pocket in problem.pockets:
-        hole = problem.bed.holes[pocket, :2]
+        hole = problem.hole(pocket)
         for via in sequences(cushions):
             path = reflected(problem, there, hole, via)
             if path is None or not clear(problem, path, (0, ball)):
@@ -92,7 +92,7 @@ def _pushes(problem: Problem, target: Hit) -> list[Rows]:
 
 
 def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
-    """Sequences of up to so many noses, see rails.py, none twice in a row."""
+    """Sequences of up to so many noses, see rolling_boundary.py, none twice in a row."""
     found: list[tuple[int, ...]] = [()]
     while found:
         via = found.pop(0)
@@ -105,8 +105,8 @@ def reflected(
     problem: Problem, begin: Rows, end: Rows, via: Sequence[int]
 ) -> Rows | None:
     """Corners (n, 2) of a path by way of some noses as if they were mirrors; None: there is no."""
-    bed = problem.bed
-    if via and not math.isfinite(bed.x):
+    half_sizes = problem.half_sizes
+    if via and not math.isfinite(half_sizes[0]):
         return None
     image = np.array(end, dtype=float)
     images = [image]
@@ -122,7 +122,7 @@ def reflected(
         if ahead[axis] * wall <= 0.0:
             return None
         corner = path[-1] + (wall - path[-1][axis]) / ahead[axis] * ahead
-        other, reach = (1 - axis), (bed.y if axis == 0 else bed.x)
+        other, reach = 1 - axis, half_sizes[1 - axis]
         if not abs(corner[other]) <= reach + 1e-9 or (wall - path[-1][axis]) * wall < 0.0:
             return None
         path.append(corner)
@@ -131,7 +131,7 @@ def reflected(
 
 def _wall(problem: Problem, nose: int) -> tuple[int, float]:
     """Axis across a nose, and where the centre of a ball is that touches it [m]."""
-    reach = problem.bed.x if nose < 2 else problem.bed.y
+    reach = problem.half_sizes[nose // 2]
     return nose // 2, reach if nose % 2 == 0 else -reach
 
 

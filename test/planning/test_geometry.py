@@ -44,7 +44,7 @@ def test_cushions_are_mirrors(x, y, u, v, via):
     for corner, nose, before, after in zip(
             path[1:-1], via, np.diff(path, axis=0)[:-1], np.diff(path, axis=0)[1:], strict=True):
         axis = nose // 2
-        wall = (problem.bed.x, problem.bed.y)[axis] * (1 - 2 * (nose % 2))
+        wall = problem.half_sizes[axis] * (1 - 2 * (nose % 2))
         assert corner[axis] == pytest.approx(wall)
         if np.hypot(*before) > 1e-6 and np.hypot(*after) > 1e-6:
             before, after = before / np.hypot(*before), after / np.hypot(*after)
@@ -55,7 +55,7 @@ def test_cushions_are_mirrors(x, y, u, v, via):
 def test_ghost_balls_touch_and_push_to_the_pocket():
     problem = problem_in(SCENE, {'pot': '8', 'pocket': 'foot_left'})
     ghost = waypoints(problem, 0)[0]
-    ball, hole = problem.places[problem.ball], problem.bed.holes[0, :2]
+    ball, hole = problem.places[problem.ball], problem.hole(0)
     assert np.hypot(*(ghost.place - ball)) == pytest.approx(2.0 * problem.radius)
     assert ghost.push == pytest.approx((hole - ball) / np.hypot(*(hole - ball)))
     (way,) = ways_to(problem, ghost, 0)

@@ -84,7 +84,7 @@ def test_snooker_spots():
 
 
 def test_the_same_in_every_process():
-    code = ("from billiard_shot import Scene; import hashlib; "
+    code = ('from billiard_shot import Scene; import hashlib; '
             "print(repr(Scene.load('eight_ball').balls))")
     answers = {subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
                               check=True, env={'PYTHONHASHSEED': seed}).stdout

@@ -1,0 +1,24 @@
+"""`billiard-shot compile`: compile beforehand what the first batch or plan would wait for."""
+import argparse
+
+from billiard_shot import machine_code
+from billiard_shot.cli.progress import wait_for_machine_code
+
+HELP = 'compile the library to machine code, once for each version'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add nothing: it takes none."""
+    del parser
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile, and say where the result is kept."""
+    del options
+    if machine_code.available() and machine_code.is_complete():
+        print(f'compiled before, in {machine_code.folder()}')
+        return 0
+    if not wait_for_machine_code():
+        return 1
+    print(f'compiled, in {machine_code.folder()}')
+    return 0

@@ -1,0 +1,27 @@
+"""`billiard-shot urdf`: the mechanical cue as a robot model."""
+import argparse
+from pathlib import Path
+
+from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.urdf import urdf_of
+
+HELP = 'print the mechanical cue as a robot model (URDF)'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what the model is made from, and where it goes."""
+    parser.add_argument(
+        '--mechanism', default='', metavar='FILE', help='YAML file of the mechanism')
+    parser.add_argument(
+        '--frame', default='table', help="name of the table's frame, such as cell1/table")
+    parser.add_argument('--output', type=Path, metavar='FILE', help='write to a file')
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print or write the model."""
+    text = urdf_of(Mechanism.load(options.mechanism), options.frame)
+    if options.output:
+        options.output.write_text(text, encoding='utf-8')
+    else:
+        print(text, end='')
+    return 0
