@@ -22,7 +22,6 @@ from time import perf_counter
 
 from domain_coordinator import domain_id
 import numpy as np
-import rclpy
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tools.timing import Report
@@ -35,6 +34,7 @@ from billiard_shot.ros.client import call
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.player import Player
+from billiard_shot.ros.running import initialized
 
 PLANNING = """
 import os, signal
@@ -175,8 +175,8 @@ def main():
         ]
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, -10)  # as a mechanism, which has its own processor
-        with processes(nodes) as running, rclpy.init():
-            player = Player()
+        with processes(nodes) as running, initialized():
+            player = Player(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
             services = Services(player)

@@ -13,22 +13,35 @@ import numpy as np
 from tools.timing import Report, seconds, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
-from billiard_shot.impact.kernel import solve
-from billiard_shot.shot.accuracy import inner_tolerance
-from billiard_shot.shot.contacts import levers, response_of
-from billiard_shot.shot.model import numbers_of
+from billiard_shot.impact.kernel import solve_in_contact_space
+from billiard_shot.shot.accuracy import strike_tolerance
+from billiard_shot.shot.contacts import in_contact_space
+from billiard_shot.shot.model import contact_properties, strike_model
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with what it takes here
 BATCH = 3.0  # times the kernel alone
-COLD, WARM, IMPORT = 12.0, 1.0, 0.3  # s
+FIRST_LIMITS = {'paper': 1.0, 'pool_table': 1.0, 'eight_ball': 2.0}  # s, with the import
+IMPORT = 0.3  # s
 
 FIRST = """
 from time import perf_counter
 begin = perf_counter()
+import sys
 from billiard_shot import predict, Scene, Stroke
-predict(Scene.load('paper'), Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16)))
+stroke = Stroke.from_offsets(a=0, b=0.1, elevation=0.08, azimuth=0, speed=8.0)
+predict(Scene.load(sys.argv[1]), stroke)
 print(perf_counter() - begin)
+"""
+COMPILE = """
+from resource import getrusage, RUSAGE_CHILDREN
+from time import perf_counter
+begin = perf_counter()
+from billiard_shot import machine_code
+assert machine_code.require()
+print(perf_counter() - begin)
+used = getrusage(RUSAGE_CHILDREN)
+print(used.ru_utime + used.ru_stime)
 """
 BARE = """
 from time import perf_counter
@@ -40,12 +53,12 @@ print([name for name in ('scipy', 'matplotlib', 'numba') if name in sys.modules]
 """
 
 
-def fresh(program, **environment):
+def fresh(program, *arguments, **environment):
     """Output lines of a program in a process of its own."""
     root = str(Path(__file__).parent.parent)
     path = os.pathsep.join([root, os.environ.get('PYTHONPATH', '')])
     done = subprocess.run(
-        [sys.executable, '-c', program], text=True, capture_output=True, check=True,
+        [sys.executable, '-c', program, *arguments], text=True, capture_output=True, check=True,
         env={**os.environ, 'PYTHONPATH': path, **environment},
     )  # fmt: skip
     return done.stdout.splitlines()
@@ -66,26 +79,16 @@ def ordinary(count, seed=3):
 
 def strike_time(scene, normals, velocities, tolerance):
     """Time per strike of the kernel alone, at the accuracy that the shots' tolerance asks for."""
-    model = numbers_of(scene)
+    model = strike_model(scene)
     work = []
     for normal, velocity in zip(normals, velocities, strict=True):
         n, speed = normal / np.linalg.norm(normal), np.linalg.norm(velocity)
         c = velocity / speed
-        lever = levers(model.surface.radius, n, c)
-        approach = np.zeros(6)
-        approach[0], approach[1] = speed * (n @ c), speed * (lever[0, 1] @ c)
-        accuracy = inner_tolerance(model, speed, tolerance)
-        work.append((response_of(model, c, lever), approach, accuracy))
-    impulse, account, log = np.zeros(6), np.zeros((2, 4)), np.zeros((0, 12))
-
-    def run():
-        for response, approach, accuracy in work:
-            solve(
-                response, approach, model.friction, model.restitution, model.stiffness, model.law,
-                model.exponent, accuracy, impulse, account, log,
-            )  # fmt: skip
-
-    return seconds(run, repeats=5) / len(work)
+        _, response, approach = in_contact_space(model, n, c, speed)
+        work.append((response, approach, strike_tolerance(model, speed, tolerance)))
+    arrays = [np.array(column) for column in zip(*work, strict=True)]
+    properties = contact_properties(model)
+    return seconds(solve_in_contact_space, properties, *arrays, repeats=5) / len(work)
 
 
 def main():
@@ -119,10 +122,14 @@ def main():
         report.row('    the same over the kernel alone', batch * cores / kernel, 'x', BATCH)
 
     with tempfile.TemporaryDirectory() as cache:
-        cold = float(fresh(FIRST, NUMBA_CACHE_DIR=cache)[0])
-        warm = min(float(fresh(FIRST, NUMBA_CACHE_DIR=cache)[0]) for _ in range(3))
-    report.row('first prediction, new process, empty cache', cold, 's', COLD)
-    report.row('first prediction, new process, filled cache', warm, 's', WARM)
+        for name, limit in FIRST_LIMITS.items():
+            first = min(float(fresh(FIRST, name, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))
+            report.row(f'{name}: first prediction, nothing compiled', first, 's', limit)
+        compile_all = fresh(COMPILE, BILLIARD_SHOT_CACHE=cache)
+        report.row('everything compiled: elapsed', float(compile_all[0]), 's')
+        report.row('    CPU seconds', float(compile_all[1]), 's')
+        loaded = min(float(fresh(COMPILE, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))
+        report.row('machine code loaded from disk, in the background', loaded, 's')
     bare = [fresh(BARE) for _ in range(5)]
     report.row('import billiard_shot', min(float(lines[0]) for lines in bare), 's', IMPORT)
     loaded = float(bare[0][1] != '[]')

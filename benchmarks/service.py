@@ -25,13 +25,16 @@ from std_srvs.srv import SetBool
 from billiard_shot import Scene, Status
 from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
 from billiard_shot.ros.demo import quiet_environment
+from billiard_shot.ros.running import initialized
 
 YARDSTICK = """
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from std_srvs.srv import SetBool
+
+from billiard_shot.ros.running import initialized
 try:
-    with rclpy.init():
+    with initialized():
         node = rclpy.create_node('yardstick')
         node.create_service(SetBool, 'yardstick', lambda request, response: response)
         rclpy.spin(node)
@@ -91,7 +94,7 @@ def main():
             subprocess.Popen([sys.executable, '-c', YARDSTICK]),
         ]
         try:
-            with rclpy.init():
+            with initialized():
                 node = rclpy.create_node('benchmark')
                 predictor = node.create_client(PredictShot, 'predict_shot')
                 yardstick = node.create_client(SetBool, 'yardstick')
@@ -99,6 +102,8 @@ def main():
                 assert yardstick.wait_for_service(60.0)
                 radius = Scene.load('paper').ball.radius
                 requests = [request_for(*shot, radius) for shot in PAPER_SHOTS.values()]
+                for request in requests:
+                    request.sample_count = 200
                 measured = ratio(node, predictor, yardstick, requests[0])
                 print(f'ratio {measured:.2f} (limit {MAX_RATIO})')
                 grown = growth(node, predictor, processes[0], requests, calls)

@@ -12,8 +12,8 @@ import numpy as np
 from tools.strokes import BALL, CUE, Kernel, PAPER, paper_strikes, RADIUS, random_strikes
 from tools.timing import Report, seconds, yardstick
 
-from billiard_shot.impact.impulse_scheme import strike as impulse_strike
 from billiard_shot.status import Status
+from billiard_shot.study.impulse_scheme import strike as impulse_strike
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 ACCURACY = 1e-8
@@ -37,6 +37,11 @@ def scipy_time(strike, exact):
     return best
 
 
+def time_of(kernel, strike, tolerance):
+    """Time of one strike in the kernel [s]."""
+    return seconds(kernel, strike, tolerance, at_least=0.02, repeats=3) / kernel.COPIES
+
+
 def against_scipy(report, law):
     """Compare with SciPy at equal error; return the ratio."""
     exact, fast = Kernel(), Kernel()
@@ -51,7 +56,7 @@ def against_scipy(report, law):
         if slow is None:
             failed += 1
             continue
-        ratios.append(slow / seconds(fast, strike, ACCURACY, at_least=0.02, repeats=3))
+        ratios.append(slow / time_of(fast, strike, ACCURACY))
     name = f'{law}: SciPy DOP853 with events over the kernel, both <= {ACCURACY:g}'
     report.row(name, statistics.median(ratios), 'x', -SPEED_UP)
     report.row(f'    slowest to fastest of {len(ratios)} strokes: from', min(ratios), 'x')
@@ -69,7 +74,7 @@ def distribution(report, law):
         for _ in range(3):
             begin = perf_counter()
             status = kernel(strike, ACCURACY)
-            series.append(perf_counter() - begin)
+            series.append((perf_counter() - begin) / kernel.COPIES)
         times.append(min(series))
         ends.append(status)
         if status == Status.OK and exact(strike, 1e-12) == Status.OK:
@@ -101,7 +106,7 @@ def against_the_paper(report):
             error = np.abs(impulse_strike(*arguments).velocities[1] - answer).max() / speed
             tolerance = min(max(error, 1e-10), 1e-4)
             slow = seconds(impulse_strike, *arguments, repeats=3)
-            ratio = slow / seconds(fast, strike, tolerance, repeats=3)
+            ratio = slow / time_of(fast, strike, tolerance)
             name = f'impulse scheme over the kernel at equal error, {error:.0e}, n {normal}'
             report.row(name[:66], ratio, 'x')
 

@@ -53,7 +53,7 @@ def first_break():
     """Time of the first break in a new process with an empty cache [s]."""
     root = str(Path(__file__).parent.parent)
     with tempfile.TemporaryDirectory() as folder:
-        environment = os.environ | {'NUMBA_CACHE_DIR': folder, 'PYTHONPATH': root}
+        environment = os.environ | {'BILLIARD_SHOT_CACHE': folder, 'PYTHONPATH': root}
         done = subprocess.run(
             [sys.executable, '-c', FIRST_BREAK], text=True, capture_output=True, check=True,
             env=environment,

@@ -28,7 +28,7 @@ CHECKED, AGREED = 40, 1e-7  # strokes of each scene; part of the cue's speed
 
 def gap(one, other):
     """Largest distance of two trajectories at equal times [m]."""
-    knots = np.concatenate([one.rows[:, 0], other.rows[:, 0]])
+    knots = np.concatenate([one.rows['time'], other.rows['time']])
     end = 1.01 * max(one.duration, other.duration)
     knots = np.unique(np.concatenate([knots[knots < np.inf], np.linspace(0.0, end, 200)]))
     times = np.sort(np.concatenate([knots, 0.5 * (knots[1:] + knots[:-1])]))

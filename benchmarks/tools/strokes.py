@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billiard_shot.impact.kernel import solve
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
 
@@ -18,7 +18,7 @@ PAPER = (
 
 
 class Strike(NamedTuple):
-    """A strike in contact space: what `kernel.solve` takes."""
+    """A strike in contact space: what `solve_in_contact_space` takes."""
 
     response: np.ndarray
     velocity: np.ndarray
@@ -92,20 +92,20 @@ def random_strikes(count, law, seed=0):
 
 
 class Kernel:
-    """The compiled kernel with its arrays made beforehand."""
+    """The compiled kernel, on as many copies of a strike as make its calls count for nothing."""
 
-    def __init__(self) -> None:
-        self.impulse, self.account = np.zeros(6), np.zeros((2, 4))
-        self.log = np.zeros((0, 12))
+    COPIES = 20
 
     def __call__(self, strike: Strike, tolerance: float) -> Status:
         """Solve a strike."""
-        status, _, _ = solve(
-            strike.response, strike.velocity, strike.friction, strike.restitution,
-            strike.stiffness, LAWS[strike.law], 1.0, tolerance, self.impulse, self.account,
-            self.log,
-        )  # fmt: skip
-        return Status(status)
+        n = self.COPIES
+        solved = solve_in_contact_space(
+            Properties(strike.friction, strike.restitution, strike.stiffness, LAWS[strike.law]),
+            np.repeat(strike.response[np.newaxis], n, axis=0),
+            np.repeat(strike.velocity[np.newaxis], n, axis=0), np.full(n, tolerance),
+        )
+        self.impulse = solved.impulses[0].ravel()
+        return Status(solved.status[0])
 
     def error(self, strike: Strike, impulse: np.ndarray) -> float:
         """Error of impulses against this one's last, in contact speeds over approach speed."""

@@ -9,6 +9,8 @@ from time import perf_counter
 import numba
 import numpy as np
 
+from billiard_shot import machine_code
+
 
 def machine() -> str:
     """Describe the machine in one line."""
@@ -48,6 +50,7 @@ class Report:
 
     def __init__(self, title: str) -> None:
         self.missed: list[str] = []
+        machine_code.require()
         print(title)
         print(machine())
 
