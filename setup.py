@@ -33,7 +33,7 @@ setup(
     packages=[*find_packages(include=[package_name, f'{package_name}.*']),
               f'{package_name}.scenes'],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
-    package_data={package_name: ['py.typed', 'ros/*.yaml', 'study/page/*'],
+    package_data={package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'study/page/*'],
                   f'{package_name}.scenes': ['*.yaml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),

@@ -19,7 +19,7 @@ from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.shot.predict import predict
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import Collision, Strike, Vector
-from billiard_shot.study.hard_case_values import VALUES
+from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import Family
 
 LAWS = ('bistiffness', 'energetic')
@@ -108,7 +108,7 @@ def examine(family: Family, member: str, law: str) -> Verdict:
     sensitivity = moved / DISTURBANCE
     order = max((Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
                  for permutation in _orders(len(case.contacts))), default=0.0)
-    within, stated = VALUES.get((family.name, member, law), (np.inf, ()))
+    within, stated = stated_values().get((family.name, member, law), (np.inf, ()))
     values = [np.array(value) for value in stated]
     off = min((tight.from_(value) for value in values), default=np.nan)
     faults = [*_of_outcome(family, tight, GAIN)]

@@ -167,6 +167,7 @@ def test_deactivate_disarms(cell):
 
     ended = cell.begin(cell.goal('deactivate'))
     cell.reach(State.AIMING)
+    assert cell.player.until(cell.moving, 20.0)  # else the mechanism has nothing to stop
     assert transition(Transition.TRANSITION_DEACTIVATE).success
     assert cell.player.until(ended.done, 5.0)
     assert ended.result().result.outcome == Outcome.DISARMED

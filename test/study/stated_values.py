@@ -1,17 +1,17 @@
 """
 The values that the hard cases state, from the slow check of test/impact.
 
-    python test/study/stated_values.py > billiard_shot/study/hard_case_values.py
+    python test/study/stated_values.py > billiard_shot/study/hard_cases.csv
 
 Nothing here uses the solver. The slow check runs with two step sizes: the accuracy that is stated
 is 20 times their difference, or five times the spread that it finds itself. Cases that it does not
 finish state a limit in closed form, or no value.
 """
+import csv
 from dataclasses import replace
 import math
 from pathlib import Path
 import sys
-import textwrap
 
 import numpy as np
 
@@ -27,15 +27,7 @@ WORST = 1e-3  # of the speed: a value known less well states nothing
 # Steps a period, and periods, of the fastest spring.
 EFFORTS = ((400, 100), (4_000, 100), (400, 20_000), (40, 20_000))
 
-HEAD = '''"""
-What the hard cases must give.
-
-Computed by test/study/stated_values.py, which shares no code with the solver. By family, member
-and law: to within which part of the speed, and the alternatives (two where law energetic jumps) of
-the motion as in `Collision.motion`.
-"""
-Value = tuple[float, tuple[tuple[float, ...], ...]]
-VALUES: dict[tuple[str, str, str], Value] = {'''
+COLUMNS = 'family', 'member', 'law', 'within', 'motion'
 
 
 def as_dictionaries(case):
@@ -101,21 +93,18 @@ def stated(family, member, case, law):
     return None
 
 
-def written(key, value):
-    """One entry of the table."""
+def rows(key, value):
+    """Rows of the table for one case, one for each alternative."""
     within, alternatives = value
-    rows = []
     for motion in alternatives:
-        numbers = ', '.join(f'{0.0 if abs(x) < 1e-12 else x:.9g}' for x in motion)
-        rows.append(textwrap.fill(f'({numbers}),', 95, initial_indent=' ' * 8,
-                                  subsequent_indent=' ' * 9))
-    body = '\n'.join(rows)
-    return f'    {key!r}: ({within:.0e}, (\n{body}\n    )),'
+        numbers = (0.0 if abs(x) < 1e-12 else x for x in motion)
+        yield *key, f'{within:.0e}', ' '.join(f'{x:.9g}' for x in numbers)
 
 
 def main():
-    """Print the module."""
-    print(HEAD)
+    """Print the table."""
+    table = csv.writer(sys.stdout, lineterminator='\n')
+    table.writerow(COLUMNS)
     for family in families():
         for member, case in family.members.items():
             for law in LAWS:
@@ -123,8 +112,8 @@ def main():
                 key = family.name, member, law
                 print(f'{key} {value and value[0]}', file=sys.stderr)
                 if value is not None:
-                    print(written(key, value), flush=True)
-    print('}')
+                    table.writerows(rows(key, value))
+                    sys.stdout.flush()
 
 
 if __name__ == '__main__':
