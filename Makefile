@@ -74,6 +74,7 @@ endif
 
 lint: $(PACKAGES)
 	$(BIN)/ruff check
+	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 

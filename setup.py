@@ -4,6 +4,7 @@ Packaging for `colcon build` and for `pip install .` alike.
 The metadata stand here and not in a `[project]` table of pyproject.toml, which colcon reads
 instead of the entry points below and so drops them.
 """
+
 from glob import glob
 from pathlib import Path
 
@@ -30,16 +31,22 @@ setup(
     python_requires='>=3.11',
     # The bundled scenes live in config/scenes and are installed inside the package,
     # where billiard_shot.scene.bundled finds them.
-    packages=[*find_packages(include=[package_name, f'{package_name}.*']),
-              f'{package_name}.scenes'],
+    packages=[
+        *find_packages(include=[package_name, f'{package_name}.*']),
+        f'{package_name}.scenes',
+    ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
-    package_data={package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'study/page/*'],
-                  f'{package_name}.scenes': ['*.yaml']},
+    package_data={
+        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'study/page/*'],
+        f'{package_name}.scenes': ['*.yaml'],
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package_name}']),
         (f'share/{package_name}', ['package.xml']),
-        (f'share/{package_name}/config', [
-            *glob('config/*.yaml'), *glob('config/*.xml'), 'config/foxglove.json']),
+        (
+            f'share/{package_name}/config',
+            [*glob('config/*.yaml'), *glob('config/*.xml'), 'config/foxglove.json'],
+        ),
         # For people who look there; and `colcon build --symlink-install` needs the folder.
         (f'share/{package_name}/config/scenes', glob('config/scenes/*.yaml')),
         (f'share/{package_name}/launch', glob('launch/*.launch.py')),
@@ -52,12 +59,23 @@ setup(
         'compare': ['mujoco>=3.2'],
         'dask': ['distributed>=2024.1'],
         'docs': ['furo>=2024.8.6', 'latex2mathml>=3.77', 'myst-parser>=4.0', 'sphinx>=8.1'],
-        'test': ['build>=1.2', 'distributed>=2024.1', 'hypothesis>=6.100',
-                 'import-linter>=2.0', 'matplotlib>=3.8', 'numba>=0.59',
-                 # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
-                 'mypy>=1.10', 'packaging>=23.0', 'pre-commit>=3.5', 'pytest>=8.0,<9.2',
-                 'pytest-xdist>=3.5', 'rosbags>=0.11', 'ruff>=0.6',
-                 'types-PyYAML'],
+        'test': [
+            'build>=1.2',
+            'distributed>=2024.1',
+            'hypothesis>=6.100',
+            'import-linter>=2.0',
+            'matplotlib>=3.8',
+            'numba>=0.59',
+            # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
+            'mypy>=1.10',
+            'packaging>=23.0',
+            'pre-commit>=3.5',
+            'pytest>=8.0,<9.2',
+            'pytest-xdist>=3.5',
+            'rosbags>=0.11',
+            'ruff>=0.6',
+            'types-PyYAML',
+        ],
     },
     zip_safe=False,
     entry_points={

@@ -9,6 +9,7 @@ Real processes and middleware, the mechanism simulated. Fails where a limit is n
 
     python benchmarks/cue.py [--stops N] [--shots N]
 """
+
 import argparse
 import contextlib
 import gc
@@ -82,8 +83,12 @@ def processes(commands):
 
 def stroke(random):
     """A stroke that the mechanism can play."""
-    return Stroke.from_offsets(*random.uniform(-0.3, 0.3, 2), random.uniform(0.0, 0.3),
-                               random.uniform(-3.0, 3.0), random.uniform(0.2, 1.5))
+    return Stroke.from_offsets(
+        *random.uniform(-0.3, 0.3, 2),
+        random.uniform(0.0, 0.3),
+        random.uniform(-3.0, 3.0),
+        random.uniform(0.2, 1.5),
+    )
 
 
 class Services:
@@ -91,8 +96,10 @@ class Services:
 
     def __init__(self, player):
         self._player = player
-        self._clients = {name: player.create_client(Trigger, name) for name in (
-            'cue_driver/clear_fault', 'table_sim/reset')}
+        self._clients = {
+            name: player.create_client(Trigger, name)
+            for name in ('cue_driver/clear_fault', 'table_sim/reset')
+        }
         for client in self._clients.values():
             assert player.until(client.service_is_ready, 20.0)
 
@@ -106,8 +113,11 @@ def stop_latencies(player, services, count):
     estop = player.create_publisher(Bool, 'estop', 10)
     stopped = []
     player.create_subscription(
-        JointTrajectory, 'cue_driver/actuation',
-        lambda message: stopped.append(perf_counter()) if is_stop(message) else None, 10)
+        JointTrajectory,
+        'cue_driver/actuation',
+        lambda message: stopped.append(perf_counter()) if is_stop(message) else None,
+        10,
+    )
     random = np.random.default_rng(1)
     latencies = []
     for i in range(count):
@@ -115,7 +125,8 @@ def stop_latencies(player, services, count):
         player.states.clear()
         player._execute.send_goal_async(goal)
         assert player.until(
-            lambda: any(each.state == State.AIMING for each in player.states), 10.0)
+            lambda: any(each.state == State.AIMING for each in player.states), 10.0
+        )
         player.until(lambda: False, 0.05 + 0.1 * random.random())
         stopped.clear()
         player.all_is_well = False
@@ -169,8 +180,15 @@ def main():
         nodes = [
             ('-m', 'billiard_shot.ros.cue_driver', '--ros-args', '-p', 'autostart:=true', *quick),
             ('-m', 'billiard_shot.ros.cue_sim', '--ros-args', *quick),
-            ('-m', 'billiard_shot.ros.table_sim', '--ros-args', '-p', 'haste:=1000.0',
-             '--log-level', 'error'),
+            (
+                '-m',
+                'billiard_shot.ros.table_sim',
+                '--ros-args',
+                '-p',
+                'haste:=1000.0',
+                '--log-level',
+                'error',
+            ),
             ('-m', 'billiard_shot.ros.predictor', '--ros-args', '--log-level', 'error'),
         ]
         with contextlib.suppress(OSError):
@@ -184,20 +202,32 @@ def main():
                 player.until(lambda: False, 5.0)
                 latencies = stop_latencies(player, services, options.stops)
             for percent, limit in ((50, None), (99, 20.0), (100, None)):
-                report.row(f'e-stop to zero command, both cores planning, p{percent}',
-                           float(np.percentile(latencies, percent)), 'ms', limit)
+                report.row(
+                    f'e-stop to zero command, both cores planning, p{percent}',
+                    float(np.percentile(latencies, percent)),
+                    'ms',
+                    limit,
+                )
             failed, *_ = play(player, services, 50)
             before = [resident(process) for process in running]
             begin = perf_counter()
             more, speed, angle = play(player, services, options.shots)
-            report.row(f'shots not executed, or with a state missed, of {50 + options.shots}',
-                       failed + more, '', 0.5)
+            report.row(
+                f'shots not executed, or with a state missed, of {50 + options.shots}',
+                failed + more,
+                '',
+                0.5,
+            )
             report.row('a shot', (perf_counter() - begin) / options.shots, 's')
             report.row('speed at contact, worst error', 100 * speed, '%', 0.5)
             report.row('elevation at contact, worst error', angle, 'degrees', 0.02)
             for command, process, was in zip(nodes, running, before, strict=True):
-                report.row(f'{command[1].split(".")[-1]}: memory grown by',
-                           resident(process) - was, 'MB', 5.0)
+                report.row(
+                    f'{command[1].split(".")[-1]}: memory grown by',
+                    resident(process) - was,
+                    'MB',
+                    5.0,
+                )
     report.end()
 
 

@@ -11,6 +11,7 @@ force; pots that leave the cue ball at a place.
 `--full`: 200 pots at each noise, 50 blocked balls against a million strokes each, 100 places; that
 takes hours. Otherwise a small sample of each.
 """
+
 import argparse
 from collections import defaultdict
 import os
@@ -82,13 +83,19 @@ def pots(report, clock, count, factor, seed):
     report.row(f"{name}the baseline's", 100.0 * base.mean(), '%')
     gains = {place: 100.0 * np.subtract(*np.mean(each, axis=0)) for place, each in bins.items()}
     # two standard errors of what FRESH strokes can tell, at least 0.1 points
-    unsure = {place: 0.1 + 200.0 * np.sqrt(np.sum(np.multiply(each, np.subtract(1.0, each)))
-                                           / FRESH) / len(each) for place, each in bins.items()}
-    middle = [gain for place, gain in gains.items()
-              if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
+    unsure = {
+        place: 0.1
+        + 200.0 * np.sqrt(np.sum(np.multiply(each, np.subtract(1.0, each))) / FRESH) / len(each)
+        for place, each in bins.items()
+    }
+    middle = [gain for place, gain in gains.items() if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
     report.row(f'{name}worst bin over the baseline', min(gains.values()), 'points')
-    report.row(f'{name}the same, with two standard errors',
-               min(gains[place] + unsure[place] for place in bins), 'points', -1e-9)
+    report.row(
+        f'{name}the same, with two standard errors',
+        min(gains[place] + unsure[place] for place in bins),
+        'points',
+        -1e-9,
+    )
     report.row(f'{name}bins where it has 20 to 80 %, mean', np.mean(middle), 'points', -10.0)
     print('    points over the baseline, cut down, distance across:')
     for cut in range(BINS[0]):
@@ -113,8 +120,9 @@ def blocked(report, clock, count, strokes):
             planned += ratios[-1] >= 0.9
     name = f'{count} blocked balls, brute force of {strokes:.0e}: '
     report.row(f'{name}it finds a way in', reachable, '')
-    report.row(f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%',
-               -90.0)
+    report.row(
+        f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%', -90.0
+    )
     report.row(f'{name}success over its, median', float(np.median(ratios)), '')
 
 
@@ -125,15 +133,21 @@ def positions(report, clock, count):
     for i in range(count):
         scene, target, place = position_scene(draw)
         result = clock.plan(
-            scene, {**target, 'leave': place, 'radius': 0.1}, noise=TOURNAMENT, seed=i)
+            scene, {**target, 'leave': place, 'radius': 0.1}, noise=TOURNAMENT, seed=i
+        )
         if result.best is None:
             distances.append(np.inf)
             continue
         good, rest = measured(
-            scene, target, noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i))
+            scene, target, noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i)
+        )
         distances.append(np.median(np.hypot(*(rest[good] - place).T)))
-    report.row(f'{count} pots with a place for the cue ball: distance, median of medians',
-               1e3 * float(np.median(distances)), 'mm', 100.0)
+    report.row(
+        f'{count} pots with a place for the cue ball: distance, median of medians',
+        1e3 * float(np.median(distances)),
+        'mm',
+        100.0,
+    )
 
 
 def main():

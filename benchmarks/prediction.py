@@ -3,6 +3,7 @@ What a prediction costs beyond the strike: the Python call, batches, the first o
 
     python benchmarks/prediction.py
 """
+
 import os
 from pathlib import Path
 import subprocess

@@ -13,6 +13,7 @@ Ctrl+C ends it with a report of those done by then.
 `--mild` keeps to the published ranges: mass ratios 0.3 to 10, stiffness ratios 0.1 to 10, n.c from
 -0.3, friction 0 or 0.05 to 1, restitution 0, 0.3 to 0.95 or 1.
 """
+
 import argparse
 from collections import Counter
 from concurrent.futures import as_completed, ProcessPoolExecutor
@@ -41,10 +42,29 @@ BALL = PAPER.surface.mass
 CHUNK = 2000
 CHANCE = 0.1  # of each special value
 
-NAMES = ('law', 'mass ratio', 'stiffness ratio', 'tip friction', 'table friction', 'tip e',
-         'table e', 'speed', '-n.c', 'n.z', 'elevation', 'end mass')
-LOGARITHMIC = {'mass ratio', 'stiffness ratio', 'tip friction', 'table friction', 'speed', '-n.c',
-               'end mass'}
+NAMES = (
+    'law',
+    'mass ratio',
+    'stiffness ratio',
+    'tip friction',
+    'table friction',
+    'tip e',
+    'table e',
+    'speed',
+    '-n.c',
+    'n.z',
+    'elevation',
+    'end mass',
+)
+LOGARITHMIC = {
+    'mass ratio',
+    'stiffness ratio',
+    'tip friction',
+    'table friction',
+    'speed',
+    '-n.c',
+    'end mass',
+}
 STATUS, STATES, STEPS, SECONDS, GAP, GAIN = range(len(NAMES), len(NAMES) + 6)
 
 
@@ -78,11 +98,23 @@ def random_strike(rng, mild):
     mass = log_uniform(rng, 0.3, 10.0) if mild else log_uniform(rng, 1e-6, 1e6)
     end = np.inf if rng.random() < 0.5 else BALL * log_uniform(rng, 1e-2, 1.0)
     return (
-        int(rng.choice((BISTIFFNESS, ENERGETIC))), mass,
-        log_uniform(rng, 0.1, 10.0) if mild else log_uniform(rng, 1e-8, 1e8),
-        friction(), friction(), restitution(), restitution(), log_uniform(rng, 1e-9, 1e3),
-        -float(n @ c), n[2], elevation, min(end, mass * BALL) if end < np.inf else end,
-    ), n / np.linalg.norm(n), c
+        (
+            int(rng.choice((BISTIFFNESS, ENERGETIC))),
+            mass,
+            log_uniform(rng, 0.1, 10.0) if mild else log_uniform(rng, 1e-8, 1e8),
+            friction(),
+            friction(),
+            restitution(),
+            restitution(),
+            log_uniform(rng, 1e-9, 1e3),
+            -float(n @ c),
+            n[2],
+            elevation,
+            min(end, mass * BALL) if end < np.inf else end,
+        ),
+        n / np.linalg.norm(n),
+        c,
+    )
 
 
 def kinetic_energy(mass, end, c, speed, lever, impulse):
@@ -104,8 +136,12 @@ def solved(parameters, n, c):
     """Row of parameters and results."""
     law, mass, ratio, tip, table, tip_e, table_e, speed, _, _, _, end = parameters
     model = PAPER._replace(
-        cue_mass=mass * BALL, inverse_end_mass=1.0 / end, friction=(tip, table),
-        restitution=(tip_e, table_e), stiffness=(ratio, 1.0), law=law,
+        cue_mass=mass * BALL,
+        inverse_end_mass=1.0 / end,
+        friction=(tip, table),
+        restitution=(tip_e, table_e),
+        stiffness=(ratio, 1.0),
+        law=law,
     )
     lever, response, approach = in_contact_space(model, n, c, speed)
     begin = perf_counter()
@@ -169,8 +205,15 @@ def picture(path, rows):
     figure, axes = plt.subplots(figsize=(7, 4.5), layout='constrained')
     for law, colour in ((BISTIFFNESS, 'tab:blue'), (ENERGETIC, 'tab:orange')):
         some = rows[rows[:, 0] == law][:20_000]
-        axes.loglog(some[:, STATES] + 1, 1e6 * some[:, SECONDS], '.', color=colour, markersize=2,
-                    alpha=0.4, label=('bistiffness', 'energetic')[law])
+        axes.loglog(
+            some[:, STATES] + 1,
+            1e6 * some[:, SECONDS],
+            '.',
+            color=colour,
+            markersize=2,
+            alpha=0.4,
+            label=('bistiffness', 'energetic')[law],
+        )
     axes.set_xlabel('states, plus one')
     axes.set_ylabel('time of a strike (µs)')
     axes.set_title('What a strike costs at 1e-12, over very wide ranges', fontsize='medium')

@@ -8,6 +8,7 @@ Two processes, real middleware. Fails where a limit is not kept:
 
     python benchmarks/service.py [--calls N]
 """
+
 import argparse
 import os
 from pathlib import Path
@@ -61,7 +62,7 @@ def ratio(node, predictor, yardstick, request, rounds=2000):
             times[client].append(1e3 * (perf_counter() - start))
     medians = []
     for client in times:
-        p50, p99 = np.percentile(times[client][rounds // 10:], (50, 99))
+        p50, p99 = np.percentile(times[client][rounds // 10 :], (50, 99))
         print(f'{client.service_name:16} p50 {p50:6.3f} ms   p99 {p99:6.3f} ms')
         medians.append(p50)
     return medians[0] / medians[1]
@@ -77,8 +78,10 @@ def growth(node, client, process, requests, calls):
         assert not Status(answer.status).refused, answer.message
         assert len(answer.trajectory.times) == 200
     seconds, grown = perf_counter() - start, resident(process) - before
-    print(f'{calls} calls answered in {seconds:.1f} s; resident memory {before:.1f} MB, '
-          f'grown by {grown:.2f} MB')
+    print(
+        f'{calls} calls answered in {seconds:.1f} s; resident memory {before:.1f} MB, '
+        f'grown by {grown:.2f} MB'
+    )
     return grown
 
 

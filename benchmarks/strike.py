@@ -5,6 +5,7 @@ All in one run, medians, errors checked against the kernel at 1e-12.
 
     python benchmarks/strike.py
 """
+
 import statistics
 from time import perf_counter
 

@@ -6,6 +6,7 @@ Whole tables: their cost, against pooltool 0.6.0 in the same run, and whether bo
 PYTHON: of an environment that has pooltool (or the variable POOLTOOL_PYTHON); without, the
 comparison is left out, visibly.
 """
+
 import argparse
 import json
 import os
@@ -55,7 +56,10 @@ def first_break():
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {'BILLIARD_SHOT_CACHE': folder, 'PYTHONPATH': root}
         done = subprocess.run(
-            [sys.executable, '-c', FIRST_BREAK], text=True, capture_output=True, check=True,
+            [sys.executable, '-c', FIRST_BREAK],
+            text=True,
+            capture_output=True,
+            check=True,
             env=environment,
         )
     return float(done.stdout)
@@ -66,7 +70,10 @@ def ask_pooltool(python):
     worker = Path(__file__).parent / 'tools' / 'pooltool_worker.py'
     environment = {k: v for k, v in os.environ.items() if k != 'PYTHONPATH'}
     done = subprocess.run(
-        [python, str(worker), '15', '100'], text=True, capture_output=True, check=True,
+        [python, str(worker), '15', '100'],
+        text=True,
+        capture_output=True,
+        check=True,
         env=environment | {'PYTHONHASHSEED': '0'},
     )
     return json.loads(done.stdout)
@@ -78,11 +85,18 @@ def compare_speed(report, answer):
         given = states(layout['begin'])
         ours = per_shot(scene('han'), given)
         report.row(f'{name}: microseconds', 1e6 * ours, 'us')
-        report.row(f'{name}: pooltool over this, cushions after Han in both',
-                   layout['seconds'] / ours, 'times', -RATIOS[name])
+        report.row(
+            f'{name}: pooltool over this, cushions after Han in both',
+            layout['seconds'] / ours,
+            'times',
+            -RATIOS[name],
+        )
         default = per_shot(scene('mathavan'), given)
-        report.row(f'{name}: the same, default cushions in both',
-                   layout['seconds_default'] / default, 'times')
+        report.row(
+            f'{name}: the same, default cushions in both',
+            layout['seconds_default'] / default,
+            'times',
+        )
 
 
 def compare_ends(report, answer):
@@ -93,14 +107,22 @@ def compare_ends(report, answer):
         run = simulate(where, states(shot['begin']))
         ends = {name: s.position for name, s in states(shot['end']).items()}
         fallen = set(shot['pocketed'])
-        gap = max((float(np.hypot(*(run.rest[name] - ends[name])[:2]))
-                   for name in ends if name not in fallen), default=0.0)
+        gap = max(
+            (
+                float(np.hypot(*(run.rest[name] - ends[name])[:2]))
+                for name in ends
+                if name not in fallen
+            ),
+            default=0.0,
+        )
         if set(run.pocketed) != fallen:
             gap = np.inf
         gaps.append(gap)
         if gap > FAR:
-            print(f'    shot {number}: {1e3 * gap:.3g} mm apart; {shot["events"]}, '
-                  f'here {[str(e.kind) for e in run.events]}')
+            print(
+                f'    shot {number}: {1e3 * gap:.3g} mm apart; {shot["events"]}, '
+                f'here {[str(e.kind) for e in run.events]}'
+            )
     report.row('random shots: median distance of the ends', 1e3 * float(np.median(gaps)), 'mm')
     near = sum(gap <= FAR for gap in gaps)
     report.row('random shots that end within 1 mm', near, f'of {len(gaps)}', -len(gaps))
@@ -110,8 +132,12 @@ def spread(report, racks):
     """Cost of racks that differ by their random gaps."""
     for name, given in racks.items():
         costs = [per_shot(scene('mathavan'), states(rack), 20) for rack in given]
-        report.row(f'{name}: 95 % of {len(costs)} racks within, in medians',
-                   float(np.percentile(costs, 95) / np.median(costs)), '', SPREAD)
+        report.row(
+            f'{name}: 95 % of {len(costs)} racks within, in medians',
+            float(np.percentile(costs, 95) / np.median(costs)),
+            '',
+            SPREAD,
+        )
 
 
 def main():
@@ -125,8 +151,9 @@ def main():
     where = scene('mathavan')
     cue = {'cue': BallState((0.0, 0.0, where.ball.radius), (1.0, 0.3, 0.0), (0.0, 0.0, 20.0))}
     beyond = seconds(simulate, where, cue) - per_shot(where, cue)
-    report.row('simulate() beyond the table itself, in np.cross', beyond / cross, '',
-               OVERHEAD / CROSS)
+    report.row(
+        'simulate() beyond the table itself, in np.cross', beyond / cross, '', OVERHEAD / CROSS
+    )
     report.row('first break in a new process, empty cache', first_break(), 's', FIRST)
     if python is None:
         print('  SKIPPED: comparison with pooltool (give --pooltool PYTHON)')

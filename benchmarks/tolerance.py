@@ -7,6 +7,7 @@ along, against a run at the floor. That run is checked against SciPy where it fi
 
     python benchmarks/tolerance.py [--count N]
 """
+
 import argparse
 from collections import Counter
 from dataclasses import replace
@@ -47,18 +48,27 @@ def random_stroke(rng):
 
 def random_scene(rng):
     """Other cues, tips and cloths, both laws."""
-    cue = ({'mass': rng.uniform(0.1, 2.0), 'guided': True} if rng.random() < 0.5 else
-           {'mass': rng.uniform(0.3, 0.8), 'end_mass': rng.uniform(0.003, 0.05)})
+    cue = (
+        {'mass': rng.uniform(0.1, 2.0), 'guided': True}
+        if rng.random() < 0.5
+        else {'mass': rng.uniform(0.3, 0.8), 'end_mass': rng.uniform(0.003, 0.05)}
+    )
     tip, table = (
-        {'restitution': rng.uniform(0.3, 0.95), 'friction': rng.uniform(*friction),
-         'stiffness': np.exp(rng.uniform(-2.0, 2.0))}
+        {
+            'restitution': rng.uniform(0.3, 0.95),
+            'friction': rng.uniform(*friction),
+            'stiffness': np.exp(rng.uniform(-2.0, 2.0)),
+        }
         for friction in ((0.2, 0.9), (0.1, 0.4))
     )
-    return Scene.from_dict({
-        'ball': {'mass': 0.17, 'radius': 0.0286}, 'cue': cue,
-        'contacts': {'cue_ball': tip, 'ball_table': table},
-        'law': str(rng.choice(('bistiffness', 'energetic'))),
-    })
+    return Scene.from_dict(
+        {
+            'ball': {'mass': 0.17, 'radius': 0.0286},
+            'cue': cue,
+            'contacts': {'cue_ball': tip, 'ball_table': table},
+            'law': str(rng.choice(('bistiffness', 'energetic'))),
+        }
+    )
 
 
 def checked(scenes, strokes, floors):
@@ -72,8 +82,10 @@ def checked(scenes, strokes, floors):
             counts['unfinished'] += 1
             continue
         velocity, spin, _ = problem.motion(impulse)
-        off = max(np.abs(velocity - floor.velocity).max(),
-                  scene.ball.radius * np.abs(spin - floor.spin).max())
+        off = max(
+            np.abs(velocity - floor.velocity).max(),
+            scene.ball.radius * np.abs(spin - floor.spin).max(),
+        )
         counts['agreed' if off < AGREED * stroke.speed else 'differed'] += 1
     return counts
 
@@ -96,19 +108,39 @@ def study(report, name, scenes, rng):
     times = {}
     for tolerance in TOLERANCES:
         shots = [predict(*pair, tolerance) for pair in zip(kept, strokes, strict=True)]
-        errors = np.array([gap(shot.trajectory, floor.trajectory)
-                           for shot, floor in zip(shots, floors, strict=True)])
+        errors = np.array(
+            [
+                gap(shot.trajectory, floor.trajectory)
+                for shot, floor in zip(shots, floors, strict=True)
+            ]
+        )
         estimates = np.array([shot.error_estimate for shot in shots])
         lowest = np.array([floor.error_estimate for floor in floors])  # what the truth is good to
-        said = np.array([shot.status in (Status.TOLERANCE_NOT_REACHED, Status.BUDGET_EXCEEDED)
-                         for shot in shots])
+        said = np.array(
+            [
+                shot.status in (Status.TOLERANCE_NOT_REACHED, Status.BUDGET_EXCEEDED)
+                for shot in shots
+            ]
+        )
         times[tolerance] = median(shot.wall_time for shot in shots)
-        report.row(f'    at {tolerance:g} m: error within the estimate',
-                   100 * np.mean(errors <= estimates + lowest), '%', -100 * WITHIN)
-        report.row('        within the tolerance',
-                   100 * np.mean(errors <= tolerance + lowest), '%', -100 * WITHIN)
-        report.row('        beyond it without a word',
-                   ((errors > tolerance + lowest) & ~said).sum(), '', 0.5)
+        report.row(
+            f'    at {tolerance:g} m: error within the estimate',
+            100 * np.mean(errors <= estimates + lowest),
+            '%',
+            -100 * WITHIN,
+        )
+        report.row(
+            '        within the tolerance',
+            100 * np.mean(errors <= tolerance + lowest),
+            '%',
+            -100 * WITHIN,
+        )
+        report.row(
+            '        beyond it without a word',
+            ((errors > tolerance + lowest) & ~said).sum(),
+            '',
+            0.5,
+        )
         report.row('        largest error over tolerance', (errors / tolerance).max(), '')
         report.row('        median time of a prediction', 1e6 * times[tolerance], 'us')
     report.row('    time at 1e-9 over time at 1e-3', times[1e-9] / times[1e-3], 'x', GROWTH)

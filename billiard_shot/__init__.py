@@ -1,4 +1,5 @@
 """Predicts what a billiard cue does to the ball: impact, flight, slide, roll, rest."""
+
 from importlib import import_module
 from typing import Any, TYPE_CHECKING
 
@@ -19,9 +20,27 @@ if TYPE_CHECKING:
     from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
 __all__ = [
-    'Scene', 'Stroke', 'predict', 'predict_batch', 'Shot', 'BatchResult', 'Status', 'Effect',
-    'Trajectory', 'BallState', 'EventKind', 'Motion', 'simulate', 'simulate_batch',
-    'TableBatch', 'TableRun', 'load_shot', 'save_shot', 'plan', 'PlanResult', 'RankedStroke',
+    'Scene',
+    'Stroke',
+    'predict',
+    'predict_batch',
+    'Shot',
+    'BatchResult',
+    'Status',
+    'Effect',
+    'Trajectory',
+    'BallState',
+    'EventKind',
+    'Motion',
+    'simulate',
+    'simulate_batch',
+    'TableBatch',
+    'TableRun',
+    'load_shot',
+    'save_shot',
+    'plan',
+    'PlanResult',
+    'RankedStroke',
     'invert_strike',
 ]
 

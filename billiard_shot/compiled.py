@@ -6,6 +6,7 @@ compile a function into its callers. `Entry` is a function that other modules ca
 imports numba before machine code is asked for, so the first answer of a process does not wait for
 it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
 """
+
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -124,16 +125,12 @@ class Entry:
         return self.machine_code[self] if storage is ROWS else self.interpreted
 
 
-def entry(
-    example: Callable[[Storage], tuple[Any, ...]]
-) -> Callable[[Callable[..., Any]], Entry]:
+def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[..., Any]], Entry]:
     """Make a function an `Entry`."""
     return lambda function: Entry(function, example)
 
 
-def compile_entries(
-    entries: list[Entry], folder: Path
-) -> list[Compiled]:
+def compile_entries(entries: list[Entry], folder: Path) -> list[Compiled]:
     """
     Compile entries or, if the folder has them already, load them.
 

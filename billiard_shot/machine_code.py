@@ -10,6 +10,7 @@ happen once, however many processes ask.
 Machine code is kept in `folder()`, named after everything that it depends on: sources, versions,
 processor. If anything goes wrong, a warning says so, and the process goes on interpreting.
 """
+
 import atexit
 from collections.abc import Callable
 from functools import cache
@@ -60,8 +61,10 @@ def available() -> bool:
     if os.environ.get('NUMBA_DISABLE_JIT') not in (None, '', '0'):  # numba's way to say so
         return False
     if find_spec('numba') is None:
-        _warn('numba is not installed: strokes are interpreted, which takes about 500 times as '
-              "long as compiled code. Install it: pip install 'billiard_shot[fast]'")
+        _warn(
+            'numba is not installed: strokes are interpreted, which takes about 500 times as '
+            "long as compiled code. Install it: pip install 'billiard_shot[fast]'"
+        )
         return False
     return True
 
@@ -76,8 +79,10 @@ def folder() -> Path:
         with tempfile.TemporaryFile(dir=root) as file:
             file.write(b'may be written')
     except OSError as error:
-        _warn(f'{root} cannot be written ({error.strerror}): machine code is kept for this '
-              'process only. Set BILLIARD_SHOT_CACHE to a folder that can be written')
+        _warn(
+            f'{root} cannot be written ({error.strerror}): machine code is kept for this '
+            'process only. Set BILLIARD_SHOT_CACHE to a folder that can be written'
+        )
         temporary = tempfile.TemporaryDirectory(prefix='billiard_shot-')
         _keep.append(temporary)
         root = Path(temporary.name)
@@ -154,8 +159,10 @@ class _Worker(Thread):
                     failed = failed if _is_compiled(name) else name
         if failed:
             log = _path(failed, 'log')
-            _warn(f'{failed} could not be compiled, so strokes are interpreted, which is slow: '
-                  f'{_last_line(log)} (see {log})')
+            _warn(
+                f'{failed} could not be compiled, so strokes are interpreted, which is slow: '
+                f'{_last_line(log)} (see {log})'
+            )
             return
         self.load()
 
@@ -164,10 +171,13 @@ class _Worker(Thread):
         try:
             entries = [_entry(name) for name in ENTRIES]
             Entry.machine_code = dict(
-                zip(entries, compile_entries(entries, folder()), strict=True))
+                zip(entries, compile_entries(entries, folder()), strict=True)
+            )
         except Exception as error:
-            _warn(f'the machine code in {folder()} cannot be loaded ({error!r}): it is removed, '
-                  'and the next process compiles it anew. This one interprets, which is slow')
+            _warn(
+                f'the machine code in {folder()} cannot be loaded ({error!r}): it is removed, '
+                'and the next process compiles it anew. This one interprets, which is slow'
+            )
             shutil.rmtree(folder(), ignore_errors=True)
 
     def end(self) -> None:
@@ -181,7 +191,10 @@ def _child(name: str) -> subprocess.Popen[bytes]:
     with _path(name, 'log').open('wb') as log:
         return subprocess.Popen(
             [sys.executable, '-m', 'billiard_shot.machine_code', str(folder()), name],
-            stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=_HERE,
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+            cwd=_HERE,
         )
 
 

@@ -8,6 +8,7 @@ as fast as fields of a NumPy record; compiled, only rows of an array exist.
 Three rules keep the two alike. A vector is changed element by element. A record is never copied or
 swapped, only its fields are. Who calls compiled code keeps the arrays alive.
 """
+
 from collections.abc import Sequence
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, Protocol, TypeVar
 
@@ -41,8 +42,13 @@ def record(cls: type[R]) -> type[R]:
             lines.append(f' self.{name} = {_ZEROS[kind]}')
     made: dict[str, Any] = {}
     exec('\n'.join(lines), made)
-    body = {'__slots__': tuple(kinds), '__init__': made['__init__'], '__doc__': cls.__doc__,
-            '__module__': cls.__module__, '__qualname__': cls.__qualname__}
+    body = {
+        '__slots__': tuple(kinds),
+        '__init__': made['__init__'],
+        '__doc__': cls.__doc__,
+        '__module__': cls.__module__,
+        '__qualname__': cls.__qualname__,
+    }
     slotted: Any = type(cls.__name__, (), body)
     slotted.dtype = np.dtype((np.record, np.dtype(fields, align=True)))
     return slotted

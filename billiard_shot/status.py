@@ -1,4 +1,5 @@
 """How a computation ended: one enumeration for library, command line and ROS interfaces."""
+
 from enum import IntEnum
 
 

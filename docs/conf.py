@@ -1,4 +1,5 @@
 """Builds the pages: `make docs`. Warnings are errors."""
+
 from pathlib import Path
 import sys
 
@@ -33,8 +34,10 @@ autodoc_typehints = 'none'  # the docstrings say types, shapes and units
 # What the code itself says about interfaces and parameters becomes pages, made anew every time.
 REFERENCE = HERE / 'reference'
 REFERENCE.mkdir(exist_ok=True)
-for name, text in (('interfaces', interfaces.page(ROOT / 'msg_defs')),
-                   ('parameters', parameters.page(ROOT / 'billiard_shot'))):
+for name, text in (
+    ('interfaces', interfaces.page(ROOT / 'msg_defs')),
+    ('parameters', parameters.page(ROOT / 'billiard_shot')),
+):
     file = REFERENCE / f'{name}.md'
     if not file.exists() or file.read_text() != text:
         file.write_text(text)

@@ -18,6 +18,7 @@ Its arguments:
 
 If one of the nodes of this package ends, the launch ends, and stops all the others.
 """
+
 from pathlib import Path
 import shutil
 
@@ -49,6 +50,7 @@ def nodes(context):
     Everything that can fail is looked up here, before anything is started: if an action raises an
     exception, launch does not stop the processes that the actions before it have started.
     """
+
     def value(name):
         return LaunchConfiguration(name).perform(context)
 
@@ -59,28 +61,40 @@ def nodes(context):
         ExecutableInPackage(package=package, executable=executable).perform(context)
         level = value('log_level')
         return Node(
-            package=package, executable=executable, exec_name=executable, output='screen',
+            package=package,
+            executable=executable,
+            exec_name=executable,
+            output='screen',
             namespace=value('namespace') or None,
             prefix=[END_WITH_LAUNCH, LaunchConfiguration('launch-prefix', default='')],
             arguments=[*arguments, *(['--ros-args', '--log-level', level] if level else [])],
-            **options)
+            **options,
+        )
 
     def file_of(name):
         path = Path(value('params_dir'), f'{name}.yaml')
         if not path.is_file():
-            raise RuntimeError(f'params_dir: {path} does not exist; the folder must have a file '
-                               'for each node that is started, as config/ of this package has')
+            raise RuntimeError(
+                f'params_dir: {path} does not exist; the folder must have a file '
+                'for each node that is started, as config/ of this package has'
+            )
         return path
 
     def in_file(name, parameter, default):
         sections = (yaml.safe_load(file_of(name).read_text()) or {}).values()
-        found = [each['ros__parameters'][parameter] for each in sections
-                 if parameter in each.get('ros__parameters', {})]
+        found = [
+            each['ros__parameters'][parameter]
+            for each in sections
+            if parameter in each.get('ros__parameters', {})
+        ]
         return found[-1] if found else default
 
     clock = {'use_sim_time': is_on('use_sim_time')}
-    given = {name: ParameterValue(value(name), value_type=str)
-             for name in ('scene', 'mechanism', 'frame') if value(name)}
+    given = {
+        name: ParameterValue(value(name), value_type=str)
+        for name in ('scene', 'mechanism', 'frame')
+        if value(name)
+    }
 
     share = Path(FindPackageShare('billiard_shot').perform(context))
     patience = [str(share / 'config' / 'simulation.yaml')] if is_on('simulate') else []
@@ -88,8 +102,11 @@ def nodes(context):
     def node(name, **settings):
         files = [str(file_of(name)), *patience]
         return process(
-            'billiard_shot', name, parameters=[*files, {**clock, **given, **settings}],
-            on_exit=Shutdown(reason=f'{name} has ended'))
+            'billiard_shot',
+            name,
+            parameters=[*files, {**clock, **given, **settings}],
+            on_exit=Shutdown(reason=f'{name} has ended'),
+        )
 
     def table_frame():
         return value('frame') or in_file('table_display', 'frame', 'table')
@@ -97,17 +114,21 @@ def nodes(context):
     def robot_state_publisher():
         mechanism = Mechanism.load(value('mechanism') or in_file('cue_model', 'mechanism', ''))
         model = urdf_of(
-            mechanism, table_frame(), in_file('cue_model', 'joint_names', JOINTS),
-            in_file('cue_model', 'incline_joint', 'incline_angle'))
+            mechanism,
+            table_frame(),
+            in_file('cue_model', 'joint_names', JOINTS),
+            in_file('cue_model', 'incline_joint', 'incline_angle'),
+        )
         return process(
-            'robot_state_publisher', 'robot_state_publisher',
+            'robot_state_publisher',
+            'robot_state_publisher',
             parameters=[{**clock, 'robot_description': ParameterValue(model, value_type=str)}],
-            on_exit=Shutdown(reason='robot_state_publisher has ended'))
+            on_exit=Shutdown(reason='robot_state_publisher has ended'),
+        )
 
     def rviz():
         view = share / 'rviz' / 'shot.rviz'
-        return process(
-            'rviz2', 'rviz2', '-d', str(view), '-f', table_frame(), parameters=[clock])
+        return process('rviz2', 'rviz2', '-d', str(view), '-f', table_frame(), parameters=[clock])
 
     def if_installed(make, *otherwise, message):
         try:
@@ -120,7 +141,8 @@ def nodes(context):
         raise RuntimeError(
             f'scene: {scene!r} is not allowed with the mechanical cue; its cue must be guided, as '
             'in the scenes paper and robot_table, or cue:=false and simulate:=false must leave '
-            'the mechanical cue out')
+            'the mechanical cue out'
+        )
     actions = [node('predictor'), node('planner'), node('table_display')]
     if cue:
         actions.append(node('cue_driver', autostart=is_on('autostart')))
@@ -129,9 +151,15 @@ def nodes(context):
     if is_on('model') and (cue or simulate):
         own = node('cue_model')
         # robot_state_publisher needs the elevation, which cue_driver publishes in joint_states.
-        actions += [own] if not cue else if_installed(
-            robot_state_publisher, own,
-            message='the node cue_model takes the place of robot_state_publisher')
+        actions += (
+            [own]
+            if not cue
+            else if_installed(
+                robot_state_publisher,
+                own,
+                message='the node cue_model takes the place of robot_state_publisher',
+            )
+        )
     if is_on('rviz'):
         actions += if_installed(rviz, message='RViz is not started')
     return actions
@@ -141,19 +169,26 @@ def generate_launch_description():
     def argument(name, default, description):
         return DeclareLaunchArgument(name, default_value=default, description=description)
 
-    return LaunchDescription([
-        argument('scene', '', 'Scene, name or path; empty: as in the parameter files'),
-        argument('mechanism', '', 'YAML file of the mechanism; empty: as in the parameter files'),
-        argument('frame', '', "Name of the table's frame; empty: as in the parameter files"),
-        argument('params_dir', PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config']),
-                 'Folder with YAML files of parameters'),
-        argument('namespace', '', 'Namespace of all nodes'),
-        argument('use_sim_time', 'false', 'Take the time from the topic /clock'),
-        argument('log_level', '', 'Logging level of all nodes; empty: info'),
-        argument('cue', 'true', 'Start the cue_driver'),
-        argument('simulate', 'false', 'Simulated mechanism and table'),
-        argument('model', 'true', 'Robot model of the mechanical cue, and its transforms'),
-        argument('rviz', 'false', 'Start RViz, if it is installed'),
-        argument('autostart', 'true', 'Activate the cue_driver'),
-        OpaqueFunction(function=nodes),
-    ])
+    return LaunchDescription(
+        [
+            argument('scene', '', 'Scene, name or path; empty: as in the parameter files'),
+            argument(
+                'mechanism', '', 'YAML file of the mechanism; empty: as in the parameter files'
+            ),
+            argument('frame', '', "Name of the table's frame; empty: as in the parameter files"),
+            argument(
+                'params_dir',
+                PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config']),
+                'Folder with YAML files of parameters',
+            ),
+            argument('namespace', '', 'Namespace of all nodes'),
+            argument('use_sim_time', 'false', 'Take the time from the topic /clock'),
+            argument('log_level', '', 'Logging level of all nodes; empty: info'),
+            argument('cue', 'true', 'Start the cue_driver'),
+            argument('simulate', 'false', 'Simulated mechanism and table'),
+            argument('model', 'true', 'Robot model of the mechanical cue, and its transforms'),
+            argument('rviz', 'false', 'Start RViz, if it is installed'),
+            argument('autostart', 'true', 'Activate the cue_driver'),
+            OpaqueFunction(function=nodes),
+        ]
+    )

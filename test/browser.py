@@ -1,4 +1,5 @@
 """Chromium without a window, driven over a pipe by its DevTools protocol."""
+
 import base64
 import contextlib
 import json
@@ -10,10 +11,18 @@ import time
 
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 OPTIONS = (
-    '--headless=new', '--no-sandbox', '--disable-dev-shm-usage', '--remote-debugging-pipe',
-    '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-first-run',
-    '--disable-background-networking', '--disable-component-update', '--disable-sync',
-    '--hide-scrollbars', '--force-device-scale-factor=1',
+    '--headless=new',
+    '--no-sandbox',
+    '--disable-dev-shm-usage',
+    '--remote-debugging-pipe',
+    '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+    '--hide-scrollbars',
+    '--force-device-scale-factor=1',
 )
 PATIENCE = 120  # s for one answer: machines that test are busy
 
@@ -36,9 +45,16 @@ class Browser:
             os.dup2(b, 4)
 
         self.process = subprocess.Popen(
-            [find_browser(), *OPTIONS, f'--user-data-dir={folder}',
-             f'--window-size={width},{height}', 'about:blank'],
-            preexec_fn=connect, close_fds=False, stdout=subprocess.DEVNULL,
+            [
+                find_browser(),
+                *OPTIONS,
+                f'--user-data-dir={folder}',
+                f'--window-size={width},{height}',
+                'about:blank',
+            ],
+            preexec_fn=connect,
+            close_fds=False,
+            stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
         os.close(to_child)
@@ -47,11 +63,17 @@ class Browser:
         self.buffer, self.number, self.messages, self.session = b'', 0, [], None
         target = self.call('Target.createTarget', url='about:blank')['targetId']
         self.session = self.call('Target.attachToTarget', targetId=target, flatten=True)[
-            'sessionId']
+            'sessionId'
+        ]
         for domain in ('Page', 'Runtime', 'Log', 'Network'):
             self.call(f'{domain}.enable')
-        self.call('Emulation.setDeviceMetricsOverride', width=width, height=height,
-                  deviceScaleFactor=1, mobile=False)
+        self.call(
+            'Emulation.setDeviceMetricsOverride',
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
 
     def call(self, method, **parameters):
         """Call a method of the protocol; return its result."""
@@ -100,8 +122,9 @@ class Browser:
 
     def run(self, script):
         """Value of an expression in the page; promises are awaited."""
-        result = self.call('Runtime.evaluate', expression=script, returnByValue=True,
-                           awaitPromise=True)
+        result = self.call(
+            'Runtime.evaluate', expression=script, returnByValue=True, awaitPromise=True
+        )
         assert 'exceptionDetails' not in result, result
         return result['result'].get('value')
 

@@ -1,4 +1,5 @@
 """What holds for all tests."""
+
 from hypothesis import settings
 import pytest
 from recorded_launch import installed, launch_file  # noqa: F401 (fixtures)

@@ -3,6 +3,7 @@ Recorders in place of the package launch, of which PyPI has no wheel.
 
 `launch_file` is the launch file as a module; `started` gives the nodes that it would start.
 """
+
 import importlib.util
 from pathlib import Path
 import sys
@@ -13,9 +14,19 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / 'launch' / 'shot.launch.py'
 DEFAULTS = {
-    'scene': '', 'mechanism': '', 'frame': '', 'params_dir': str(ROOT / 'config'),
-    'namespace': '', 'use_sim_time': 'false', 'log_level': '', 'cue': 'true',
-    'simulate': 'false', 'model': 'true', 'rviz': 'false', 'autostart': 'true'}
+    'scene': '',
+    'mechanism': '',
+    'frame': '',
+    'params_dir': str(ROOT / 'config'),
+    'namespace': '',
+    'use_sim_time': 'false',
+    'log_level': '',
+    'cue': 'true',
+    'simulate': 'false',
+    'model': 'true',
+    'rviz': 'false',
+    'autostart': 'true',
+}
 RSP = 'robot_state_publisher'
 INSTALLED = {'billiard_shot', 'rviz2', RSP}
 
@@ -40,7 +51,8 @@ class Condition:
 
     def evaluate(self, context):
         return {'true': True, '1': True, 'false': False, '0': False}[
-            self.configuration.perform(context).lower()]
+            self.configuration.perform(context).lower()
+        ]
 
 
 class SubstitutionFailureError(Exception):
@@ -52,8 +64,7 @@ def share(name):
 
 
 def joined(parts):
-    return '/'.join(str(getattr(part, 'perform', lambda _, part=part: part)({}))
-                    for part in parts)
+    return '/'.join(str(getattr(part, 'perform', lambda _, part=part: part)({})) for part in parts)
 
 
 @pytest.fixture
@@ -65,6 +76,7 @@ def installed():
 @pytest.fixture
 def launch_file(monkeypatch, installed):
     """Return the launch file as a module, with recorders in place of the package launch."""
+
     def recorder(kind):
         return lambda *args, **fields: SimpleNamespace(kind=kind, args=args, **fields)
 
@@ -74,6 +86,7 @@ def launch_file(monkeypatch, installed):
                 raise KeyError(f"package '{package}' not found")
             if package == 'billiard_shot' and f"'{executable} = " not in scripts:
                 raise SubstitutionFailureError(executable)
+
         return SimpleNamespace(perform=perform)
 
     scripts = (ROOT / 'setup.py').read_text()
@@ -81,15 +94,19 @@ def launch_file(monkeypatch, installed):
         'launch': {'LaunchDescription': list},
         'launch.actions': {
             **{kind: recorder(kind) for kind in ('DeclareLaunchArgument', 'LogInfo', 'Shutdown')},
-            'OpaqueFunction': lambda function: SimpleNamespace(args=(), function=function)},
+            'OpaqueFunction': lambda function: SimpleNamespace(args=(), function=function),
+        },
         'launch.conditions': {'IfCondition': Condition},
         'launch.substitutions': {
-            'LaunchConfiguration': Configuration, 'PathJoinSubstitution': joined,
-            'SubstitutionFailure': SubstitutionFailureError},
+            'LaunchConfiguration': Configuration,
+            'PathJoinSubstitution': joined,
+            'SubstitutionFailure': SubstitutionFailureError,
+        },
         'launch_ros': {},
         'launch_ros.actions': {'Node': recorder('Node')},
         'launch_ros.parameter_descriptions': {
-            'ParameterValue': lambda value, value_type: value_type(value)},
+            'ParameterValue': lambda value, value_type: value_type(value)
+        },
         'launch_ros.substitutions': {'ExecutableInPackage': executable, 'FindPackageShare': share},
     }
     for name, contents in modules.items():
@@ -104,11 +121,18 @@ def launch_file(monkeypatch, installed):
 
 def started(launch_file, **arguments):
     """Nodes that the launch file starts with these arguments, by executable."""
-    return {action.executable: action
-            for action in launch_file.nodes({**DEFAULTS, **arguments}) if action.kind == 'Node'}
+    return {
+        action.executable: action
+        for action in launch_file.nodes({**DEFAULTS, **arguments})
+        if action.kind == 'Node'
+    }
 
 
 def settings_of(node):
     """Parameters that the launch file sets beside those of the node's file."""
-    return {name: value for each in node.parameters if isinstance(each, dict)
-            for name, value in each.items()}
+    return {
+        name: value
+        for each in node.parameters
+        if isinstance(each, dict)
+        for name, value in each.items()
+    }

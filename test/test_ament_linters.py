@@ -1,19 +1,24 @@
 """The linters that `colcon test` usually runs, where they are installed."""
+
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PATHS = [str(ROOT / name) for name in (
-    'benchmarks', 'billiard_shot', 'docs', 'launch', 'setup.py', 'test')]
+PATHS = [
+    str(ROOT / name)
+    for name in ('benchmarks', 'billiard_shot', 'docs', 'launch', 'setup.py', 'test')
+]
 pytestmark = pytest.mark.skipif(
-    not (ROOT / 'setup.cfg').exists(), reason='needs a source checkout')
+    not (ROOT / 'setup.cfg').exists(), reason='needs a source checkout'
+)
 
 
 def test_flake8():
     ament_flake8 = pytest.importorskip('ament_flake8.main', reason='needs ament_flake8')
     failed, errors = ament_flake8.main_with_errors(
-        argv=['--config', str(ROOT / 'setup.cfg'), *PATHS])
+        argv=['--config', str(ROOT / 'setup.cfg'), *PATHS]
+    )
     assert not failed, '\n'.join(errors)
 
 

@@ -45,16 +45,19 @@ def test_refused_strokes_are_said_on_stderr(capsys):
     assert 'stroke 1: MISS: a, b: (0.9, 0.9) is not allowed' in err
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [
-    ([], 'stroke: missing'),
-    (['--speed', '-1'], 'speed: -1.0 is not allowed; it must be above 0 (m/s)'),
-    (['--speed', 'nan'], 'speed: nan is not allowed'),
-    (['--speed', '1', '--tolerance', '0'], 'tolerance: 0.0 is not allowed'),
-    (['--speed', '1', '--scene', 'papre'], "no bundled scene 'papre'"),
-    (['--speed', '1', '--strokes', 'x.yaml'], '--strokes: is not allowed together'),
-    (['--strokes', 'x.yaml'], 'No such file'),
-    (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        ([], 'stroke: missing'),
+        (['--speed', '-1'], 'speed: -1.0 is not allowed; it must be above 0 (m/s)'),
+        (['--speed', 'nan'], 'speed: nan is not allowed'),
+        (['--speed', '1', '--tolerance', '0'], 'tolerance: 0.0 is not allowed'),
+        (['--speed', '1', '--scene', 'papre'], "no bundled scene 'papre'"),
+        (['--speed', '1', '--strokes', 'x.yaml'], '--strokes: is not allowed together'),
+        (['--strokes', 'x.yaml'], 'No such file'),
+        (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
+    ],
+)
 def test_wrong_input(capsys, arguments, text):
     assert main(['predict', *arguments]) == 2
     out, err = capsys.readouterr()
@@ -103,7 +106,8 @@ def test_pictures_of_strokes(tmp_path, capsys):
     options = ['predict', '--scene', 'paper', '--strokes', str(PAPER)]
     assert main([*options, '--picture', str(tmp_path / 'paper.png')]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        f'paper-{name}.png' for name in ('horizontal', 'jump', 'massé', 'vertical')]
+        f'paper-{name}.png' for name in ('horizontal', 'jump', 'massé', 'vertical')
+    ]
     assert main(['predict', '--speed', '1', '--picture', str(tmp_path / 'one.png')]) == 0
     assert (tmp_path / 'one.png').stat().st_size > 10_000
     capsys.readouterr()
@@ -122,12 +126,18 @@ def test_a_recorded_shot_is_shown_as_it_was(tmp_path, capsys):
     capsys.readouterr()
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [
-    (['none.json'], 'none.json: '),
-    (['x.json', '--speed', '1'], 'SHOT: x.json is not allowed together with a stroke'),
-    (['x.json', '--scene', 'pool'], '--scene: is not allowed together with a recorded shot'),
-    (['x.json', '--tolerance', '1'], '--tolerance: is not allowed together with a recorded shot'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        (['none.json'], 'none.json: '),
+        (['x.json', '--speed', '1'], 'SHOT: x.json is not allowed together with a stroke'),
+        (['x.json', '--scene', 'pool'], '--scene: is not allowed together with a recorded shot'),
+        (
+            ['x.json', '--tolerance', '1'],
+            '--tolerance: is not allowed together with a recorded shot',
+        ),
+    ],
+)
 def test_wrong_recorded_shots(capsys, arguments, text):
     assert main(['predict', *arguments]) == 2
     assert text in capsys.readouterr().err

@@ -1,4 +1,5 @@
 """Both packages in a workspace of colcon's, as people who have a ROS 2 build and test them."""
+
 import importlib.util
 import os
 from pathlib import Path
@@ -27,6 +28,7 @@ def environment():
     from domain_coordinator import domain_id
 
     from billiard_shot.ros.demo import quiet_environment
+
     prefix = Path(sys.prefix)
     with domain_id() as domain:
         environment = quiet_environment(domain)
@@ -42,21 +44,34 @@ def workspace(tmp_path_factory, environment):
     """Return a workspace with a clean copy of the sources in it, built as README says."""
     folder = make_workspace(tmp_path_factory.mktemp('workspace'))
     (folder / 'src' / 'billiard_shot_msgs').symlink_to('billiard_shot/msg_defs')
-    said = run(folder, environment, COLCON, 'build', '--cmake-args', '-DBUILD_TESTING=OFF',
-               f'-DPython3_EXECUTABLE={sys.executable}')
+    said = run(
+        folder,
+        environment,
+        COLCON,
+        'build',
+        '--cmake-args',
+        '-DBUILD_TESTING=OFF',
+        f'-DPython3_EXECUTABLE={sys.executable}',
+    )
     assert '2 packages finished' in said
     return folder
 
 
 def make_workspace(folder):
-    shutil.copytree(ROOT, folder / 'src' / 'billiard_shot', ignore=shutil.ignore_patterns(
-        '.*', 'build', 'install', 'log', 'dist', '*.egg-info', '__pycache__'))
+    shutil.copytree(
+        ROOT,
+        folder / 'src' / 'billiard_shot',
+        ignore=shutil.ignore_patterns(
+            '.*', 'build', 'install', 'log', 'dist', '*.egg-info', '__pycache__'
+        ),
+    )
     return folder
 
 
 def run(folder, environment, *command):
     done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, f'{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}'
     return done.stdout + done.stderr
 
@@ -76,11 +91,17 @@ def test_rosdep_finds_both_packages(workspace):
 def test_symlink_install_runs_the_sources(workspace, environment, tmp_path):
     """In a second workspace over the first one, which has the messages."""
     folder = make_workspace(tmp_path)
-    run(folder, sourced(environment, workspace), 'bash', '-c',
-        f'{COLCON} build --symlink-install')
-    said = run(folder, sourced(environment), 'bash', '-c', (
-        f'{sys.executable} -c "import billiard_shot as b; print(b.__file__)" && '
-        'install/billiard_shot/lib/billiard_shot/billiard-shot scene list'))
+    run(folder, sourced(environment, workspace), 'bash', '-c', f'{COLCON} build --symlink-install')
+    said = run(
+        folder,
+        sourced(environment),
+        'bash',
+        '-c',
+        (
+            f'{sys.executable} -c "import billiard_shot as b; print(b.__file__)" && '
+            'install/billiard_shot/lib/billiard_shot/billiard-shot scene list'
+        ),
+    )
     module, *scenes = said.splitlines()
     assert Path(module).resolve() == folder / 'src/billiard_shot/billiard_shot/__init__.py'
     assert any(line.startswith('paper') for line in scenes)
@@ -94,8 +115,12 @@ def test_what_ros2_run_and_launch_look_for_is_there(workspace):
     assert nodes >= {'predictor', 'cue_driver', 'cue_sim', 'table_sim', 'billiard-shot'}
     share = install / 'share'
     assert (share / 'ament_index/resource_index/packages/billiard_shot').exists()
-    for file in ('package.xml', 'launch/shot.launch.py', 'config/predictor.yaml',
-                 'config/scenes/paper.yaml'):
+    for file in (
+        'package.xml',
+        'launch/shot.launch.py',
+        'config/predictor.yaml',
+        'config/scenes/paper.yaml',
+    ):
         assert (share / 'billiard_shot' / file).is_file()
     messages = workspace / 'install' / 'billiard_shot_msgs' / 'share' / 'billiard_shot_msgs'
     assert (messages / 'srv' / 'PredictShot.srv').is_file()
@@ -103,14 +128,23 @@ def test_what_ros2_run_and_launch_look_for_is_there(workspace):
 
 def test_a_node_runs_from_the_workspace(workspace, environment):
     """With the interfaces that colcon built, not those of the virtual environment."""
-    said = run(workspace, sourced(environment), 'bash', '-c',
-               f'{sys.executable} -c "import billiard_shot_msgs as m; print(m.__file__)"')
+    said = run(
+        workspace,
+        sourced(environment),
+        'bash',
+        '-c',
+        f'{sys.executable} -c "import billiard_shot_msgs as m; print(m.__file__)"',
+    )
     assert said.startswith(str(workspace / 'install'))
     # not compiled: that takes half a minute, and is the same as in all the other tests
     node = subprocess.Popen(
         ['bash', '-c', 'exec install/billiard_shot/lib/billiard_shot/predictor'],
-        cwd=workspace, env=sourced(environment) | {'NUMBA_DISABLE_JIT': '1'},
-        stderr=subprocess.STDOUT, stdout=subprocess.PIPE, text=True)
+        cwd=workspace,
+        env=sourced(environment) | {'NUMBA_DISABLE_JIT': '1'},
+        stderr=subprocess.STDOUT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         assert any('ready: service /predict_shot' in line for line in node.stdout)
     finally:
@@ -119,11 +153,20 @@ def test_a_node_runs_from_the_workspace(workspace, environment):
         node.stdout.close()
 
 
-@pytest.mark.skipif(importlib.util.find_spec('colcon_test_result') is None,
-                    reason='needs colcon-test-result')
+@pytest.mark.skipif(
+    importlib.util.find_spec('colcon_test_result') is None, reason='needs colcon-test-result'
+)
 def test_colcon_test_finds_the_tests(workspace, environment):
     """A few of them: how they go is what all other files here say."""
-    run(workspace, environment | {'NUMBA_DISABLE_JIT': '1'}, COLCON, 'test', '--packages-select',
-        'billiard_shot', '--pytest-args', 'test/scene/test_rack.py')
+    run(
+        workspace,
+        environment | {'NUMBA_DISABLE_JIT': '1'},
+        COLCON,
+        'test',
+        '--packages-select',
+        'billiard_shot',
+        '--pytest-args',
+        'test/scene/test_rack.py',
+    )
     said = run(workspace, environment, COLCON, 'test-result', '--all')
     assert re.search(r'^Summary: [1-9]\d* tests, 0 errors, 0 failures', said, re.MULTILINE), said

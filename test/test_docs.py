@@ -1,4 +1,5 @@
 """What README and docs show, runs; blocks for tools that are not here carry a tag."""
+
 import os
 from pathlib import Path
 import re
@@ -18,11 +19,11 @@ from interfaces import Group, read_interfaces  # noqa: E402
 
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
-BLOCK = re.compile(
-    r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
-BLOCKS = [(page.name, *match.groups()) for page in PAGES
-          for match in BLOCK.finditer(page.read_text())]
+BLOCKS = [
+    (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(page.read_text())
+]
 # Run by CI, and by test_packaging.py.
 ELSEWHERE = 'make demo', 'make test', 'pip install .', 'pip install .[fast]'
 
@@ -31,8 +32,9 @@ TAGGED = [(page, tag, language, text) for page, tag, language, text in BLOCKS if
 
 
 def of(*languages):
-    found = [(page, text) for page, tag, language, text in BLOCKS
-             if language in languages and not tag]
+    found = [
+        (page, text) for page, tag, language, text in BLOCKS if language in languages and not tag
+    ]
     assert found
     return found
 
@@ -78,7 +80,7 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
 
 def changed(folder, file, program, **environment):
     """What a program prints in a copy of the package, changed as docs/extending.md says."""
-    (_, change), = [block for block in of('diff') if file in block[1]]
+    ((_, change),) = [block for block in of('diff') if file in block[1]]
     changed_rooms = re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)
     (folder / 'billiard_shot').mkdir()
     for part in (ROOT / 'billiard_shot').iterdir():  # a link saves compiling an unchanged room
@@ -87,15 +89,23 @@ def changed(folder, file, program, **environment):
     (folder / 'config').symlink_to(ROOT / 'config')
     subprocess.run(['git', 'apply', '-'], input=change, text=True, cwd=folder, check=True)
     done = subprocess.run(
-        [sys.executable, '-c', program], text=True, capture_output=True, check=False, cwd=folder,
-        env={**os.environ, 'PYTHONPATH': str(folder), **environment})
+        [sys.executable, '-c', program],
+        text=True,
+        capture_output=True,
+        check=False,
+        cwd=folder,
+        env={**os.environ, 'PYTHONPATH': str(folder), **environment},
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 @pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
 def test_the_law_of_restitution_that_is_added(tmp_path):
-    said = changed(tmp_path, 'impact/laws.py', """
+    said = changed(
+        tmp_path,
+        'impact/laws.py',
+        """
 from billiard_shot.impact import Body, Contact, collide
 for e in (0.2, 0.9):
     for exponent in (1.0, 1.5):
@@ -105,7 +115,9 @@ for e in (0.2, 0.9):
             law='blend', exponent=exponent)
         ball, other = result.velocities[:, 2]
         print((ball - other) / 3 - e, result.dissipated.sum() - 3 * (1 - e * e))
-""", NUMBA_DISABLE_JIT='1')
+""",
+        NUMBA_DISABLE_JIT='1',
+    )
     numbers = [float(word) for word in said.split()]
     assert len(numbers) == 8
     assert numbers == pytest.approx([0.0] * 8, abs=1e-9)
@@ -114,13 +126,17 @@ for e in (0.2, 0.9):
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
 def test_the_target_that_is_added(tmp_path):
-    said = changed(tmp_path, 'planning/targets.py', """
+    said = changed(
+        tmp_path,
+        'planning/targets.py',
+        """
 from billiard_shot import plan, Scene
 scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [.3, .2], '8': [-.3, .1]}})
 best = plan(scene, {'beyond': -0.9}, budget=1000, constraints={'first_contact': '8'}).best
 print(best.shot.table.rest['cue'][0], best.success, best.shot.table.first_met['cue'])
 print(plan(scene, {'beyond': 'x'}).message)
-""")
+""",
+    )
     reached, refused = said.splitlines()
     x, success, met = reached.split()
     assert float(x) < -0.9
@@ -158,12 +174,28 @@ def test_pages_build_without_warnings(tmp_path):
     for needed in ('furo', 'latex2mathml', 'myst_parser'):
         pytest.importorskip(needed, reason='needs the extra docs')
     built = subprocess.run(
-        [sys.executable, '-m', 'sphinx', '-W', '--keep-going', '-q', '-b', 'html',
-         ROOT / 'docs', tmp_path], capture_output=True, text=True, check=False)
+        [
+            sys.executable,
+            '-m',
+            'sphinx',
+            '-W',
+            '--keep-going',
+            '-q',
+            '-b',
+            'html',
+            ROOT / 'docs',
+            tmp_path,
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert built.returncode == 0, built.stderr
     for node in ('predictor', 'cue_driver', 'table_display'):
-        assert f'id="{node.replace("_", "-")}"' in (
-            tmp_path / 'reference' / 'parameters.html').read_text()
+        assert (
+            f'id="{node.replace("_", "-")}"'
+            in (tmp_path / 'reference' / 'parameters.html').read_text()
+        )
     named = (tmp_path / 'reference' / 'api.html').read_text()
     for name in billiard_shot.__all__:
         assert f'id="billiard_shot.{name}"' in named, 'docs/reference/api.md lacks it'

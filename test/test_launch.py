@@ -1,4 +1,5 @@
 """The launch file starts what is there, with files that are there (ROS need not be)."""
+
 from pathlib import Path
 import re
 import signal
@@ -17,10 +18,13 @@ pytestmark = pytest.mark.skipif(not FILE.exists(), reason='needs a source checko
 
 
 def test_arguments_are_declared_and_described(launch_file):
-    declared = {each.args[0]: each for each in launch_file.generate_launch_description()
-                if each.args}
+    declared = {
+        each.args[0]: each for each in launch_file.generate_launch_description() if each.args
+    }
     assert {name: each.default_value for name, each in declared.items()} == {
-        **DEFAULTS, 'params_dir': 'share/billiard_shot/config'}
+        **DEFAULTS,
+        'params_dir': 'share/billiard_shot/config',
+    }
     for name, each in declared.items():
         assert each.description
         assert f'`{name}`: ' in launch_file.__doc__
@@ -41,11 +45,14 @@ def test_nodes_and_their_files_are_there(launch_file, installed):
     assert set(own) == set(executables) - PROGRAMS
 
 
-@pytest.mark.parametrize(('arguments', 'missing'), [
-    ({}, {'cue_sim', 'table_sim', 'rviz2'}),
-    ({'cue': 'false', 'simulate': 'true', 'rviz': 'True'}, {'cue_driver', RSP}),
-    ({'model': 'false', 'simulate': 'true', 'rviz': '1'}, {RSP}),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'missing'),
+    [
+        ({}, {'cue_sim', 'table_sim', 'rviz2'}),
+        ({'cue': 'false', 'simulate': 'true', 'rviz': 'True'}, {'cue_driver', RSP}),
+        ({'model': 'false', 'simulate': 'true', 'rviz': '1'}, {RSP}),
+    ],
+)
 def test_nodes_are_left_out(launch_file, arguments, missing):
     everything = set(started(launch_file, simulate='true', rviz='true'))
     assert everything - set(started(launch_file, **arguments)) == missing
@@ -55,8 +62,15 @@ def test_every_node_gets_what_the_arguments_say(launch_file, tmp_path):
     mechanism = tmp_path / 'mine.yaml'
     mechanism.write_text('reach: 0.25\n')
     nodes = started(
-        launch_file, simulate='true', rviz='true', namespace='cell1', use_sim_time='true',
-        log_level='debug', frame='cell1/table', mechanism=str(mechanism))
+        launch_file,
+        simulate='true',
+        rviz='true',
+        namespace='cell1',
+        use_sim_time='true',
+        log_level='debug',
+        frame='cell1/table',
+        mechanism=str(mechanism),
+    )
     for node in nodes.values():
         assert node.namespace == 'cell1'
         assert settings_of(node)['use_sim_time'] is True
@@ -65,7 +79,11 @@ def test_every_node_gets_what_the_arguments_say(launch_file, tmp_path):
             assert settings_of(node)['frame'] == 'cell1/table'
             assert settings_of(node)['mechanism'] == str(mechanism)
     assert nodes['rviz2'].arguments[:4] == [
-        '-d', 'share/billiard_shot/rviz/shot.rviz', '-f', 'cell1/table']
+        '-d',
+        'share/billiard_shot/rviz/shot.rviz',
+        '-f',
+        'cell1/table',
+    ]
 
 
 def test_without_arguments_the_files_decide(launch_file, tmp_path):
@@ -81,8 +99,11 @@ def test_without_arguments_the_files_decide(launch_file, tmp_path):
 
 def test_topics_of_the_view_are_relative_and_published(launch_file):
     """A topic that begins with / would not follow RViz into a namespace."""
-    topics = re.findall(r'^\s+Value: (\S+/\S+|robot_description)$',
-                        (ROOT / 'rviz' / 'shot.rviz').read_text(), re.MULTILINE)
+    topics = re.findall(
+        r'^\s+Value: (\S+/\S+|robot_description)$',
+        (ROOT / 'rviz' / 'shot.rviz').read_text(),
+        re.MULTILINE,
+    )
     assert len(topics) > 5
     for topic in topics:
         assert not topic.startswith('/')
@@ -100,7 +121,7 @@ def test_without_rviz_everything_else_starts(launch_file, installed):
     with_rviz = set(started(launch_file, simulate='true', rviz='true'))
     installed.remove('rviz2')
     actions = launch_file.nodes({**DEFAULTS, 'simulate': 'true', 'rviz': 'true'})
-    warning, = (action.msg for action in actions if action.kind == 'LogInfo')
+    (warning,) = (action.msg for action in actions if action.kind == 'LogInfo')
     assert warning.startswith('WARNING: RViz is not started: ')
     assert "package 'rviz2' not found" in warning
     assert {each.executable for each in actions if each.kind == 'Node'} == with_rviz - {'rviz2'}
@@ -108,6 +129,7 @@ def test_without_rviz_everything_else_starts(launch_file, installed):
 
 def test_the_robot_model_has_one_publisher(launch_file, installed):
     """Two publishers of the same frame would contradict each other."""
+
     def publishers(**arguments):
         return {'cue_model', RSP} & set(started(launch_file, **arguments))
 
@@ -117,8 +139,8 @@ def test_the_robot_model_has_one_publisher(launch_file, installed):
     assert publishers(cue='false') == publishers(model='false') == set()
     installed.remove(RSP)
     assert publishers() == {'cue_model'}
-    warning, = (each.msg for each in launch_file.nodes(DEFAULTS) if each.kind == 'LogInfo')
-    assert "takes the place of robot_state_publisher: \"package 'robot_state" in warning
+    (warning,) = (each.msg for each in launch_file.nodes(DEFAULTS) if each.kind == 'LogInfo')
+    assert 'takes the place of robot_state_publisher: "package \'robot_state' in warning
 
 
 def test_the_robot_model_is_that_of_the_parameters(launch_file, tmp_path):
@@ -128,23 +150,38 @@ def test_the_robot_model_is_that_of_the_parameters(launch_file, tmp_path):
     (tmp_path / 'mine.yaml').write_text('reach: 0.25\n')
     assert description() == urdf_of(Mechanism())
     assert description(mechanism=str(tmp_path / 'mine.yaml'), frame='cell1/table') == urdf_of(
-        Mechanism(reach=0.25), 'cell1/table')
+        Mechanism(reach=0.25), 'cell1/table'
+    )
     for file in (ROOT / 'config').glob('*.yaml'):
-        (tmp_path / file.name).write_text(file.read_text().replace(
-            "mechanism: ''", f'mechanism: {tmp_path / "mine.yaml"}').replace(
-            'joint_names: [base_x', 'joint_names: [slide').replace(
-            'incline_joint: incline_angle', 'incline_joint: tilt'))
+        (tmp_path / file.name).write_text(
+            file.read_text()
+            .replace("mechanism: ''", f'mechanism: {tmp_path / "mine.yaml"}')
+            .replace('joint_names: [base_x', 'joint_names: [slide')
+            .replace('incline_joint: incline_angle', 'incline_joint: tilt')
+        )
     assert description(params_dir=str(tmp_path)) == urdf_of(
-        Mechanism(reach=0.25), names=('slide', *JOINTS[1:]), incline_joint='tilt')
+        Mechanism(reach=0.25), names=('slide', *JOINTS[1:]), incline_joint='tilt'
+    )
 
 
-@pytest.mark.parametrize(('arguments', 'error', 'message'), [
-    ({'scene': 'pool_table'}, RuntimeError, "scene: 'pool_table' is not allowed with the mech"),
-    ({'scene': 'pool_table', 'cue': 'false', 'simulate': 'true'}, RuntimeError, 'scene: '),
-    ({'scene': 'ghost'}, ValueError, "no bundled scene 'ghost'"),
-    ({'params_dir': '/nowhere'}, RuntimeError, r'params_dir: /nowhere/\w+\.yaml does not exist'),
-    ({'simulate': 'perhaps'}, KeyError, 'perhaps'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'error', 'message'),
+    [
+        (
+            {'scene': 'pool_table'},
+            RuntimeError,
+            "scene: 'pool_table' is not allowed with the mech",
+        ),
+        ({'scene': 'pool_table', 'cue': 'false', 'simulate': 'true'}, RuntimeError, 'scene: '),
+        ({'scene': 'ghost'}, ValueError, "no bundled scene 'ghost'"),
+        (
+            {'params_dir': '/nowhere'},
+            RuntimeError,
+            r'params_dir: /nowhere/\w+\.yaml does not exist',
+        ),
+        ({'simulate': 'perhaps'}, KeyError, 'perhaps'),
+    ],
+)
 def test_what_cannot_be_started_fails_before_anything_is(launch_file, arguments, error, message):
     """An exception between two actions would leave the processes of the first one behind."""
     with pytest.raises(error, match=message):
@@ -171,8 +208,12 @@ def test_nodes_end_even_if_the_launch_is_killed(launch_file):
     """A launch that is killed cannot stop its nodes; the kernel does."""
     if not launch_file.END_WITH_LAUNCH:
         pytest.skip('needs setpriv')
-    command = [*launch_file.END_WITH_LAUNCH.split(), sys.executable, '-c',
-               'import os, time; print(os.getpid(), flush=True); time.sleep(600)']
+    command = [
+        *launch_file.END_WITH_LAUNCH.split(),
+        sys.executable,
+        '-c',
+        'import os, time; print(os.getpid(), flush=True); time.sleep(600)',
+    ]
     starter = f'import subprocess, time; subprocess.Popen({command}); time.sleep(600)'
     with subprocess.Popen([sys.executable, '-c', starter], stdout=subprocess.PIPE) as launch:
         assert int(launch.stdout.readline()) != launch.pid

@@ -1,4 +1,5 @@
 """Answers before there is machine code, without numba, and whatever happens to the files."""
+
 import json
 import os
 from pathlib import Path
@@ -12,8 +13,7 @@ from billiard_shot import machine_code
 
 ROOT = Path(__file__).resolve().parents[1]
 
-pytestmark = pytest.mark.skipif(
-    not machine_code.available(), reason='needs machine code')
+pytestmark = pytest.mark.skipif(not machine_code.available(), reason='needs machine code')
 
 PREDICT = """
 import json, warnings
@@ -29,8 +29,14 @@ print('machine code', machine_code.is_loaded())
 def run(program, **environment):
     """Run a program in a fresh process; what it prints on stdout and stderr."""
     done = subprocess.run(
-        [sys.executable, '-c', program], cwd=ROOT, env=os.environ | environment,
-        capture_output=True, text=True, check=False, timeout=120)
+        [sys.executable, '-c', program],
+        cwd=ROOT,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines(), done.stderr
 
@@ -39,7 +45,8 @@ def run(program, **environment):
 def compiled():
     """Numbers that machine code gives."""
     (numbers, state), _ = run(
-        'from billiard_shot import machine_code\nmachine_code.require()' + PREDICT)
+        'from billiard_shot import machine_code\nmachine_code.require()' + PREDICT
+    )
     assert state == 'machine code True'
     return json.loads(numbers)
 
@@ -61,11 +68,14 @@ def test_a_short_program_interprets_and_compiles_nothing(compiled, tmp_path):
 
 
 def test_without_numba_everything_runs_and_one_warning_says_what_it_costs(compiled):
-    program = ('import sys; sys.modules["numba"] = None' + PREDICT
-               + 'from billiard_shot import predict_batch\n'
-               'n, v = [[-1, 0, .1]] * 101, [[1, 0, -.1]] * 101\n'
-               'out = predict_batch(Scene.load("paper"), n, v)\n'
-               'print(set(out.status.tolist()))\n')
+    program = (
+        'import sys; sys.modules["numba"] = None'
+        + PREDICT
+        + 'from billiard_shot import predict_batch\n'
+        'n, v = [[-1, 0, .1]] * 101, [[1, 0, -.1]] * 101\n'
+        'out = predict_batch(Scene.load("paper"), n, v)\n'
+        'print(set(out.status.tolist()))\n'
+    )
     (numbers, state, statuses), stderr = run(program)
     assert json.loads(numbers) == pytest.approx(compiled, rel=1e-12, abs=1e-12)
     assert state == 'machine code False'
@@ -75,9 +85,12 @@ def test_without_numba_everything_runs_and_one_warning_says_what_it_costs(compil
 
 
 def test_machine_code_on_disk_is_loaded_when_it_pays(copied):
-    program = ('from billiard_shot import machine_code; machine_code.LOADING_PAYS = 0.0'
-               + PREDICT + 'machine_code.require(); print(machine_code.is_loaded())\n'
-               'predict(Scene.load("paper"), Stroke((-1, 0, .1), (1, 0, 0)))\n')
+    program = (
+        'from billiard_shot import machine_code; machine_code.LOADING_PAYS = 0.0'
+        + PREDICT
+        + 'machine_code.require(); print(machine_code.is_loaded())\n'
+        'predict(Scene.load("paper"), Stroke((-1, 0, .1), (1, 0, 0)))\n'
+    )
     lines, stderr = run(program, BILLIARD_SHOT_CACHE=str(copied.parents[1]))
     assert lines[-1] == 'True'
     assert not stderr
@@ -86,7 +99,8 @@ def test_machine_code_on_disk_is_loaded_when_it_pays(copied):
 def test_a_folder_that_cannot_be_written_is_named(compiled):
     (numbers, _), stderr = run(
         'from billiard_shot import machine_code; machine_code.folder()' + PREDICT,
-        BILLIARD_SHOT_CACHE='/proc/nowhere')
+        BILLIARD_SHOT_CACHE='/proc/nowhere',
+    )
     assert json.loads(numbers) == compiled
     assert '/proc/nowhere/billiard_shot' in stderr
     assert 'Set BILLIARD_SHOT_CACHE to a folder that can be written' in stderr
@@ -104,9 +118,11 @@ def test_damaged_machine_code_is_removed_and_the_process_interprets(copied, comp
 
 
 def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_path):
-    program = ('from billiard_shot import machine_code\nimport subprocess, sys\n'
-               'machine_code._child = lambda name: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
-               'print(machine_code.require())' + PREDICT)
+    program = (
+        'from billiard_shot import machine_code\nimport subprocess, sys\n'
+        'machine_code._child = lambda name: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
+        'print(machine_code.require())' + PREDICT
+    )
     (loaded, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
     assert loaded == 'False'
     assert json.loads(numbers) == compiled
@@ -115,12 +131,14 @@ def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_pa
 
 
 def test_a_full_disk_is_a_warning(compiled, tmp_path):
-    program = ('from billiard_shot import machine_code\nimport subprocess\n'
-               'def child(name):\n'
-               '    log = machine_code._path(name, "log")\n'
-               '    log.write_text("OSError: No space left on device")\n'
-               '    return subprocess.Popen(["false"])\n'
-               'machine_code._child = child\nprint(machine_code.require())' + PREDICT)
+    program = (
+        'from billiard_shot import machine_code\nimport subprocess\n'
+        'def child(name):\n'
+        '    log = machine_code._path(name, "log")\n'
+        '    log.write_text("OSError: No space left on device")\n'
+        '    return subprocess.Popen(["false"])\n'
+        'machine_code._child = child\nprint(machine_code.require())' + PREDICT
+    )
     (_, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
     assert json.loads(numbers) == compiled
     assert 'No space left on device' in stderr
@@ -131,14 +149,18 @@ def test_an_entry_is_compiled_once_however_many_ask(copied):
     name = machine_code.ENTRIES[-1]
     done = copied / f'{name.replace(":", ".")}.done'
     before = done.stat().st_mtime_ns
-    children = [subprocess.Popen(
-        [sys.executable, '-m', 'billiard_shot.machine_code', str(copied), name], cwd=ROOT)
-        for _ in range(3)]
+    children = [
+        subprocess.Popen(
+            [sys.executable, '-m', 'billiard_shot.machine_code', str(copied), name], cwd=ROOT
+        )
+        for _ in range(3)
+    ]
     assert [child.wait(60) for child in children] == [0, 0, 0]
     assert done.stat().st_mtime_ns == before
 
 
 def test_command(capsys):
     from billiard_shot.cli import main
+
     assert main(['compile']) == 0
     assert str(machine_code.folder()) in capsys.readouterr().out

@@ -1,4 +1,5 @@
 """The package as its users get it: wheel, source archive, and a fresh environment."""
+
 import ast
 import json
 import os
@@ -18,8 +19,7 @@ from billiard_shot.scene.bundled import scene_names, scene_path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = 'billiard_shot'
-pytestmark = pytest.mark.skipif(
-    not (ROOT / 'setup.py').exists(), reason='needs a source checkout')
+pytestmark = pytest.mark.skipif(not (ROOT / 'setup.py').exists(), reason='needs a source checkout')
 
 
 def run(*command, **options):
@@ -32,8 +32,13 @@ def run(*command, **options):
 def checkout(tmp_path_factory):
     """Return a clean copy of the sources, so that a build leaves nothing in the real ones."""
     copy = tmp_path_factory.mktemp('checkout') / 'billiard_shot'
-    shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(
-        '.*', 'build', 'install', 'log', 'dist', '*.egg-info', '__pycache__'))
+    shutil.copytree(
+        ROOT,
+        copy,
+        ignore=shutil.ignore_patterns(
+            '.*', 'build', 'install', 'log', 'dist', '*.egg-info', '__pycache__'
+        ),
+    )
     return copy
 
 
@@ -59,8 +64,8 @@ def test_scenes_are_found():
 
 def test_versions_agree():
     versions = {
-        ET.parse(ROOT / folder / 'package.xml').findtext('version')
-        for folder in ('.', 'msg_defs')}
+        ET.parse(ROOT / folder / 'package.xml').findtext('version') for folder in ('.', 'msg_defs')
+    }
     assert len(versions) == 1
     assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 
@@ -82,7 +87,8 @@ def test_what_is_imported_is_declared():
     package = ET.parse(ROOT / 'package.xml')
     declared = {
         tag: {element.text for element in package.findall(tag)}
-        for tag in ('exec_depend', 'test_depend')}
+        for tag in ('exec_depend', 'test_depend')
+    }
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {'distributed', 'matplotlib', 'mujoco', 'numba'}
     needed = imported(*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')) - extras
@@ -109,8 +115,11 @@ def test_source_files_are_those_of_an_ament_python_package():
 def test_every_node_can_be_run():
     """`ros2 run billiard_shot NODE`, for every file of parameters that the launch file gives."""
     scripts = (ROOT / 'setup.py').read_text()
-    nodes = [file.stem for file in (ROOT / 'config').glob('*.yaml')
-             if 'ros__parameters' in file.read_text() and file.stem != 'simulation']
+    nodes = [
+        file.stem
+        for file in (ROOT / 'config').glob('*.yaml')
+        if 'ros__parameters' in file.read_text() and file.stem != 'simulation'
+    ]
     assert len(nodes) >= 4
     for node in nodes:
         assert f"'{node} = {PACKAGE}.ros.{node}:main'" in scripts
@@ -131,11 +140,16 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
         assert f'billiard_shot/study/page/{part}' in names
     assert 'billiard_shot/ros/demo_strokes.yaml' in names
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
-    for name in ('ament_index/resource_index/packages/billiard_shot', 'billiard_shot/package.xml',
-                 'billiard_shot/config/predictor.yaml',
-                 'billiard_shot/config/cue_driver.yaml', 'billiard_shot/config/mechanism.yaml',
-                 'billiard_shot/config/foxglove.json',
-                 'billiard_shot/launch/shot.launch.py', 'billiard_shot/rviz/shot.rviz'):
+    for name in (
+        'ament_index/resource_index/packages/billiard_shot',
+        'billiard_shot/package.xml',
+        'billiard_shot/config/predictor.yaml',
+        'billiard_shot/config/cue_driver.yaml',
+        'billiard_shot/config/mechanism.yaml',
+        'billiard_shot/config/foxglove.json',
+        'billiard_shot/launch/shot.launch.py',
+        'billiard_shot/rviz/shot.rviz',
+    ):
         assert f'share/{name}' in shared
     assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
 
@@ -143,9 +157,19 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
 def test_source_archive_has_all_that_tests_and_docs_need(built):
     with tarfile.open(next(built.glob('*.tar.gz'))) as opened:
         names = {name.partition('/')[2] for name in opened.getnames()}
-    assert names >= {'LICENSE', 'README.md', 'CHANGELOG.rst', 'CONTRIBUTING.md', 'Makefile',
-                     'config/scenes/paper.yaml', 'config/setup.sh', 'docs/conf.py',
-                     'msg_defs/srv/PredictShot.srv', 'test/conftest.py', 'test/ros/conftest.py'}
+    assert names >= {
+        'LICENSE',
+        'README.md',
+        'CHANGELOG.rst',
+        'CONTRIBUTING.md',
+        'Makefile',
+        'config/scenes/paper.yaml',
+        'config/setup.sh',
+        'docs/conf.py',
+        'msg_defs/srv/PredictShot.srv',
+        'test/conftest.py',
+        'test/ros/conftest.py',
+    }
     assert not [name for name in names if '__pycache__' in name or name.startswith('.venv')]
 
 
@@ -154,23 +178,34 @@ def test_pip_install_into_an_empty_environment(wheel, tmp_path):
     """Without ROS, without the sources: the command works and finds its scenes."""
     run(sys.executable, '-m', 'venv', tmp_path / 'venv')
     scripts = tmp_path / 'venv' / 'bin'
-    clean = {name: value for name, value in os.environ.items()
-             if name not in ('PYTHONPATH', 'LD_LIBRARY_PATH', 'VIRTUAL_ENV')}
+    clean = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ('PYTHONPATH', 'LD_LIBRARY_PATH', 'VIRTUAL_ENV')
+    }
     run(scripts / 'python', '-m', 'pip', 'install', '-q', wheel, env=clean)
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {normal: [-1, -1, 0], velocity: [0.8, 0, 0]}\n')
     done = subprocess.run(
         [scripts / 'billiard-shot', 'predict', '--scene', 'paper', '--strokes', strokes, '--json'],
-        env=clean, cwd=tmp_path, capture_output=True, text=True, check=True)
+        env=clean,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert not done.stderr  # one prediction is not worth a word about numba
-    assert json.loads(done.stdout)['velocity'][0] == pytest.approx(.6335672927, abs=1e-4)
+    assert json.loads(done.stdout)['velocity'][0] == pytest.approx(0.6335672927, abs=1e-4)
 
 
 def test_ros_tests_are_skipped_visibly_without_ros():
-    program = ('import sys, pytest\n'
-               'sys.modules.update(rclpy=None, billiard_shot_msgs=None)\n'
-               "sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test/ros']))")
+    program = (
+        'import sys, pytest\n'
+        'sys.modules.update(rclpy=None, billiard_shot_msgs=None)\n'
+        "sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test/ros']))"
+    )
     done = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False)
+        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False
+    )
     assert done.returncode in (0, 5), done.stdout
     assert done.stdout.count('needs ROS 2') == len(list((ROOT / 'test/ros').glob('test_*.py')))

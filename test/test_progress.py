@@ -8,7 +8,6 @@ from billiard_shot.cli.progress import line, progress, reporting
 
 
 class Terminal(io.StringIO):
-
     def isatty(self):
         return True
 

@@ -1,4 +1,5 @@
 """The set-up installs locked versions, and names what is missing or failed."""
+
 from importlib.metadata import requires
 import os
 from pathlib import Path
@@ -20,7 +21,11 @@ pytestmark = pytest.mark.skipif(not SETUP.exists(), reason='needs a source check
 def core(python, folder, **environment):
     done = subprocess.run(
         [SETUP, 'core', python, folder / 'venv', 'pypi'],
-        capture_output=True, text=True, env={**os.environ, **environment}, check=False)
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+        check=False,
+    )
     assert done.returncode == 1
     assert not (folder / 'venv').exists(), 'nothing is begun that cannot be finished'
     assert 'Traceback' not in done.stderr
@@ -28,22 +33,27 @@ def core(python, folder, **environment):
 
 
 @pytest.mark.parametrize(
-    ('variable', 'words'), [('CC', 'a C compiler'), ('CXX', 'a C++ compiler')])
+    ('variable', 'words'), [('CC', 'a C compiler'), ('CXX', 'a C++ compiler')]
+)
 def test_missing_compiler(tmp_path, variable, words):
     said = core(sys.executable, tmp_path, **{variable: 'no_such_compiler'})
     assert f'missing: {words}' in said
     assert 'install' in said
 
 
-@pytest.mark.parametrize(('breaks', 'words'), [
-    ('version_info < (3, 11)', 'Python >= 3.11'),
-    ('ensurepip', 'venv module'),
-    ('Python.h', 'Python.h'),
-])
+@pytest.mark.parametrize(
+    ('breaks', 'words'),
+    [
+        ('version_info < (3, 11)', 'Python >= 3.11'),
+        ('ensurepip', 'venv module'),
+        ('Python.h', 'Python.h'),
+    ],
+)
 def test_missing_part_of_python(tmp_path, breaks, words):
     python = tmp_path / 'python'
     python.write_text(
-        f'#!/bin/sh\ncase "$*" in *"{breaks}"*) exit 1;; esac\nexec {sys.executable} "$@"\n')
+        f'#!/bin/sh\ncase "$*" in *"{breaks}"*) exit 1;; esac\nexec {sys.executable} "$@"\n'
+    )
     python.chmod(0o755)
     assert f'{words}' in core(python, tmp_path)
 
@@ -61,21 +71,33 @@ def requirements(file):
     return [Requirement(line) for line in lines if line]
 
 
-@pytest.mark.parametrize(('distro', 'python'), [
-    ('', '3.11'), ('', '3.12'), ('', '3.13'), ('', '3.14'), ('-jazzy', '3.11'),
-    ('-jazzy', '3.12')])
+@pytest.mark.parametrize(
+    ('distro', 'python'),
+    [
+        ('', '3.11'),
+        ('', '3.12'),
+        ('', '3.13'),
+        ('', '3.14'),
+        ('-jazzy', '3.11'),
+        ('-jazzy', '3.12'),
+    ],
+)
 def test_every_requirement_is_locked_to_one_version(distro, python):
     """If not: `make lock`, `make DISTRO=jazzy lock`."""
     environment = default_environment() | {
-        'python_version': python, 'python_full_version': f'{python}.7'}
+        'python_version': python,
+        'python_full_version': f'{python}.7',
+    }
     pins = {}
     for pin in requirements(ROOT / 'config' / f'constraints{distro}.txt'):
         if pin.marker is None or pin.marker.evaluate(environment):
             assert pin.name not in pins
             pins[canonicalize_name(pin.name)] = str(pin.specifier)
     assert all(pin.startswith('==') for pin in pins.values())
-    wanted = [*map(Requirement, requires('billiard_shot')),
-              *requirements(ROOT / 'config' / f'requirements-ros{distro}.txt')]
+    wanted = [
+        *map(Requirement, requires('billiard_shot')),
+        *requirements(ROOT / 'config' / f'requirements-ros{distro}.txt'),
+    ]
     assert len(wanted) > 40
     for each in wanted:
         assert each.specifier.contains(pins[canonicalize_name(each.name)].removeprefix('==')), each
@@ -95,10 +117,19 @@ def checkout(tmp_path):
 
 def set_up(checkout, *arguments, **environment):
     return subprocess.run(
-        ['make', f'PYTHON={sys.executable}', *arguments, 'setup'], cwd=checkout, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, env={
-            **os.environ, 'PATH': f'{checkout / "bin"}:{os.environ["PATH"]}', 'MAKEFLAGS': '',
-            **environment})
+        ['make', f'PYTHON={sys.executable}', *arguments, 'setup'],
+        cwd=checkout,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+        env={
+            **os.environ,
+            'PATH': f'{checkout / "bin"}:{os.environ["PATH"]}',
+            'MAKEFLAGS': '',
+            **environment,
+        },
+    )
 
 
 @pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
@@ -123,8 +154,10 @@ def test_interrupted_set_up_starts_over(checkout):
     stamp.parent.mkdir()
     stamp.touch()
     python = checkout / 'bin' / 'python'
-    python.write_text(f'#!/bin/sh\ncase "$*" in *"-m venv"*) kill -KILL $PPID;; esac\n'
-                      f'exec {sys.executable} "$@"\n')
+    python.write_text(
+        f'#!/bin/sh\ncase "$*" in *"-m venv"*) kill -KILL $PPID;; esac\n'
+        f'exec {sys.executable} "$@"\n'
+    )
     python.chmod(0o755)
     interrupted = set_up(checkout, f'PYTHON={python}', 'LOCK=')
     assert interrupted.returncode != 0

@@ -1,4 +1,5 @@
 """The page of a shot: what is in it, and what a browser makes of it."""
+
 import json
 import re
 
@@ -14,8 +15,9 @@ from billiard_shot.study.view import page_of, view_data, write_page
 from billiard_shot.table.motion import Segment
 from billiard_shot.table.trajectory import Trajectory
 
-COMBINATION = predict(Scene.load('frozen_combination'),
-                      Stroke.from_offsets(.2, .3, .1, .55, 3))
+COMBINATION = predict(
+    Scene.load('frozen_combination'), Stroke.from_offsets(0.2, 0.3, 0.1, 0.55, 3)
+)
 MASSE = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
 ONE = np.array([0.0, 0.0, 0.0, 1.0])
 needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromium')
@@ -31,8 +33,8 @@ def turned(quaternion, vector):
 
 
 def test_products_and_rotations():
-    a, b = np.array([.3, -.2, .9]), np.array([1.1, .4, -.3])
-    vector = np.array([.2, .5, -.7])
+    a, b = np.array([0.3, -0.2, 0.9]), np.array([1.1, 0.4, -0.3])
+    vector = np.array([0.2, 0.5, -0.7])
     both = product(rotation(a), rotation(b))
     assert turned(both, vector) == pytest.approx(turned(rotation(a), turned(rotation(b), vector)))
     quarter = rotation(np.array([0, 0, np.pi / 2]))
@@ -42,7 +44,7 @@ def test_products_and_rotations():
 
 def test_a_rolling_ball_turns_by_the_way_it_goes():
     scene = Scene.from_dict({'like': 'pool', 'cloth': {'spin_deceleration': 0}})
-    shot = predict(scene, Stroke.from_offsets(0, 0, 0, 0, .5))
+    shot = predict(scene, Stroke.from_offsets(0, 0, 0, 0, 0.5))
     ball = shot.trajectory
     times, turns = orientations(ball, ball.duration, ONE)
     roll = next(event.time for event in ball.events if event.kind == 'roll')
@@ -87,7 +89,7 @@ def test_turning_is_of_fourth_order():
 
     with pytest.MonkeyPatch.context() as monkey:
         exact = end(1e-3, monkey)
-        errors = [np.linalg.norm(end(step, monkey) - exact) for step in (.5, .25, .125)]
+        errors = [np.linalg.norm(end(step, monkey) - exact) for step in (0.5, 0.25, 0.125)]
     assert errors[0] / errors[1] > 12
     assert errors[1] / errors[2] > 12
 
@@ -119,7 +121,8 @@ def test_data_are_those_of_the_shot():
         assert list(velocities) == rows['velocity'].tolist()
         assert all(len(row) == 17 for row in ball['segments'])
     assert [event['time'] for event in data['events'][1:]] == [
-        event.time for event in COMBINATION.table.events]
+        event.time for event in COMBINATION.table.events
+    ]
     cue = data['cue']
     radius = COMBINATION.scene.ball.radius
     start = COMBINATION.trajectory.at(0).position
@@ -174,11 +177,18 @@ def page(browser, tmp_path):
 
 @needs_browser
 def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
-    slide = ("(value) => {{ const s = document.getElementById('slider'); s.value = value;"
-             "s.dispatchEvent(new Event('input')); }}")
-    turns = {name: orientations(ball, COMBINATION.table.duration, np.array(
-        view_data(COMBINATION, '')['balls'][i]['turns'][:4]))
-        for i, (name, ball) in enumerate(COMBINATION.table.balls.items())}
+    slide = (
+        "(value) => {{ const s = document.getElementById('slider'); s.value = value;"
+        "s.dispatchEvent(new Event('input')); }}"
+    )
+    turns = {
+        name: orientations(
+            ball,
+            COMBINATION.table.duration,
+            np.array(view_data(COMBINATION, '')['balls'][i]['turns'][:4]),
+        )
+        for i, (name, ball) in enumerate(COMBINATION.table.balls.items())
+    }
     for time in (-0.05, 0.0, 0.013, 0.2118, 0.3, 0.9, 1.9, 4.3):
         page.run(f'({slide.format()})({time})')
         shown = page.run("['cue', '1', '8'].map((name) => view.state(name))")
@@ -209,8 +219,9 @@ def test_balls_are_drawn_where_they_are(page, tmp_path):
     assert np.hypot(*np.subtract(*pixels)) > 50
     first, later = (image.open(tmp_path / f'{time}.png').convert('RGB') for time in (0.0, 1.2))
     for (x, y), there, gone in ((pixels[0], first, later), (pixels[1], later, first)):
-        ball = np.array([there.getpixel((int(x) + i, int(y) + j))
-                         for i in (-2, 0, 2) for j in (-2, 0, 2)])
+        ball = np.array(
+            [there.getpixel((int(x) + i, int(y) + j)) for i in (-2, 0, 2) for j in (-2, 0, 2)]
+        )
         cloth = np.array(gone.getpixel((int(x), int(y))))
         assert (ball[:, 0] > 120).all()  # white or red
         assert cloth[1] > 1.5 * cloth[0]  # green
@@ -271,12 +282,13 @@ def test_events_are_listed_and_lead_to_their_times(page):
 def test_other_shots_load_without_complaints(browser, tmp_path, name):
     shot = {
         'masse': lambda: MASSE,
-        'break': lambda: predict(Scene.load('snooker'), Stroke.from_offsets(0, .1, .1, .1, 4)),
+        'break': lambda: predict(Scene.load('snooker'), Stroke.from_offsets(0, 0.1, 0.1, 0.1, 4)),
         'refused': lambda: predict(Scene.load('nine_ball'), Stroke((1, 0, 0), (1, 0, 0))),
-        'carom': lambda: predict(Scene.load('carom'), Stroke.from_offsets(.3, 0, .1, .7, 3)),
+        'carom': lambda: predict(Scene.load('carom'), Stroke.from_offsets(0.3, 0, 0.1, 0.7, 3)),
         'endless': lambda: predict(
             Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}}),
-            Stroke.from_offsets(0, 0, .1, 0, 1)),
+            Stroke.from_offsets(0, 0, 0.1, 0, 1),
+        ),
     }[name]()
     write_page(shot, tmp_path / 'shot.html', name)
     browser.messages.clear()
@@ -293,8 +305,10 @@ def test_other_shots_load_without_complaints(browser, tmp_path, name):
 @needs_browser
 def test_without_webgl_it_says_so_and_still_tells_the_rest(browser, tmp_path):
     write_page(COMBINATION, tmp_path / 'shot.html', 'x')
-    script = browser.call('Page.addScriptToEvaluateOnNewDocument',
-                          source='HTMLCanvasElement.prototype.getContext = () => null')
+    script = browser.call(
+        'Page.addScriptToEvaluateOnNewDocument',
+        source='HTMLCanvasElement.prototype.getContext = () => null',
+    )
     browser.messages.clear()
     browser.open(tmp_path / 'shot.html')
     browser.call('Page.removeScriptToEvaluateOnNewDocument', identifier=script['identifier'])

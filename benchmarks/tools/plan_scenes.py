@@ -1,4 +1,5 @@
 """Scenes for plans, drawn from a seed, and what was measured of a stroke by fresh noise."""
+
 import math
 
 import numpy as np
@@ -12,8 +13,12 @@ from billiard_shot.table.run import POCKET_NAMES
 CUTS = (0, 15, 30, 45, 60, 75)  # degrees, limits of the bins
 LENGTHS = (0.3, 0.7, 1.1, 1.6)  # m, from the cue ball to the ghost ball
 POCKETS = {  # the middle of the mouth
-    'foot_left': (1.23, 0.595), 'head_left': (-1.23, 0.595), 'head_right': (-1.23, -0.595),
-    'foot_right': (1.23, -0.595), 'side_left': (0.0, 0.635), 'side_right': (0.0, -0.635),
+    'foot_left': (1.23, 0.595),
+    'head_left': (-1.23, 0.595),
+    'head_right': (-1.23, -0.595),
+    'foot_right': (1.23, -0.595),
+    'side_left': (0.0, 0.635),
+    'side_right': (0.0, -0.635),
 }
 POOL = Scene.load('pool').to_dict()
 TABLE = Scene.load('pool_table').to_dict()
@@ -147,8 +152,15 @@ def brute_force(scene, target, noise, count, seed):
 
 def sigmas(noise):
     """Standard deviations of a, b (ball radii), elevation, azimuth (rad), speed (m/s)."""
-    return np.array([noise.a / RADIUS, noise.b / RADIUS, math.radians(noise.elevation_deg),
-                     math.radians(noise.azimuth_deg), noise.speed])
+    return np.array(
+        [
+            noise.a / RADIUS,
+            noise.b / RADIUS,
+            math.radians(noise.elevation_deg),
+            math.radians(noise.azimuth_deg),
+            noise.speed,
+        ]
+    )
 
 
 def measured(scene, target, strokes, tolerance=1e-4):

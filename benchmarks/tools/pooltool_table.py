@@ -1,4 +1,5 @@
 """pooltool's default table, balls and parameters as a scene of this library."""
+
 import math
 
 import numpy as np
@@ -25,8 +26,11 @@ def pocket(mouth, turn_deg, jaw, depth, radius, inset, corner):
         mouth = 2.0 * (0.5 * mouth + jaw * tangent - (jaw + inset) * tangent)
         beyond = depth + inset
     return {
-        'mouth': mouth, 'cut_deg': 180.0 - turn_deg, 'jaw_radius': jaw + inset,
-        'shelf': beyond - radius, 'radius': radius,
+        'mouth': mouth,
+        'cut_deg': 180.0 - turn_deg,
+        'jaw_radius': jaw + inset,
+        'shelf': beyond - radius,
+        'radius': radius,
     }
 
 
@@ -42,28 +46,36 @@ def scene(cushion='han', flight='off'):
     above = (2.0 * HEIGHT - 1.0) * RADIUS
     inset = RADIUS - math.sqrt(RADIUS**2 - above**2)
     cushions = {'model': cushion, 'height': HEIGHT}
-    return Scene.from_dict({
-        'ball': {'mass': 0.170097, 'radius': RADIUS},
-        'cue': {'mass': 0.567},
-        'contacts': {
-            'cue_ball': {'restitution': 0.75, 'friction': 0.6, 'stiffness': 1.5},
-            'ball_table': {'restitution': 0.5, 'friction': 0.2, 'stiffness': 1.0},
-            'ball_ball': {
-                'restitution': 0.95, 'friction_fast': 0.009951 * weaker,
-                'friction_slow': 0.108 * weaker, 'friction_decay': 1.088,
+    return Scene.from_dict(
+        {
+            'ball': {'mass': 0.170097, 'radius': RADIUS},
+            'cue': {'mass': 0.567},
+            'contacts': {
+                'cue_ball': {'restitution': 0.75, 'friction': 0.6, 'stiffness': 1.5},
+                'ball_table': {'restitution': 0.5, 'friction': 0.2, 'stiffness': 1.0},
+                'ball_ball': {
+                    'restitution': 0.95,
+                    'friction_fast': 0.009951 * weaker,
+                    'friction_slow': 0.108 * weaker,
+                    'friction_decay': 1.088,
+                },
             },
-        },
-        'cloth': {
-            'sliding_friction': 0.2, 'rolling_resistance': 0.01, 'gravity': 9.81,
-            'spin_deceleration': 2.5 * 4.0 / 9.0 * 9.81,
-        },
-        'effects': {'flight': flight},
-        'table': {
-            'length': LENGTH - 2.0 * inset, 'width': WIDTH - 2.0 * inset, 'cushion': cushions,
-            'corner': pocket(0.118, 45.0 - 5.3, 0.02095, 0.0417, 0.062, inset, True),
-            'side': pocket(0.137, 90.0 - 7.14, 0.00795, 0.0685, 0.0645, inset, False),
-        },
-    })
+            'cloth': {
+                'sliding_friction': 0.2,
+                'rolling_resistance': 0.01,
+                'gravity': 9.81,
+                'spin_deceleration': 2.5 * 4.0 / 9.0 * 9.81,
+            },
+            'effects': {'flight': flight},
+            'table': {
+                'length': LENGTH - 2.0 * inset,
+                'width': WIDTH - 2.0 * inset,
+                'cushion': cushions,
+                'corner': pocket(0.118, 45.0 - 5.3, 0.02095, 0.0417, 0.062, inset, True),
+                'side': pocket(0.137, 90.0 - 7.14, 0.00795, 0.0685, 0.0645, inset, False),
+            },
+        }
+    )
 
 
 def turned(vector):

@@ -7,6 +7,7 @@ Both libraries then play from the same ball velocities and spins. The layouts: o
 a cut, and the breaks of nine- and eight-ball, on pooltool's default table; then random shots of
 one to three balls, with cushions after Han (2005) in both. Frame: pooltool's, x across the table.
 """
+
 import json
 import random
 import statistics
@@ -56,7 +57,13 @@ def layouts():
         'one ball': struck({'cue': cue}, V0=3.0, phi=75.0, theta=10.0, a=0.3, b=-0.3),
         'cut shot': struck(
             {'cue': cue.copy(), '1': pt.Ball.create('1', xy=(0.55, 1.2))},
-            V0=2.5, at='1', cut=30.0, a=0.0, b=0.0, theta=0.0),
+            V0=2.5,
+            at='1',
+            cut=30.0,
+            a=0.0,
+            b=0.0,
+            theta=0.0,
+        ),
         '9-ball break': rack(pt.GameType.NINEBALL, 7),
         '8-ball break': rack(pt.GameType.EIGHTBALL, 7),
     }
@@ -99,7 +106,8 @@ def played(system):
     pt.simulate(copy, engine=ENGINE, inplace=True)
     kinds = [str(event.event_type) for event in copy.events]
     return {
-        'begin': begin, 'end': states(copy),
+        'begin': begin,
+        'end': states(copy),
         'pocketed': [name for name, ball in copy.balls.items() if ball.state.s == 4],
         'events': kinds,
     }
@@ -133,8 +141,10 @@ def main():
             result['shots'].append(run)
     result['racks'] = {
         name: [states(rack(game, 100 + seed)) for seed in range(60)]
-        for name, game in (('9-ball break', pt.GameType.NINEBALL),
-                           ('8-ball break', pt.GameType.EIGHTBALL))
+        for name, game in (
+            ('9-ball break', pt.GameType.NINEBALL),
+            ('8-ball break', pt.GameType.EIGHTBALL),
+        )
     }
     json.dump(result, sys.stdout)
 

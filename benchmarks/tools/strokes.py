@@ -1,4 +1,5 @@
 """Strokes to measure with: the paper's four, and ordinary ones at random, in contact space."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -102,7 +103,8 @@ class Kernel:
         solved = solve_in_contact_space(
             Properties(strike.friction, strike.restitution, strike.stiffness, LAWS[strike.law]),
             np.repeat(strike.response[np.newaxis], n, axis=0),
-            np.repeat(strike.velocity[np.newaxis], n, axis=0), np.full(n, tolerance),
+            np.repeat(strike.velocity[np.newaxis], n, axis=0),
+            np.full(n, tolerance),
         )
         self.impulse = solved.impulses[0].ravel()
         return Status(solved.status[0])

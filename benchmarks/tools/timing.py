@@ -1,4 +1,5 @@
 """Timing, the yardstick, the machine, and a table of limits."""
+
 import os
 from pathlib import Path
 import platform

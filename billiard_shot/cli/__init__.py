@@ -5,6 +5,7 @@ Each command is a module of its own here, with three things: `HELP`, one line; `
 its parser; and `run`, which does it and returns the exit code. A command's module is imported only
 when it is asked for or help is: what one of them needs costs the others nothing.
 """
+
 import argparse
 from collections.abc import Sequence
 from importlib import import_module
@@ -14,8 +15,19 @@ import sys
 import billiard_shot
 
 COMMANDS = (
-    'predict', 'plan', 'atlas', 'view', 'figures', 'scene', 'effects', 'accuracy', 'laws', 'paper',
-    'hard-cases', 'urdf', 'compile',
+    'predict',
+    'plan',
+    'atlas',
+    'view',
+    'figures',
+    'scene',
+    'effects',
+    'accuracy',
+    'laws',
+    'paper',
+    'hard-cases',
+    'urdf',
+    'compile',
 )
 
 

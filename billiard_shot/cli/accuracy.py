@@ -1,4 +1,5 @@
 """`billiard-shot accuracy`: what accuracy costs, method by method."""
+
 import argparse
 import csv
 import dataclasses
@@ -14,8 +15,13 @@ HELP = 'what accuracy costs: errors and work of several methods for the same str
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Scene, strokes, files."""
-    parser.add_argument('scene', nargs='?', default='paper', metavar='SCENE',
-                        help='bundled scene or YAML file (%(default)s)')
+    parser.add_argument(
+        'scene',
+        nargs='?',
+        default='paper',
+        metavar='SCENE',
+        help='bundled scene or YAML file (%(default)s)',
+    )
     parser.add_argument('--csv', type=Path, metavar='FILE.csv', help='write every measurement')
     parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw error over work')
     add_stroke_arguments(parser)
@@ -27,31 +33,52 @@ def run(options: argparse.Namespace) -> int:
     from billiard_shot.study import accuracy
 
     scene = Scene.load(options.scene)
-    strokes = (strokes_of(options, scene) if strokes_given(options)
-               else accuracy.PAPER_STROKES)
+    strokes = strokes_of(options, scene) if strokes_given(options) else accuracy.PAPER_STROKES
     tasks, left_out = accuracy.tasks(scene, strokes)
     measurements = [task.measure() for task in progress(tasks, 'accuracy')]
-    curves = {method.name: accuracy.curve(measurements, method.name)
-              for method in accuracy.methods()}
+    curves = {
+        method.name: accuracy.curve(measurements, method.name) for method in accuracy.methods()
+    }
     curves = {name: points for name, points in curves.items() if points}
     about = f'scene {options.scene}, {len(strokes)} stroke{"s" * (len(strokes) > 1)}'
     print(f'{about}: worst error, mean work\n')
-    rows = [('method', 'at', 'velocity', 'spin', 'resting place', 'evaluations', 'time', 'memory',
-             'answered'),
-            ('', '', '(m/s)', '(rad/s)', '(mm)', '', '(us)', '(kB)', '')]
+    rows = [
+        (
+            'method',
+            'at',
+            'velocity',
+            'spin',
+            'resting place',
+            'evaluations',
+            'time',
+            'memory',
+            'answered',
+        ),
+        ('', '', '(m/s)', '(rad/s)', '(mm)', '', '(us)', '(kB)', ''),
+    ]
     settings = {method.name: method.setting for method in accuracy.methods()}
     for name, points in curves.items():
         for p in points:
             at = f'{settings[name]} {p.setting:.0e}' if settings[name] else ''
-            rows.append((
-                name, at, f'{p.velocity:.1e}', f'{p.spin:.1e}', f'{p.rest:.1e}',
-                f'{p.evaluations:.0f}', f'{1e6 * p.seconds:.0f}', f'{p.memory:.0f}',
-                f'{p.answered} of {len(strokes)}',
-            ))
+            rows.append(
+                (
+                    name,
+                    at,
+                    f'{p.velocity:.1e}',
+                    f'{p.spin:.1e}',
+                    f'{p.rest:.1e}',
+                    f'{p.evaluations:.0f}',
+                    f'{1e6 * p.seconds:.0f}',
+                    f'{p.memory:.0f}',
+                    f'{p.answered} of {len(strokes)}',
+                )
+            )
     print(table(rows))
-    print('\nstep: in ball mass times cue speed; tolerance: of the approach speed; memory: growth '
-          'of the\nprocess at its highest (VmHWM), to the page; errors against this library at '
-          f'{accuracy.FLOOR:g}')
+    print(
+        '\nstep: in ball mass times cue speed; tolerance: of the approach speed; memory: growth '
+        'of the\nprocess at its highest (VmHWM), to the page; errors against this library at '
+        f'{accuracy.FLOOR:g}'
+    )
     for rest in (0.1, 0.001):
         ratio = accuracy.speed_up(measurements, rest)
         if ratio == ratio:

@@ -1,4 +1,5 @@
 """`billiard-shot atlas`: how surely balls are potted, from everywhere on the table."""
+
 import argparse
 from concurrent.futures import BrokenExecutor
 import os
@@ -35,27 +36,61 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Scene, balls, places, player, search, workers, output."""
     parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
     what = parser.add_argument_group('what')
-    what.add_argument('--ball', action='append', metavar='NAME', default=[],
-                      help='to be potted, may be repeated (the only one of the scene)')
-    what.add_argument('--pocket', action='append', choices=['any', *POCKET_NAMES],
-                      help='may be repeated (any)')
+    what.add_argument(
+        '--ball',
+        action='append',
+        metavar='NAME',
+        default=[],
+        help='to be potted, may be repeated (the only one of the scene)',
+    )
+    what.add_argument(
+        '--pocket', action='append', choices=['any', *POCKET_NAMES], help='may be repeated (any)'
+    )
     where = parser.add_argument_group('where')
-    where.add_argument('--cue-grid', type=_grid, default=NORMAL_GRID, metavar='NxM',
-                       help='places of the cue ball along length and width of the table '
-                            f'({"x".join(map(str, NORMAL_GRID))})')
-    where.add_argument('--ball-grid', type=_grid, metavar='NxM',
-                       help='places of the ball that is to be potted (where the scene has it)')
-    where.add_argument('--ball-at', action='append', type=float, nargs=2, metavar=('X', 'Y'),
-                       default=[], help='one such place, may be repeated (m)')
+    where.add_argument(
+        '--cue-grid',
+        type=_grid,
+        default=NORMAL_GRID,
+        metavar='NxM',
+        help='places of the cue ball along length and width of the table '
+        f'({"x".join(map(str, NORMAL_GRID))})',
+    )
+    where.add_argument(
+        '--ball-grid',
+        type=_grid,
+        metavar='NxM',
+        help='places of the ball that is to be potted (where the scene has it)',
+    )
+    where.add_argument(
+        '--ball-at',
+        action='append',
+        type=float,
+        nargs=2,
+        metavar=('X', 'Y'),
+        default=[],
+        help='one such place, may be repeated (m)',
+    )
     add_search_arguments(parser, NORMAL_BUDGET, ' for each place')
     work = parser.add_argument_group('work')
-    work.add_argument('--workers', type=int, default=os.cpu_count() or 1, metavar='N',
-                      help='processes that share it (%(default)d); the result is the same')
-    work.add_argument('--dask', metavar='ADDRESS',
-                      help=f'of a Dask scheduler that has it done, or {LOCAL}: one for this run')
+    work.add_argument(
+        '--workers',
+        type=int,
+        default=os.cpu_count() or 1,
+        metavar='N',
+        help='processes that share it (%(default)d); the result is the same',
+    )
+    work.add_argument(
+        '--dask',
+        metavar='ADDRESS',
+        help=f'of a Dask scheduler that has it done, or {LOCAL}: one for this run',
+    )
     output = parser.add_argument_group('output')
-    output.add_argument('--output', type=Path, metavar='FILE.jsonl',
-                        help='a line of JSON for each place; what is there is not done again')
+    output.add_argument(
+        '--output',
+        type=Path,
+        metavar='FILE.jsonl',
+        help='a line of JSON for each place; what is there is not done again',
+    )
     output.add_argument('--picture', type=Path, metavar='FILE.png', help='the maps')
 
 
@@ -89,9 +124,10 @@ def run(options: argparse.Namespace) -> int:
     made = Atlas(scene, request, chances)
     print(_as_text(made))
     again = f', {len(done)} of them from {options.output}' if done else ''
-    new = sum(chance.simulations for chance in chances[len(done):])
-    print(f'{len(places)} places{again}; {new} strokes simulated in '
-          f'{perf_counter() - start:.1f} s')
+    new = sum(chance.simulations for chance in chances[len(done) :])
+    print(
+        f'{len(places)} places{again}; {new} strokes simulated in {perf_counter() - start:.1f} s'
+    )
     if options.picture:
         draw_atlas(made, options.picture)
     return 0
@@ -102,9 +138,12 @@ def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
     return AtlasRequest(
         ball=tuple(options.ball),
         pocket=POCKET_NAMES if 'any' in pockets else tuple(pockets),
-        cue_grid=options.cue_grid, ball_grid=options.ball_grid,
+        cue_grid=options.cue_grid,
+        ball_grid=options.ball_grid,
         ball_at=tuple((x, y) for x, y in options.ball_at),
-        noise=noise_of(options, scene), budget=options.budget, seed=options.seed,
+        noise=noise_of(options, scene),
+        budget=options.budget,
+        seed=options.seed,
     )
 
 
@@ -117,18 +156,37 @@ def _stopped(why: str, options: argparse.Namespace, done: int, places: int, code
 
 def _as_text(made: Atlas) -> str:
     rows: list[tuple[str, ...]] = [
-        ('ball', 'at x y', 'places', 'succeeds', '95 % sure', f'at least {SURE:.0%}',
-         f'at least {EVEN:.0%}', 'no stroke'),
+        (
+            'ball',
+            'at x y',
+            'places',
+            'succeeds',
+            '95 % sure',
+            f'at least {SURE:.0%}',
+            f'at least {EVEN:.0%}',
+            'no stroke',
+        ),
         ('', '(m)', '', '(%, mean)', '(±, mean)', *3 * ('(% of places)',)),
     ]
     for each in made.maps:
         success = np.array([chance.success for chance in each.chances])
-        rows.append((
-            each.ball, numbers(each.ball_place, 3), str(len(success)),
-            *('-' if part != part else f'{100.0 * part:.1f}' for part in (
-                each.mean, each.doubt, (success >= SURE).mean(), (success >= EVEN).mean(),
-                (success == 0.0).mean())),
-        ))
+        rows.append(
+            (
+                each.ball,
+                numbers(each.ball_place, 3),
+                str(len(success)),
+                *(
+                    '-' if part != part else f'{100.0 * part:.1f}'
+                    for part in (
+                        each.mean,
+                        each.doubt,
+                        (success >= SURE).mean(),
+                        (success >= EVEN).mean(),
+                        (success == 0.0).mean(),
+                    )
+                ),
+            )
+        )
     return table(rows)
 
 

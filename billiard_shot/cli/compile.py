@@ -1,4 +1,5 @@
 """`billiard-shot compile`: compile beforehand what the first batch or plan would wait for."""
+
 import argparse
 
 from billiard_shot import machine_code

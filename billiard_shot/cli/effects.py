@@ -1,4 +1,5 @@
 """`billiard-shot effects`: what each effect costs in a shot or a scene, and what it changes."""
+
 import argparse
 from collections.abc import Sequence
 import math
@@ -19,13 +20,27 @@ HELP = 'what each effect costs (us) and what it changes (mm, degrees) in a shot 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Scene, strokes, picture."""
-    parser.add_argument('what', nargs='?', metavar='SHOT|SCENE',
-                        help='YAML file with a list of strokes; or a scene, bundled or a file')
+    parser.add_argument(
+        'what',
+        nargs='?',
+        metavar='SHOT|SCENE',
+        help='YAML file with a list of strokes; or a scene, bundled or a file',
+    )
     parser.add_argument('--scene', help='scene of the strokes (pool)')
-    parser.add_argument('--tolerance', type=float, default=1e-4, metavar='M',
-                        help='largest error of the trajectory in metres (%(default)g)')
-    parser.add_argument('--count', type=int, default=12, metavar='N',
-                        help='strokes to try in a scene where none is stated (%(default)d)')
+    parser.add_argument(
+        '--tolerance',
+        type=float,
+        default=1e-4,
+        metavar='M',
+        help='largest error of the trajectory in metres (%(default)g)',
+    )
+    parser.add_argument(
+        '--count',
+        type=int,
+        default=12,
+        metavar='N',
+        help='strokes to try in a scene where none is stated (%(default)d)',
+    )
     parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw it as bars, too')
     add_stroke_arguments(parser)
 
@@ -68,29 +83,55 @@ def _what(options: argparse.Namespace) -> tuple[str, Path | None]:
 
 
 def _of_one(studies: Sequence[EffectStudy]) -> str:
-    rows = [('effect', 'simulated', 'costs', 'steps', 'moves the rest', 'turns it by', 'why'),
-            ('', '', '(us)', '', '(mm)', '(degrees)', '')]
+    rows = [
+        ('effect', 'simulated', 'costs', 'steps', 'moves the rest', 'turns it by', 'why'),
+        ('', '', '(us)', '', '(mm)', '(degrees)', ''),
+    ]
     for study in studies:
         change = study.changes[0]
-        rows.append((
-            study.name, 'yes' if change.simulated else 'no', f'{1e6 * change.time:6.1f}',
-            f'{change.steps:4d}', _millimetres(change.distance), _degrees(change.turn),
-            change.reason,
-        ))
+        rows.append(
+            (
+                study.name,
+                'yes' if change.simulated else 'no',
+                f'{1e6 * change.time:6.1f}',
+                f'{change.steps:4d}',
+                _millimetres(change.distance),
+                _degrees(change.turn),
+                change.reason,
+            )
+        )
     return table(rows)
 
 
 def _of_many(studies: Sequence[EffectStudy]) -> str:
-    rows = [('effect', 'simulated', 'costs', 'steps', 'moves the rest (mm)', '',
-             'turns it by (degrees)', '', 'simulated when'),
-            ('', 'in', '(us)', '', 'median', 'largest', 'median', 'largest', '')]
+    rows = [
+        (
+            'effect',
+            'simulated',
+            'costs',
+            'steps',
+            'moves the rest (mm)',
+            '',
+            'turns it by (degrees)',
+            '',
+            'simulated when',
+        ),
+        ('', 'in', '(us)', '', 'median', 'largest', 'median', 'largest', ''),
+    ]
     for study in studies:
-        rows.append((
-            study.name, f'{study.simulated} of {len(study.changes)}',
-            f'{1e6 * study.median("time"):6.1f}', f'{study.median("steps"):6.1f}',
-            _millimetres(study.median('distance')), _millimetres(study.largest('distance')),
-            _degrees(study.median('turn')), _degrees(study.largest('turn')), study.needs,
-        ))
+        rows.append(
+            (
+                study.name,
+                f'{study.simulated} of {len(study.changes)}',
+                f'{1e6 * study.median("time"):6.1f}',
+                f'{study.median("steps"):6.1f}',
+                _millimetres(study.median('distance')),
+                _millimetres(study.largest('distance')),
+                _degrees(study.median('turn')),
+                _degrees(study.largest('turn')),
+                study.needs,
+            )
+        )
     return table(rows)
 
 

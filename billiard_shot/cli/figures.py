@@ -1,4 +1,5 @@
 """`billiard-shot figures`: the pictures of the documentation, made anew."""
+
 import argparse
 from pathlib import Path
 
@@ -10,8 +11,13 @@ HELP = "draw the documentation's pictures of the model and of shots anew"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Names and a folder."""
     parser.add_argument('names', nargs='*', metavar='NAME', help='which ones (all)')
-    parser.add_argument('--to', type=Path, default=Path('docs/figures'), metavar='FOLDER',
-                        help='where to write NAME.png (%(default)s)')
+    parser.add_argument(
+        '--to',
+        type=Path,
+        default=Path('docs/figures'),
+        metavar='FOLDER',
+        help='where to write NAME.png (%(default)s)',
+    )
     parser.add_argument('--list', action='store_true', help='name them, draw nothing')
 
 
@@ -22,8 +28,9 @@ def run(options: argparse.Namespace) -> int:
 
     for name in options.names:
         if name not in FIGURES:
-            raise ValueError(f'NAME: {name!r} is not allowed; it must be one of '
-                             f'{", ".join(FIGURES)}')
+            raise ValueError(
+                f'NAME: {name!r} is not allowed; it must be one of {", ".join(FIGURES)}'
+            )
     if options.list:
         print('\n'.join(FIGURES))
         return 0

@@ -1,4 +1,5 @@
 """`billiard-shot hard-cases`: where solvers break, and what this one does there."""
+
 import argparse
 
 from billiard_shot.cli.layout import table
@@ -13,10 +14,17 @@ HELP = 'collisions at the ends of what can be asked for, each with what must hol
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Which cases."""
-    parser.add_argument('words', nargs='*', metavar='WORD',
-                        help='only the cases whose family or name has all these words in it')
-    parser.add_argument('--list', action='store_true',
-                        help='say what each family is and what breaks elsewhere; solve nothing')
+    parser.add_argument(
+        'words',
+        nargs='*',
+        metavar='WORD',
+        help='only the cases whose family or name has all these words in it',
+    )
+    parser.add_argument(
+        '--list',
+        action='store_true',
+        help='say what each family is and what breaks elsewhere; solve nothing',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -24,8 +32,12 @@ def run(options: argparse.Namespace) -> int:
     wait_for_machine_code()
     from billiard_shot.study.hard_cases import families
 
-    chosen = [(family, member) for family in families() for member in family.members
-              if all(word in f'{family.name}: {member}' for word in options.words)]
+    chosen = [
+        (family, member)
+        for family in families()
+        for member in family.members
+        if all(word in f'{family.name}: {member}' for word in options.words)
+    ]
     if not chosen:
         raise ValueError(f'WORD: {" ".join(options.words)!r} is in no case; see --list')
     if options.list:
@@ -38,15 +50,37 @@ def run(options: argparse.Namespace) -> int:
 
     tasks = [(family, member, law) for family, member in chosen for law in LAWS]
     verdicts = [examine(*task) for task in progress(tasks, 'hard cases')]
-    rows = [('case', 'law', 'status', 'states', 'steps', 'ms', 'off', 'gain', 'order',
-             'sensitivity', 'holds')]
+    rows = [
+        (
+            'case',
+            'law',
+            'status',
+            'states',
+            'steps',
+            'ms',
+            'off',
+            'gain',
+            'order',
+            'sensitivity',
+            'holds',
+        )
+    ]
     for v in verdicts:
-        rows.append((
-            f'{v.family}: {v.member}', v.law, v.outcome.status.name, str(v.outcome.states),
-            str(v.outcome.steps), f'{1e3 * v.seconds:.1f}',
-            '' if v.off != v.off else f'{v.off:.0e}', f'{max(v.outcome.gain, 0.0):.0e}',
-            f'{v.order:.0e}', f'{v.sensitivity:.0e}', 'no' if v.faults else 'yes',
-        ))
+        rows.append(
+            (
+                f'{v.family}: {v.member}',
+                v.law,
+                v.outcome.status.name,
+                str(v.outcome.states),
+                str(v.outcome.steps),
+                f'{1e3 * v.seconds:.1f}',
+                '' if v.off != v.off else f'{v.off:.0e}',
+                f'{max(v.outcome.gain, 0.0):.0e}',
+                f'{v.order:.0e}',
+                f'{v.sensitivity:.0e}',
+                'no' if v.faults else 'yes',
+            )
+        )
     print(table(rows))
     print(LEGEND)
     bad = [v for v in verdicts if v.faults]

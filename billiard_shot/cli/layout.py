@@ -1,4 +1,5 @@
 """Plain-text tables."""
+
 from collections.abc import Iterable, Sequence
 
 

@@ -1,4 +1,5 @@
 """`billiard-shot paper`: the paper's Table 1, as printed, as written, and under variants."""
+
 import argparse
 
 from billiard_shot.cli.layout import numbers, table
@@ -14,16 +15,24 @@ def run(options: argparse.Namespace) -> int:
     """Recompute and print."""
     from billiard_shot.study.reproduction import ATTEMPTS, label, PRINTED, reproduce
 
-    rows = [('shot', 'velocity (m/s)', 'spin (rad/s)', 'off by', '', 'variant'),
-            ('', 'x y z', 'x y z', 'velocity', 'spin', '')]
+    rows = [
+        ('shot', 'velocity (m/s)', 'spin (rad/s)', 'off by', '', 'variant'),
+        ('', 'x y z', 'x y z', 'velocity', 'spin', ''),
+    ]
     for name, variants in ATTEMPTS.items():
         printed = PRINTED[name][1]
         rows.append((name, numbers(printed[:3], 4), numbers(printed[3:], 3), '', '', 'printed'))
         for variant in variants:
             row = reproduce(name, variant)
-            rows.append((
-                '', numbers(row.numbers[:3].tolist(), 4), numbers(row.numbers[3:].tolist(), 3),
-                f'{row.velocity:.1g}', f'{row.spin:.1g}', label(variant),
-            ))
+            rows.append(
+                (
+                    '',
+                    numbers(row.numbers[:3].tolist(), 4),
+                    numbers(row.numbers[3:].tolist(), 3),
+                    f'{row.velocity:.1g}',
+                    f'{row.spin:.1g}',
+                    label(variant),
+                )
+            )
     print(table(rows))
     return 0

@@ -1,4 +1,5 @@
 """`billiard-shot plan`: which stroke reaches a target, and how surely."""
+
 import argparse
 from dataclasses import asdict
 import json
@@ -29,17 +30,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     target = parser.add_argument_group('target: one of these')
     for name, text in (('pot', 'ball that is to fall'), ('hit', 'ball that is to be met first')):
         target.add_argument(f'--{name}', metavar='BALL', help=text)
-    for name, text in (('rest', 'where the cue ball is to rest (m)'),
-                       ('pass', 'where it is to pass (m)')):
+    for name, text in (
+        ('rest', 'where the cue ball is to rest (m)'),
+        ('pass', 'where it is to pass (m)'),
+    ):
         target.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
-    target.add_argument('--gate', type=float, nargs=4, metavar=('X1', 'Y1', 'X2', 'Y2'),
-                        help='two points between which it is to pass (m)')
+    target.add_argument(
+        '--gate',
+        type=float,
+        nargs=4,
+        metavar=('X1', 'Y1', 'X2', 'Y2'),
+        help='two points between which it is to pass (m)',
+    )
     more = parser.add_argument_group('more about it')
-    more.add_argument('--pocket', action='append', choices=['any', *POCKET_NAMES],
-                      help='of --pot, may be repeated (any)')
-    for name, text in (('leave', 'of --pot: where the cue ball is to rest'),
-                       ('at', 'of --hit: where it is to touch the ball'),
-                       ('direction', 'of --hit: where the ball is to go')):
+    more.add_argument(
+        '--pocket',
+        action='append',
+        choices=['any', *POCKET_NAMES],
+        help='of --pot, may be repeated (any)',
+    )
+    for name, text in (
+        ('leave', 'of --pot: where the cue ball is to rest'),
+        ('at', 'of --hit: where it is to touch the ball'),
+        ('direction', 'of --hit: where the ball is to go'),
+    ):
         more.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
     more.add_argument('--radius', type=float, metavar='M', help='how near is near enough (m)')
     more.add_argument('--within-deg', type=float, metavar='DEG', help='the same of --direction')
@@ -49,8 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         limits.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='NUMBER')
     add_search_arguments(parser, NORMAL_BUDGET, '')
     parser.add_argument('--json', action='store_true', help='one JSON object, in SI units')
-    parser.add_argument('--picture', type=Path, metavar='FILE.png',
-                        help='draw the plan, and what noise makes of it')
+    parser.add_argument(
+        '--picture',
+        type=Path,
+        metavar='FILE.png',
+        help='draw the plan, and what noise makes of it',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -62,8 +80,13 @@ def run(options: argparse.Namespace) -> int:
     noise = noise_of(options, scene)
     with reporting('strokes', options.budget) as report:
         result = billiard_shot.plan(
-            scene, _target(options), noise, options.budget, options.seed,
-            _constraints(options), progress=lambda now: report(now.simulations),
+            scene,
+            _target(options),
+            noise,
+            options.budget,
+            options.seed,
+            _constraints(options),
+            progress=lambda now: report(now.simulations),
         )
     if result.status == Status.INVALID_REQUEST:
         raise ValueError(result.message)
@@ -78,8 +101,18 @@ def run(options: argparse.Namespace) -> int:
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
     """Collect what was said of the target, whether it fits together or not."""
-    names = ('pot', 'hit', 'rest', 'pass', 'pocket', 'leave', 'at', 'direction', 'radius',
-             'within_deg')
+    names = (
+        'pot',
+        'hit',
+        'rest',
+        'pass',
+        'pocket',
+        'leave',
+        'at',
+        'direction',
+        'radius',
+        'within_deg',
+    )
     given = {name: value for name in names if (value := getattr(options, name)) is not None}
     if options.gate:
         given['gate'] = options.gate[:2], options.gate[2:]
@@ -96,22 +129,43 @@ def _constraints(options: argparse.Namespace) -> dict[str, Any]:
 def _as_text(result: PlanResult) -> str:
     if not result.ranking:
         return f'{result.simulations} strokes simulated in {result.wall_time:.2f} s'
-    rows = [('', 'kind', 'succeeds', '95 % sure', 'a', 'b', 'elevation', 'azimuth', 'speed',
-             'cue ball rests'),
-            ('', '', '(%)', '(%)', '(radii)', '(radii)', '(degrees)', '(degrees)', '(m/s)',
-             'x y (m)')]
+    rows = [
+        (
+            '',
+            'kind',
+            'succeeds',
+            '95 % sure',
+            'a',
+            'b',
+            'elevation',
+            'azimuth',
+            'speed',
+            'cue ball rests',
+        ),
+        ('', '', '(%)', '(%)', '(radii)', '(radii)', '(degrees)', '(degrees)', '(m/s)', 'x y (m)'),
+    ]
     for place, each in enumerate(result.ranking, 1):
         a, b, elevation, azimuth, speed = each.stroke.offsets
         low, high = each.interval
-        rows.append((
-            str(place), each.kind, f'{100.0 * each.success:5.1f}',
-            f'{100.0 * low:.1f} to {100.0 * high:.1f}', f'{a:+.3f}', f'{b:+.3f}',
-            f'{math.degrees(elevation):6.2f}', f'{math.degrees(azimuth):8.3f}', f'{speed:.3f}',
-            numbers(each.shot.trajectory.rest[:2], 3),
-        ))
+        rows.append(
+            (
+                str(place),
+                each.kind,
+                f'{100.0 * each.success:5.1f}',
+                f'{100.0 * low:.1f} to {100.0 * high:.1f}',
+                f'{a:+.3f}',
+                f'{b:+.3f}',
+                f'{math.degrees(elevation):6.2f}',
+                f'{math.degrees(azimuth):8.3f}',
+                f'{speed:.3f}',
+                numbers(each.shot.trajectory.rest[:2], 3),
+            )
+        )
     rate = result.simulations / max(result.wall_time, 1e-9)
-    return (f'{result.status.name}: {result.message}\n{table(rows)}\n{result.simulations} strokes '
-            f'simulated in {result.wall_time:.2f} s, {rate:.0f} a second')
+    return (
+        f'{result.status.name}: {result.message}\n{table(rows)}\n{result.simulations} strokes '
+        f'simulated in {result.wall_time:.2f} s, {rate:.0f} a second'
+    )
 
 
 def _as_json(result: PlanResult) -> dict[str, Any]:
@@ -128,8 +182,16 @@ def _as_json(result: PlanResult) -> dict[str, Any]:
 def _stroke(each: RankedStroke) -> dict[str, Any]:
     a, b, elevation, azimuth, speed = each.stroke.offsets
     return {
-        'kind': each.kind, 'success': each.success, 'interval': list(each.interval),
-        'trials': each.trials, 'a': a, 'b': b, 'elevation': elevation, 'azimuth': azimuth,
-        'speed': speed, 'normal': list(each.stroke.normal), 'velocity': list(each.stroke.velocity),
+        'kind': each.kind,
+        'success': each.success,
+        'interval': list(each.interval),
+        'trials': each.trials,
+        'a': a,
+        'b': b,
+        'elevation': elevation,
+        'azimuth': azimuth,
+        'speed': speed,
+        'normal': list(each.stroke.normal),
+        'velocity': list(each.stroke.velocity),
         'rest': each.shot.trajectory.rest.tolist(),
     }

@@ -1,4 +1,5 @@
 """`billiard-shot predict`: what a stroke does to the cue ball."""
+
 import argparse
 import json
 from pathlib import Path
@@ -22,11 +23,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
     add_shot_arguments(parser)
     files = parser.add_argument_group('files; of several strokes, FILE-NAME each')
-    files.add_argument('--save', type=Path, metavar='FILE.json',
-                       help='record the shot: all that was asked for, all that came out')
-    for name, text in (('picture', 'the table from above'),
-                       ('history', 'speed, spin and energy over time'),
-                       ('close-up', 'the strike: forces, friction, slip and energy')):
+    files.add_argument(
+        '--save',
+        type=Path,
+        metavar='FILE.json',
+        help='record the shot: all that was asked for, all that came out',
+    )
+    for name, text in (
+        ('picture', 'the table from above'),
+        ('history', 'speed, spin and energy over time'),
+        ('close-up', 'the strike: forces, friction, slip and energy'),
+    ):
         files.add_argument(f'--{name}', type=Path, metavar='FILE.png', help=f'draw {text}')
 
 
@@ -89,9 +96,16 @@ def _as_table(shots: dict[str, Shot]) -> str:
     ]
     for name, shot in shots.items():
         path = shot.trajectory
-        rows.append((
-            name, shot.status.name, numbers(shot.velocity, 4), numbers(shot.spin, 3),
-            numbers([shot.cue_speed], 4), numbers(path.rest[:2], 4),
-            numbers([path.duration], 2), f'{1e3 * shot.error_estimate:.1g}',
-        ))
+        rows.append(
+            (
+                name,
+                shot.status.name,
+                numbers(shot.velocity, 4),
+                numbers(shot.spin, 3),
+                numbers([shot.cue_speed], 4),
+                numbers(path.rest[:2], 4),
+                numbers([path.duration], 2),
+                f'{1e3 * shot.error_estimate:.1g}',
+            )
+        )
     return table(rows)

@@ -1,4 +1,5 @@
 """A progress bar on stderr: nothing where stderr is no terminal, so that logs stay clean."""
+
 from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
 import sys
@@ -91,8 +92,11 @@ def wait_for_machine_code() -> bool:
             _draw(text + (' (usually less than a minute)' if waited < 60.0 else ''))
         elif monotonic() - last >= SAY_EVERY or last == begin:
             last = monotonic()
-            print(f'compiling, once for this version: {done} of {total} parts after '
-                  f'{waited:.0f} s', file=sys.stderr, flush=True)
+            print(
+                f'compiling, once for this version: {done} of {total} parts after {waited:.0f} s',
+                file=sys.stderr,
+                flush=True,
+            )
 
     try:
         return machine_code.require(report)

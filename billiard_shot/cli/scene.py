@@ -1,4 +1,5 @@
 """`billiard-shot scene`: the scenes that come with the package, and checks of your own."""
+
 import argparse
 import sys
 

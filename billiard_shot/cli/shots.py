@@ -1,4 +1,5 @@
 """Shots on the command line: predicted from strokes, or recorded in a file."""
+
 import argparse
 from pathlib import Path
 
@@ -8,11 +9,20 @@ from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_give
 
 def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
     """Let the command take a recorded shot, a file of strokes, or one stroke."""
-    parser.add_argument('shot', nargs='?', type=Path, metavar='SHOT',
-                        help='a recorded shot (.json), or a list of strokes (.yaml)')
+    parser.add_argument(
+        'shot',
+        nargs='?',
+        type=Path,
+        metavar='SHOT',
+        help='a recorded shot (.json), or a list of strokes (.yaml)',
+    )
     parser.add_argument('--scene', help='of strokes: bundled scene or YAML file (pool)')
-    parser.add_argument('--tolerance', type=float, metavar='M',
-                        help='of strokes: largest error of the trajectory in metres (1e-4)')
+    parser.add_argument(
+        '--tolerance',
+        type=float,
+        metavar='M',
+        help='of strokes: largest error of the trajectory in metres (1e-4)',
+    )
     add_stroke_arguments(parser)
 
 

@@ -1,4 +1,5 @@
 """`billiard-shot urdf`: the mechanical cue as a robot model."""
+
 import argparse
 from pathlib import Path
 
@@ -11,9 +12,11 @@ HELP = 'print the mechanical cue as a robot model (URDF)'
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what the model is made from, and where it goes."""
     parser.add_argument(
-        '--mechanism', default='', metavar='FILE', help='YAML file of the mechanism')
+        '--mechanism', default='', metavar='FILE', help='YAML file of the mechanism'
+    )
     parser.add_argument(
-        '--frame', default='table', help="name of the table's frame, such as cell1/table")
+        '--frame', default='table', help="name of the table's frame, such as cell1/table"
+    )
     parser.add_argument('--output', type=Path, metavar='FILE', help='write to a file')
 
 

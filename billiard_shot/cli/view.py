@@ -1,4 +1,5 @@
 """`billiard-shot view`: a shot as an HTML page with a table to turn and zoom."""
+
 import argparse
 from pathlib import Path
 import sys
@@ -11,8 +12,13 @@ HELP = 'write a shot as one HTML file: the table in 3-D, balls that turn, a time
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Shots, and where to write."""
-    parser.add_argument('--to', type=Path, default=Path('shot.html'), metavar='FILE.html',
-                        help='where to write; of several strokes, FILE-NAME (%(default)s)')
+    parser.add_argument(
+        '--to',
+        type=Path,
+        default=Path('shot.html'),
+        metavar='FILE.html',
+        help='where to write; of several strokes, FILE-NAME (%(default)s)',
+    )
     parser.add_argument('--title', help='of the page; the name of the shot by default')
     add_shot_arguments(parser)
 

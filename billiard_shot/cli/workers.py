@@ -1,4 +1,5 @@
 """Who does the work of long commands: this process, several, or a Dask cluster."""
+
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -89,10 +90,15 @@ def _dask(workers: int, address: str) -> Iterator[Executor]:
         ) from None
     library: Any = distributed  # its types are in parts only
     if address == LOCAL:
-        with library.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None,
-            silence_logs=logging.ERROR,  # at Ctrl-C it warns of what is meant
-        ) as cluster, library.Client(cluster) as client:
+        with (
+            library.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                dashboard_address=None,
+                silence_logs=logging.ERROR,  # at Ctrl-C it warns of what is meant
+            ) as cluster,
+            library.Client(cluster) as client,
+        ):
             client.run(_ignore_ctrl_c)
             yield client.get_executor()
         return

@@ -5,6 +5,7 @@ The cue is a straight line that ends in the tip (a point, or a sphere), as the i
 behind the tip a round shaft: two bodies, each all points within some distance of a half-line along
 the cue. The gap to a ball is a distance to a half-line, less a constant.
 """
+
 from collections.abc import Callable
 import math
 from typing import NamedTuple
@@ -56,8 +57,13 @@ def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[floa
 
 
 def first_touch(
-    ball: Trajectory, cue: Callable[[float], tuple[float, float]], contact: Array, along: Array,
-    shape: Shape, cue_acceleration: float, until: float,
+    ball: Trajectory,
+    cue: Callable[[float], tuple[float, float]],
+    contact: Array,
+    along: Array,
+    shape: Shape,
+    cue_acceleration: float,
+    until: float,
 ) -> float:
     """
     Time [s] after the strike at which a ball and the cue touch; inf if not by `until`.
@@ -89,7 +95,8 @@ def first_touch(
     bend = cue_acceleration + float(np.sqrt((rows * rows).sum(axis=1).max()))
     bodies = (
         (shape.dome, shape.radius + shape.dome),
-        (SETBACK * shape.thickness, shape.radius + shape.thickness))
+        (SETBACK * shape.thickness, shape.radius + shape.thickness),
+    )
     time = 0.0
     for segment in ball.segments:
         if segment.motion in (Motion.POCKETED, Motion.OFF_TABLE):
@@ -98,8 +105,12 @@ def first_touch(
         while time < end:
             dt = time - segment.start
             moved, speed = cue(time)
-            away = segment.position - contact + (
-                segment.velocity + 0.5 * segment.acceleration * dt) * dt - moved * along
+            away = (
+                segment.position
+                - contact
+                + (segment.velocity + 0.5 * segment.acceleration * dt) * dt
+                - moved * along
+            )
             velocity = segment.velocity + segment.acceleration * dt - speed * along
             step = math.inf
             for behind, size in bodies:

@@ -1,4 +1,5 @@
 """Supervision of a clock that other machines set, or a simulator, or a bag that is played."""
+
 from dataclasses import dataclass
 import math
 

@@ -5,6 +5,7 @@ It knows no middleware and no clock: every call brings the time `now` of a stead
 time on that clock at which a message was written. It acts on messages at once, and on silence and
 progress at every `tick`. After a pause without calls it trusts nothing that it heard before.
 """
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 import math
@@ -57,7 +58,11 @@ class Controller:
     """
 
     def __init__(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings, *,
+        self,
+        mechanism: Mechanism,
+        scene: Scene,
+        settings: Settings,
+        *,
         on_state: Callable[[], None] = lambda: None,
         on_command: Callable[[Command], None] = lambda _: None,
         on_strike: Callable[[Strike], None] = lambda _: None,
@@ -118,9 +123,7 @@ class Controller:
         self.interlock.hear_value(safe, written, now)
         self._watch_interlock(now)
 
-    def hear_joints(
-        self, position: Array, velocity: Array, written: float, now: float
-    ) -> None:
+    def hear_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Hear where the joints (6,) are [m, rad] and how fast [per s]."""
         self._notice_pause(now)
         if not self.joints.hear(written, now):
@@ -161,20 +164,25 @@ class Controller:
         self._notice_pause(now)
         if self._job:
             raise RefusedError(
-                Outcome.BUSY, f'shot {self._job.shot.plan.shot_id!r} is being executed')
+                Outcome.BUSY, f'shot {self._job.shot.plan.shot_id!r} is being executed'
+            )
         decision = self._decide(Event.AIM, now, order_valid=True)
         if not decision.accepted:
             raise RefusedError(Outcome.NOT_READY, decision.reason)
         self._book.enter(order)
         if self._balls is None:
             raise RefusedError(
-                Outcome.TABLE_UNKNOWN, 'table_state: nobody has said where the balls lie')
+                Outcome.TABLE_UNKNOWN, 'table_state: nobody has said where the balls lie'
+            )
         complaint = moved(order.plan.balls, self._balls, self._settings.table_tolerance)
         if complaint:
             raise RefusedError(Outcome.TABLE_DIFFERS, complaint)
         shot = prepare(self.mechanism, self._scene, order.plan)
-        self._job = Job(shot, now + order.remaining, StrokeWatch(
-            self.mechanism, shot.profile, order.plan.shot_id))
+        self._job = Job(
+            shot,
+            now + order.remaining,
+            StrokeWatch(self.mechanism, shot.profile, order.plan.shot_id),
+        )
         self._event(Event.AIM, now, f'shot {order.plan.shot_id!r}')
         self._follow(aim_path(self.mechanism, self.position, shot.aimed), now)
 
@@ -215,9 +223,13 @@ class Controller:
         if self.state in BEFORE_STROKE and (complaint := self.clock.complaint(now)):
             self._event(Event.INTERRUPTED, now, complaint, Outcome.DISARMED)
         if self._job:
-            {State.AIMING: self._aim, State.AIMED: self._wait, State.ARMED: self._fire,
-             State.FIRING: self._brake, State.RETRACTING: self._retract}[self.state](
-                 now, self._job)
+            {
+                State.AIMING: self._aim,
+                State.AIMED: self._wait,
+                State.ARMED: self._fire,
+                State.FIRING: self._brake,
+                State.RETRACTING: self._retract,
+            }[self.state](now, self._job)
 
     def _notice_pause(self, now: float) -> None:
         """
@@ -253,9 +265,12 @@ class Controller:
         if self._give_up(now, job):
             return
         if now > job.armed_until:
-            self._event(Event.EXPIRE, now, (
-                f'armed for more than {self._settings.arm_timeout:g} s without firing'),
-                Outcome.ARM_TIMEOUT)
+            self._event(
+                Event.EXPIRE,
+                now,
+                (f'armed for more than {self._settings.arm_timeout:g} s without firing'),
+                Outcome.ARM_TIMEOUT,
+            )
             return
         settled = (np.abs(self.position - job.shot.aimed) <= self._near).all()
         if now >= job.fire_at and settled and self._event(Event.FIRE, now, 'strikes').accepted:
@@ -281,8 +296,11 @@ class Controller:
 
     def _watch_interlock(self, now: float) -> None:
         if self.state in MOVING and (complaint := self.interlock.complaint(now)):
-            outcome = (Outcome.FAULT if self.state in (State.FIRING, State.RETRACTING)
-                       else Outcome.DISARMED)
+            outcome = (
+                Outcome.FAULT
+                if self.state in (State.FIRING, State.RETRACTING)
+                else Outcome.DISARMED
+            )
             self._event(Event.INTERLOCK_LOST, now, complaint, outcome)
 
     def _watch_brake(self, now: float) -> None:
@@ -290,8 +308,11 @@ class Controller:
         profile = self._job.shot.profile
         beyond = float(self.position[STROKE]) - max(profile.stop_at, profile.leave_at)
         if beyond > self._settings.brake_tolerance:
-            self.fail(now, f'stroke: the cue is {1e3 * beyond:.3g} mm beyond where it should have '
-                           'stopped: the brake is late, or there was no ball')
+            self.fail(
+                now,
+                f'stroke: the cue is {1e3 * beyond:.3g} mm beyond where it should have '
+                'stopped: the brake is late, or there was no ball',
+            )
 
     def _give_up(self, now: float, job: Job) -> bool:
         """Drop an order that has expired, or whose table has changed."""
@@ -332,13 +353,18 @@ class Controller:
             Condition.MECHANISM_FIT: self.unfit(now),
             Condition.ALONE: self.rivals,
             Condition.CLOCK_RUNS: self.clock.complaint(now),
-            Condition.ARMED_LATELY:
-                '' if job and now <= job.armed_until else 'not armed',
-            Condition.ORDER_VALID: '' if order_valid else 'no order' if job is None else
-                'the order has expired' if now > job.expires else self._moved(job),
+            Condition.ARMED_LATELY: '' if job and now <= job.armed_until else 'not armed',
+            Condition.ORDER_VALID: ''
+            if order_valid
+            else 'no order'
+            if job is None
+            else 'the order has expired'
+            if now > job.expires
+            else self._moved(job),
         }
         decision = decide(
-            self.state, event, {name for name, complaint in complaints.items() if not complaint})
+            self.state, event, {name for name, complaint in complaints.items() if not complaint}
+        )
         why = '; '.join(complaints[name] for name in decision.missing)
         if not why:
             return decision
@@ -357,8 +383,10 @@ class Controller:
         least, most = self.mechanism.triangle.sides
         length = float(self.position[INCLINE])
         if not least < length < most:
-            return (f'joint_states: incline is at {length:.4g} m, which is not between {least:g} '
-                    f'and {most:g} m')
+            return (
+                f'joint_states: incline is at {length:.4g} m, which is not between {least:g} '
+                f'and {most:g} m'
+            )
         return ''
 
     def _late(self, now: float) -> float:
@@ -369,8 +397,10 @@ class Controller:
 
     def _stuck(self, joint: int, target: Array) -> str:
         off = float(self.position[joint] - target[joint])
-        return (f'{JOINTS[joint]}: {off:.3g} {UNITS[joint]} from where it should have been '
-                f'{self._settings.late:g} s ago')
+        return (
+            f'{JOINTS[joint]}: {off:.3g} {UNITS[joint]} from where it should have been '
+            f'{self._settings.late:g} s ago'
+        )
 
     def _follow(self, path: Path, now: float) -> None:
         self._number += 1

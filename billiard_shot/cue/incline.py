@@ -5,6 +5,7 @@ Pivot, foot and head of the actuator are the corners of a triangle. Two of its s
 base (pivot to foot) and the arm (pivot to head); the actuator is the third, and the angle opposite
 to it is the elevation plus a fixed one.
 """
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 import math
@@ -20,9 +21,13 @@ def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
     least, most = abs(incline.base - incline.arm), incline.base + incline.arm
     # At the ends themselves the triangle is flat and the actuator could turn it neither way.
     if not least < incline.shortest < incline.longest < most:
-        yield Mistake(('shortest',), (
-            f'{incline.shortest:g}, and longest {incline.longest:g}, is not allowed; they must '
-            f'ascend, between {least:g} and {most:g}, where the triangle is flat (m)'))
+        yield Mistake(
+            ('shortest',),
+            (
+                f'{incline.shortest:g}, and longest {incline.longest:g}, is not allowed; they '
+                f'must ascend, between {least:g} and {most:g}, where the triangle is flat (m)'
+            ),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +72,16 @@ class Incline:
         refuse(outside('elevation', angle, 0.0, math.pi, 'rad', 'angle of the triangle'))
         half_chord = math.sqrt(self.base * self.arm) * math.sin(angle / 2)
         length = math.hypot(self.base - self.arm, 2 * half_chord)
-        refuse(outside('incline', length, self.shortest, self.longest, 'm',
-                       f'elevation {elevation:.4g} rad'))
+        refuse(
+            outside(
+                'incline',
+                length,
+                self.shortest,
+                self.longest,
+                'm',
+                f'elevation {elevation:.4g} rad',
+            )
+        )
         return length
 
     def elevation(self, length: float) -> float:

@@ -1,4 +1,5 @@
 """Inputs of the controller that must be repeated: their values, and whether they are fresh."""
+
 from dataclasses import dataclass
 import math
 
@@ -45,14 +46,17 @@ class Heartbeat:
     def stale(self, now: float) -> str:
         """Return why the input is not fresh; '' if it is."""
         if self._ahead > self.timeout:
-            return (f'{self.name}: written {self._ahead:.3g} s in the future: its clock and the '
-                    'clock of this machine differ')
+            return (
+                f'{self.name}: written {self._ahead:.3g} s in the future: its clock and the '
+                'clock of this machine differ'
+            )
         if self.written == -math.inf:
             return f'{self.name}: never heard'
         if now < self._valid_from:
             left = self._valid_from - now
-            return (f'{self.name}: not trusted for another {left:.2g} s, because this program '
-                    'paused')
+            return (
+                f'{self.name}: not trusted for another {left:.2g} s, because this program paused'
+            )
         if self.written < self._valid_from:
             return f'{self.name}: not heard again since this program paused'
         age = now - self.written

@@ -1,4 +1,5 @@
 """What the controller goes by, what it is doing, and what it says: its data."""
+
 from dataclasses import dataclass
 import math
 

@@ -1,4 +1,5 @@
 """What the mechanism cannot do: every limit that a stroke breaks, and by how much."""
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -34,8 +35,10 @@ class Excess:
 
     def __str__(self) -> str:
         side = 'above' if self.value > self.allowed else 'below'
-        text = (f'{self.limit}: {self.value:.4g} {self.unit} is {self.by:.3g} {self.unit} '
-                f'{side} the limit of {self.allowed:.4g} {self.unit}')
+        text = (
+            f'{self.limit}: {self.value:.4g} {self.unit} is {self.by:.3g} {self.unit} '
+            f'{side} the limit of {self.allowed:.4g} {self.unit}'
+        )
         return f'{text} ({self.reason})' if self.reason else text
 
 

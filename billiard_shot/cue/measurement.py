@@ -1,4 +1,5 @@
 """What the encoders say of a stroke: when the cue met the ball, how fast, and from where."""
+
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,5 +49,6 @@ class StrokeWatch:
         joints = self._joints.copy()
         joints[STROKE] = contact
         self.strike = Strike(
-            self.shot_id, tip_of(self.mechanism, joints), float(np.mean(self._speeds)))
+            self.shot_id, tip_of(self.mechanism, joints), float(np.mean(self._speeds))
+        )
         return True

@@ -1,4 +1,5 @@
 """The mechanical cue: its joints and what they can do, with units and ranges."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
@@ -34,8 +35,9 @@ UNITS = ('m', 'm', 'm', 'rad', 'm', 'm')
 
 def _range_of_an_axis(axis: Any) -> Iterator[Mistake]:
     if not axis.least < axis.most:
-        yield Mistake(('least',), (
-            f'{axis.least:g} is not allowed; it must be below most, {axis.most:g}'))
+        yield Mistake(
+            ('least',), (f'{axis.least:g} is not allowed; it must be below most, {axis.most:g}')
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,28 +67,38 @@ class Axis:
 
 def _axis(*numbers: float) -> Any:
     return dataclasses.field(
-        default_factory=lambda: Axis(*numbers), metadata=section(Axis).metadata)
+        default_factory=lambda: Axis(*numbers), metadata=section(Axis).metadata
+    )
 
 
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
     if mechanism.stroke.least != 0.0:
-        yield Mistake(('stroke', 'least'), (
-            f'{mechanism.stroke.least:g} is not allowed; it must be 0 (m)'))
+        yield Mistake(
+            ('stroke', 'least'), (f'{mechanism.stroke.least:g} is not allowed; it must be 0 (m)')
+        )
 
 
 def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
     triangle, incline = mechanism.triangle, mechanism.incline
     if not triangle.shortest <= incline.least < incline.most <= triangle.longest:
-        yield Mistake(('incline',), (
-            f'{incline.least:g} to {incline.most:g} is not allowed; it must lie within '
-            f'{triangle.shortest:g} to {triangle.longest:g}, the lengths of the triangle (m)'))
+        yield Mistake(
+            ('incline',),
+            (
+                f'{incline.least:g} to {incline.most:g} is not allowed; it must lie within '
+                f'{triangle.shortest:g} to {triangle.longest:g}, the lengths of the triangle (m)'
+            ),
+        )
         return
     low, high = (triangle.elevation(length) for length in (incline.least, incline.most))
     if not low <= mechanism.least_elevation < mechanism.most_elevation <= high:
-        yield Mistake(('most_elevation',), (
-            f'{mechanism.most_elevation:g}, and least_elevation {mechanism.least_elevation:g}, is '
-            f'not allowed; they must ascend, within {low:.4g} to {high:.4g}, which the incline '
-            'reaches (rad)'))
+        yield Mistake(
+            ('most_elevation',),
+            (
+                f'{mechanism.most_elevation:g}, and least_elevation '
+                f'{mechanism.least_elevation:g}, is not allowed; they must ascend, within '
+                f'{low:.4g} to {high:.4g}, which the incline reaches (rad)'
+            ),
+        )
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ The frames, each moved in the one before it by a joint: `table`, the bridge (`ba
 by the elevation of the cue. The length of its actuator, the joint `incline`, is not part of the
 chain: the actuator closes a loop, which a chain cannot describe.
 """
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
@@ -78,7 +79,7 @@ class Transform:
 
 def frame_names(frame: str) -> tuple[str, ...]:
     """Names of all frames, the table's first; `cell1/table` puts `cell1/` before the others."""
-    prefix = frame[:frame.rfind('/') + 1]
+    prefix = frame[: frame.rfind('/') + 1]
     return (frame, *(prefix + name for name in FRAMES))
 
 
@@ -88,7 +89,9 @@ def tip_offset(mechanism: Mechanism) -> Triple:
 
 
 def chain(
-    mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS,
+    mechanism: Mechanism,
+    frame: str = 'table',
+    names: Sequence[str] = JOINTS,
     incline_joint: str = 'incline_angle',
 ) -> tuple[Joint, ...]:
     """
@@ -107,8 +110,10 @@ def chain(
     """
     names = [incline_joint if i == INCLINE else name for i, name in enumerate(names)]
     frames = frame_names(frame)
-    low, high = (mechanism.triangle.elevation(length)
-                 for length in (mechanism.incline.least, mechanism.incline.most))
+    low, high = (
+        mechanism.triangle.elevation(length)
+        for length in (mechanism.incline.least, mechanism.incline.most)
+    )
     # The actuator turns the incline fastest where its lever is shortest: at an end of its range.
     per_length = max(_turn_per_length(mechanism, low), _turn_per_length(mechanism, high))
     joints = []
@@ -116,15 +121,28 @@ def chain(
         axis = mechanism.axes[i]
         factor = per_length if i == INCLINE else 1.0
         least, most = (low, high) if i == INCLINE else (axis.least, axis.most)
-        joints.append(Joint(
-            names[i], frames[i], frames[i + 1], joint in TURNS, AXES[i], least, most,
-            factor * axis.speed, _effort(mechanism, i, factor * axis.acceleration),
-            getattr(mechanism.parts, joint), _centres(mechanism)[i]))
+        joints.append(
+            Joint(
+                names[i],
+                frames[i],
+                frames[i + 1],
+                joint in TURNS,
+                AXES[i],
+                least,
+                most,
+                factor * axis.speed,
+                _effort(mechanism, i, factor * axis.acceleration),
+                getattr(mechanism.parts, joint),
+                _centres(mechanism)[i],
+            )
+        )
     return tuple(joints)
 
 
 def transforms(
-    mechanism: Mechanism, joints: Sequence[float] | Array, frame: str = 'table',
+    mechanism: Mechanism,
+    joints: Sequence[float] | Array,
+    frame: str = 'table',
 ) -> tuple[Transform, ...]:
     """
     Find the transforms of all frames, from the table to the tip, for joints (6,).
@@ -145,10 +163,14 @@ def transforms(
     for i, (joint, axis) in enumerate(zip(JOINTS, AXES, strict=True)):
         turn, way = (values[i], 0.0) if joint in TURNS else (0.0, values[i])
         x, y, z = (math.sin(0.5 * turn) * np.array(axis)).tolist()
-        found.append(Transform(
-            frames[i], frames[i + 1], way * np.array(axis), (x, y, z, math.cos(0.5 * turn))))
-    found.append(Transform(
-        frames[-2], frames[-1], np.array(tip_offset(mechanism)), (0.0, 0.0, 0.0, 1.0)))
+        found.append(
+            Transform(
+                frames[i], frames[i + 1], way * np.array(axis), (x, y, z, math.cos(0.5 * turn))
+            )
+        )
+    found.append(
+        Transform(frames[-2], frames[-1], np.array(tip_offset(mechanism)), (0.0, 0.0, 0.0, 1.0))
+    )
     return tuple(found)
 
 

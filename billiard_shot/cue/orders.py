@@ -1,4 +1,5 @@
 """Orders to play a shot: valid once, for a while, and for the table they were made for."""
+
 from collections import OrderedDict
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -68,23 +69,33 @@ class OrderBook:
             raise RefusedError(Outcome.INVALID_PLAN, "nonce: '' is not allowed")
         if order.nonce in self._nonces:
             raise RefusedError(
-                Outcome.NONCE_REPEATED, f'nonce: {order.nonce!r} has been used before')
+                Outcome.NONCE_REPEATED, f'nonce: {order.nonce!r} has been used before'
+            )
         _remember(self._nonces, order.nonce, None)
         if not order.remaining > 0.0:
-            raise RefusedError(
-                Outcome.ALREADY_EXPIRED, f'expiry: {-order.remaining:.3g} s ago')
+            raise RefusedError(Outcome.ALREADY_EXPIRED, f'expiry: {-order.remaining:.3g} s ago')
         if order.remaining > self._longest:
-            raise RefusedError(Outcome.INVALID_PLAN, (
-                f'expiry: in {order.remaining:.6g} s is not allowed; it must be at most '
-                f'{self._longest:g} s ahead'))
+            raise RefusedError(
+                Outcome.INVALID_PLAN,
+                (
+                    f'expiry: in {order.remaining:.6g} s is not allowed; it must be at most '
+                    f'{self._longest:g} s ahead'
+                ),
+            )
         if order.seal != order.plan.seal:
-            raise RefusedError(Outcome.PLAN_CHANGED, (
-                f'seal: {order.seal!r} is not that of the plan, {order.plan.seal}: it changed '
-                'after it was made'))
+            raise RefusedError(
+                Outcome.PLAN_CHANGED,
+                (
+                    f'seal: {order.seal!r} is not that of the plan, {order.plan.seal}: it changed '
+                    'after it was made'
+                ),
+            )
         known = self._seals.get(order.plan.shot_id, order.seal)
         if known != order.seal:
-            raise RefusedError(Outcome.PLAN_CHANGED, (
-                f'shot_id: {order.plan.shot_id!r} stood for another plan before, {known}'))
+            raise RefusedError(
+                Outcome.PLAN_CHANGED,
+                (f'shot_id: {order.plan.shot_id!r} stood for another plan before, {known}'),
+            )
         _remember(self._seals, order.plan.shot_id, order.seal)
 
 
@@ -97,8 +108,10 @@ def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
             return f'ball {name!r} is on the table, but not in the plan'
         distance = math.dist(planned[name], seen[name])
         if not distance <= tolerance:
-            return (f'ball {name!r} lies {1e3 * distance:.3g} mm from where the plan has it, more '
-                    f'than {1e3 * tolerance:g} mm')
+            return (
+                f'ball {name!r} lies {1e3 * distance:.3g} mm from where the plan has it, more '
+                f'than {1e3 * tolerance:g} mm'
+            )
     return ''
 
 

@@ -1,4 +1,5 @@
 """How the execution of a shot ended: one enumeration for the library and the action."""
+
 from enum import IntEnum
 
 

@@ -1,4 +1,5 @@
 """The moving parts of the mechanical cue: their masses and sizes, for models of the robot."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
@@ -50,7 +51,8 @@ class Part:
 
 def _part(*numbers: float) -> Any:
     return dataclasses.field(
-        default_factory=lambda: Part(*numbers), metadata=section(Part).metadata)
+        default_factory=lambda: Part(*numbers), metadata=section(Part).metadata
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ A controller that interpolates positions, velocities and accelerations between t
 joint_trajectory_controller of ros2_control does, with quintic splines) follows such a path
 exactly.
 """
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
@@ -57,8 +58,9 @@ class Path:
         begin = self.accelerations[i]
         jerk = (self.accelerations[i + 1] - begin) / (self.times[i + 1] - self.times[i])
         velocity = self.velocities[i] + (begin + 0.5 * jerk * dt) * dt
-        position = self.positions[i] + (
-            self.velocities[i] + (0.5 * begin + jerk * (dt / 6.0)) * dt) * dt
+        position = (
+            self.positions[i] + (self.velocities[i] + (0.5 * begin + jerk * (dt / 6.0)) * dt) * dt
+        )
         return position, velocity, begin + jerk * dt
 
 
@@ -85,12 +87,14 @@ class PathBuilder:
         if duration <= 0.0:
             return
         t, x, v, a = self._knots[-1]
-        self._knots.append((
-            t + duration,
-            x + (v + (0.5 * a + jerk * (duration / 6.0)) * duration) * duration,
-            v + (a + 0.5 * jerk * duration) * duration,
-            a + jerk * duration,
-        ))
+        self._knots.append(
+            (
+                t + duration,
+                x + (v + (0.5 * a + jerk * (duration / 6.0)) * duration) * duration,
+                v + (a + 0.5 * jerk * duration) * duration,
+                a + jerk * duration,
+            )
+        )
 
     def ramp(self, change: Array, rise: float, hold: float) -> None:
         """
@@ -115,11 +119,15 @@ class PathBuilder:
         """
         way = target - self.position
         distance = np.abs(way)
-        duration = float(np.max((
-            2.0 * distance / speeds,
-            np.sqrt(8.0 * distance / accelerations),
-            np.cbrt(32.0 * distance / jerks),
-        )))
+        duration = float(
+            np.max(
+                (
+                    2.0 * distance / speeds,
+                    np.sqrt(8.0 * distance / accelerations),
+                    np.cbrt(32.0 * distance / jerks),
+                )
+            )
+        )
         if duration < SHORTEST:
             t, _, v, a = self._knots[-1]
             self._knots[-1] = (t, target.copy(), v, a)

@@ -1,4 +1,5 @@
 """Where the joints must be for the cue to meet the ball, and where the tip is for given joints."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
@@ -51,8 +52,10 @@ class TipPose:
         """Orientation of the tip frame, x y z w: +x along the stroke, +y level."""
         yaw, pitch = self.azimuth / 2, self.elevation / 2
         return (
-            -math.sin(yaw) * math.sin(pitch), math.cos(yaw) * math.sin(pitch),
-            math.sin(yaw) * math.cos(pitch), math.cos(yaw) * math.cos(pitch),
+            -math.sin(yaw) * math.sin(pitch),
+            math.cos(yaw) * math.sin(pitch),
+            math.sin(yaw) * math.cos(pitch),
+            math.cos(yaw) * math.cos(pitch),
         )
 
 
@@ -72,7 +75,8 @@ def place(mechanism: Mechanism, contact: TipPose, stroke: float) -> Array:
     joints[AZIMUTH] = math.remainder(contact.azimuth, 2 * math.pi)
     joints[STROKE] = stroke
     excesses = outside(
-        'elevation', contact.elevation, mechanism.least_elevation, mechanism.most_elevation, 'rad')
+        'elevation', contact.elevation, mechanism.least_elevation, mechanism.most_elevation, 'rad'
+    )
     try:
         joints[INCLINE] = mechanism.triangle.length(contact.elevation)
     except LimitError as error:

@@ -1,4 +1,5 @@
 """A planned shot, sealed, and what the mechanism has to do for it, checked in full."""
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 import hashlib
@@ -71,8 +72,7 @@ class ShotPlan:
         content = hashlib.sha256()
         for text, values in [(self.shot_id, numbers), *sorted(self.balls.items())]:
             name = text.encode()
-            content.update(struct.pack(
-                f'<Q{len(name)}s{len(values)}d', len(name), name, *values))
+            content.update(struct.pack(f'<Q{len(name)}s{len(values)}d', len(name), name, *values))
         return content.hexdigest()
 
 
@@ -109,8 +109,14 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     contact = tip_at(stroke, plan.balls['cue'], scene)
     try:
         profile = stroke_profile(
-            mechanism, scene.cue.mass, scene.cloth.gravity, contact.elevation, stroke.speed,
-            shot.cue_speed, _room(contact, scene.cue.tip_radius))
+            mechanism,
+            scene.cue.mass,
+            scene.cloth.gravity,
+            contact.elevation,
+            stroke.speed,
+            shot.cue_speed,
+            _room(contact, scene.cue.tip_radius),
+        )
         aimed = place(mechanism, contact, profile.contact_at)
     except LimitError as error:
         outcome = _OUTCOMES.get(error.excesses[0].limit, Outcome.OUT_OF_REACH)
@@ -154,13 +160,17 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
             raise RefusedError(invalid, f'balls: {place_} of {name!r} must be finite (m)')
     try:
         stroke = Stroke.from_pose(
-            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'], radius))
+            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'], radius)
+        )
     except (ValueError, ArithmeticError) as error:
         raise RefusedError(invalid, str(error)) from error
     elevation = stroke.offsets[2]
     if not abs(plan.elevation - elevation) <= SAME_ELEVATION:
-        raise RefusedError(invalid, f'elevation: {plan.elevation!r} is not allowed; the '
-                                    f'quaternion says {elevation:.6g} (rad)')
+        raise RefusedError(
+            invalid,
+            f'elevation: {plan.elevation!r} is not allowed; the '
+            f'quaternion says {elevation:.6g} (rad)',
+        )
     return stroke
 
 
@@ -186,16 +196,28 @@ def _check_touch(
     balls = shot.table.balls if shot.table else {'cue': shot.trajectory}
     for name, ball in balls.items():
         touch = first_touch(
-            ball, cue, contact.position, contact.along, shape, mechanism.stroke.acceleration,
-            path.duration - stroke.leave)
+            ball,
+            cue,
+            contact.position,
+            contact.along,
+            shape,
+            mechanism.stroke.acceleration,
+            path.duration - stroke.leave,
+        )
         if touch == math.inf:
             continue
         if touch == 0.0 and name != 'cue':
             raise RefusedError(
-                Outcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue')
+                Outcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue'
+            )
         again = ' again' if name == 'cue' else ''
         phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
-        raise RefusedError(Outcome.TOUCHES_AGAIN, (
-            f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
-            f'strike, as it {phase}; it stops after {1e3 * (stroke.stop - stroke.leave):.3g} ms '
-            f'and is out of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'))
+        raise RefusedError(
+            Outcome.TOUCHES_AGAIN,
+            (
+                f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
+                f'strike, as it {phase}; it stops after '
+                f'{1e3 * (stroke.stop - stroke.leave):.3g} ms '
+                f'and is out of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'
+            ),
+        )

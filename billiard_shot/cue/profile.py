@@ -5,6 +5,7 @@ The drive accelerates the cue, holds its speed until it meets the ball, lets go 
 touch, brakes it and draws it back. While they touch, the ball alone changes the cue's speed, by
 what `predict` says; the path has that change as a ramp, for the drive to go along with.
 """
+
 from dataclasses import dataclass
 import math
 
@@ -61,8 +62,13 @@ class StrokeProfile:
 
 
 def stroke_profile(
-    mechanism: Mechanism, mass: float, gravity: float, elevation: float, speed: float,
-    speed_after: float, room: float,
+    mechanism: Mechanism,
+    mass: float,
+    gravity: float,
+    elevation: float,
+    speed: float,
+    speed_after: float,
+    room: float,
 ) -> StrokeProfile:
     """
     Find the quickest stroke within the limits of acceleration, jerk and force.
@@ -96,16 +102,32 @@ def stroke_profile(
     deceleration = min(drive.acceleration, (mechanism.force - weight) / mass)
     acceleration = min(drive.acceleration, (mechanism.force + weight) / mass)
     profile = StrokeProfile(
-        speed, speed_after if abs(speed_after) > STILL else 0.0, acceleration, deceleration,
-        drive.jerk, mechanism.steady_time, mechanism.contact_time)
-    why = (f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, as far as '
-           f'{"stroke.acceleration" if deceleration == drive.acceleration else "force"} allows')
-    refuse([
-        *outside('travel', profile.farthest, 0.0, drive.most, 'm', why),
-        *outside('travel', min(profile.stop_at, profile.leave_at), 0.0, drive.most, 'm',
-                 'the cue recoils'),
-        *outside('cloth', profile.farthest - profile.contact_at, 0.0, room, 'm', why),
-    ])
+        speed,
+        speed_after if abs(speed_after) > STILL else 0.0,
+        acceleration,
+        deceleration,
+        drive.jerk,
+        mechanism.steady_time,
+        mechanism.contact_time,
+    )
+    why = (
+        f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, as far as '
+        f'{"stroke.acceleration" if deceleration == drive.acceleration else "force"} allows'
+    )
+    refuse(
+        [
+            *outside('travel', profile.farthest, 0.0, drive.most, 'm', why),
+            *outside(
+                'travel',
+                min(profile.stop_at, profile.leave_at),
+                0.0,
+                drive.most,
+                'm',
+                'the cue recoils',
+            ),
+            *outside('cloth', profile.farthest - profile.contact_at, 0.0, room, 'm', why),
+        ]
+    )
     return profile
 
 
@@ -138,16 +160,18 @@ def stroke_path(
     """
     stroke = np.eye(len(start))[STROKE]
     builder = PathBuilder(start)
-    builder.ramp(profile.speed * stroke, *ramp_times(
-        profile.speed, profile.acceleration, profile.jerk))
+    builder.ramp(
+        profile.speed * stroke, *ramp_times(profile.speed, profile.acceleration, profile.jerk)
+    )
     builder.piece(profile.steady_time, 0.0 * stroke)
     contact = builder.time
-    builder.ramp(
-        (profile.speed_after - profile.speed) * stroke, 0.5 * profile.contact_time, 0.0)
+    builder.ramp((profile.speed_after - profile.speed) * stroke, 0.5 * profile.contact_time, 0.0)
     leave = builder.time
     if profile.speed_after != 0.0:
-        builder.ramp(-profile.speed_after * stroke, *ramp_times(
-            profile.speed_after, profile.deceleration, profile.jerk))
+        builder.ramp(
+            -profile.speed_after * stroke,
+            *ramp_times(profile.speed_after, profile.deceleration, profile.jerk),
+        )
     stop = builder.time
     accelerations = np.where(stroke > 0.0, profile.deceleration, mechanism.accelerations)
     target = builder.position.copy()

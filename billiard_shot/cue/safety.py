@@ -4,6 +4,7 @@ The safety states of the cue, as one explicit table.
 It says what leads from where to where, and under which conditions. Whatever is not in it is
 refused, with the reason.
 """
+
 from collections.abc import Set
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -64,8 +65,9 @@ class Condition(StrEnum):
     CLOCK_RUNS = 'the clock advances, and has not jumped back'
 
 
-SAFE = frozenset({Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH, Condition.MECHANISM_FIT,
-                  Condition.ALONE})
+SAFE = frozenset(
+    {Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH, Condition.MECHANISM_FIT, Condition.ALONE}
+)
 """What motion needs."""
 
 _ORDER = SAFE | {Condition.ORDER_VALID, Condition.CLOCK_RUNS}
@@ -88,15 +90,18 @@ TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
     **{(state, _E.INTERLOCK_LOST): (_S.FAULT, _NONE) for state in _STROKE},
     **{(state, _E.INTERRUPTED): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
     **{(state, _E.INTERRUPTED): (_S.FAULT, _NONE) for state in _STROKE},
-    **{(state, _E.DISARM): (_S.DISARMED, _NONE)
-       for state in (_S.DISARMED, *BEFORE_STROKE, *_STROKE)},
+    **{
+        (state, _E.DISARM): (_S.DISARMED, _NONE)
+        for state in (_S.DISARMED, *BEFORE_STROKE, *_STROKE)
+    },
     # The stronger latch stays.
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
     (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
     (_S.FAULT, _E.CLEAR): (
         _S.DISARMED,
-        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_FIT, Condition.ALONE})),
+        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_FIT, Condition.ALONE}),
+    ),
 }
 """From state and event to the next state, and the conditions that must hold."""
 
@@ -119,8 +124,11 @@ def decide(state: State, event: Event, conditions: Set[Condition]) -> Decision:
     """Look an event up in the table, under the conditions that hold."""
     if (state, event) not in TABLE:
         possible = [start.name for start, happening in TABLE if happening is event]
-        return Decision(False, state, (
-            f'{event}: not possible in state {state.name}, only in {", ".join(possible)}'))
+        return Decision(
+            False,
+            state,
+            (f'{event}: not possible in state {state.name}, only in {", ".join(possible)}'),
+        )
     after, needed = TABLE[state, event]
     missing = tuple(condition for condition in Condition if condition in needed - conditions)
     if missing:

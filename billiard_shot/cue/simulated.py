@@ -4,6 +4,7 @@ A simulated mechanism: six second-order actuators that follow paths, and stop wh
 What the path asks of the stroke beyond its drive's strength is the push of the ball that the path
 was made for: a drive that lets go of the cue while it touches the ball goes along with it.
 """
+
 from dataclasses import dataclass
 import math
 
@@ -119,8 +120,13 @@ class SimulatedMechanism:
     """
 
     def __init__(
-        self, mechanism: Mechanism, imperfections: Imperfections, deadline: float, start: Array,
-        now: float, seed: int = 0,
+        self,
+        mechanism: Mechanism,
+        imperfections: Imperfections,
+        deadline: float,
+        start: Array,
+        now: float,
+        seed: int = 0,
     ) -> None:
         self.faults = Faults()
         self.stops: list[Stop] = []
@@ -215,8 +221,11 @@ class SimulatedMechanism:
         position, velocity, _ = path.at(time)
         _, _, wanted = path.at(time + 0.5 * SUBSTEP)
         bandwidth = self._flaws.bandwidth
-        control = wanted + 2.0 * bandwidth * (velocity - self.velocity) + (
-            bandwidth * bandwidth * (position - self.position))
+        control = (
+            wanted
+            + 2.0 * bandwidth * (velocity - self.velocity)
+            + (bandwidth * bandwidth * (position - self.position))
+        )
         drive = np.clip(wanted, -self._limits, self._limits)
         ball = np.zeros(len(JOINTS))
         if not self.faults.no_ball:
@@ -224,7 +233,8 @@ class SimulatedMechanism:
         force = np.clip(control - ball, -self._limits, self._limits)
         if self._flaws.noise:
             force = force + self._flaws.noise * self._limits * self._random.standard_normal(
-                len(JOINTS))
+                len(JOINTS)
+            )
         if self.faults.late_brake and drive[STROKE] * self.velocity[STROKE] < 0.0:
             self._brake_wanted = min(self._brake_wanted, self._now)
             if self._now < self._brake_wanted + self.faults.late_brake:

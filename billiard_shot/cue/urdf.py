@@ -1,4 +1,5 @@
 """The mechanical cue in the Unified Robot Description Format (URDF), made from its mechanism."""
+
 from collections.abc import Iterable, Sequence
 import xml.etree.ElementTree as ET
 
@@ -7,7 +8,9 @@ from billiard_shot.cue.model import chain, frame_names, Joint, tip_offset
 
 
 def urdf_of(
-    mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS,
+    mechanism: Mechanism,
+    frame: str = 'table',
+    names: Sequence[str] = JOINTS,
     incline_joint: str = 'incline_angle',
 ) -> str:
     """URDF of a mechanism on a table; the parameters are those of `model.chain`."""
@@ -33,8 +36,14 @@ def _add_joint(robot: ET.Element, joint: Joint) -> None:
     ET.SubElement(element, 'parent', link=joint.parent)
     ET.SubElement(element, 'child', link=joint.child)
     ET.SubElement(element, 'axis', xyz=_text(joint.axis))
-    ET.SubElement(element, 'limit', lower=repr(joint.least), upper=repr(joint.most),
-                  velocity=repr(joint.speed), effort=repr(joint.effort))
+    ET.SubElement(
+        element,
+        'limit',
+        lower=repr(joint.least),
+        upper=repr(joint.most),
+        velocity=repr(joint.speed),
+        effort=repr(joint.effort),
+    )
 
 
 def _add_link(robot: ET.Element, joint: Joint) -> None:

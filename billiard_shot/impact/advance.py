@@ -39,9 +39,7 @@ def friction_work(c: ContactState, order: int, x: float) -> float:
 
 
 @inner
-def advance(
-    m: Model, contacts: list[ContactState], scale: float, order: int, x: float
-) -> None:
+def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x: float) -> None:
     """Move the state to x on the polynomials, and book the impulses and the work of friction."""
     for j in range(len(contacts)):
         c = contacts[j]

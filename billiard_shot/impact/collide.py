@@ -96,8 +96,11 @@ def read_log(log: NDArray[np.void], axes: Vector) -> tuple[Phase, ...]:
     """Read phases (phases, N) of `PhaseLog`; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
     return tuple(
         Phase(
-            tuple(np.flatnonzero(row['active']).tolist()), Ending(int(row['ending'][0])),
-            int(row['contact'][0]), np.einsum('ik,ikl->il', impulse, axes), row['energy'].copy(),
+            tuple(np.flatnonzero(row['active']).tolist()),
+            Ending(int(row['ending'][0])),
+            int(row['contact'][0]),
+            np.einsum('ik,ikl->il', impulse, axes),
+            row['energy'].copy(),
         )
         for row, impulse in zip(log, impulses_of(log), strict=True)
     )

@@ -57,9 +57,7 @@ def tableau(
 
 
 _STORAGES: tuple[Storage, ...] = (OBJECTS, ROWS)
-TABLEAUS = {
-    storage: tuple(map(storage.array, tableau())) for storage in _STORAGES
-}
+TABLEAUS = {storage: tuple(map(storage.array, tableau())) for storage in _STORAGES}
 
 
 @inner
@@ -136,7 +134,11 @@ def dot(a: Vector, b: Vector) -> float:
 
 @inner
 def solve_stages(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float,
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    scale: float,
+    tolerance: float,
     stiff: int,
 ) -> bool:
     """
@@ -200,9 +202,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
 
 
 @inner
-def set_stage_motion(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float
-) -> float:
+def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scale: float) -> float:
     """
     Integrate velocities and compressions at the stages from the forces there.
 

@@ -115,9 +115,9 @@ def minimize_over_disc(
                 lower = kappa
             else:
                 upper = kappa
-            slope = (
-                x * x / max(high + kappa, 1e-300) + y * y / max(low + kappa, 1e-300)
-            ) / max(norm2, 1e-300)
+            slope = (x * x / max(high + kappa, 1e-300) + y * y / max(low + kappa, 1e-300)) / max(
+                norm2, 1e-300
+            )
             step = (norm / radius - 1.0) / max(slope, 1e-300)
             trial = kappa + step
             if not lower <= trial <= upper:

@@ -162,7 +162,9 @@ def add_cycles(
         c.impulse_2 = limit(now[n + IMPULSE_2], before[n + IMPULSE_2], ratio)
         c.final_slip = limit(now[n + FINAL_SLIP], before[n + FINAL_SLIP], ratio)
         c.restitution_loss = limit_of_loss(
-            now[n + RESTITUTION_LOSS], before[n + RESTITUTION_LOSS], first[n + RESTITUTION_LOSS],
+            now[n + RESTITUTION_LOSS],
+            before[n + RESTITUTION_LOSS],
+            first[n + RESTITUTION_LOSS],
             ratio,
         )
         c.friction_loss = limit_of_loss(

@@ -159,9 +159,7 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
 
 
 @inner
-def propose_step(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress
-) -> Step:
+def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> Step:
     """Fill the polynomials of a step as long as the tolerance allows; scale 0 if none is good."""
     o = m.options
     stiff, redundant = prepare_contacts(m, contacts)
@@ -241,7 +239,11 @@ def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> b
 
 @inner
 def carry_out(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, log: list[PhaseLog],
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: Progress,
+    log: list[PhaseLog],
     event: Event,
 ) -> None:
     """Log the phase that an event ends, if it ends one, and apply its transition."""
@@ -351,7 +353,11 @@ def end(
 
 @inner
 def log_phase(
-    m: Model, contacts: list[ContactState], p: Progress, log: list[PhaseLog], ending: int,
+    m: Model,
+    contacts: list[ContactState],
+    p: Progress,
+    log: list[PhaseLog],
+    ending: int,
     contact: int,
 ) -> None:
     """Log a phase that ends now, if the log has room; else only count it."""

@@ -79,8 +79,16 @@ class Properties:
 
 @inner
 def begin(
-    properties: Floats, law: int, exponent: float, options: Options, delassus: Floats,
-    velocity: Vector, tolerance: float, contacts: list[ContactState], ws: Workspace, p: Progress,
+    properties: Floats,
+    law: int,
+    exponent: float,
+    options: Options,
+    delassus: Floats,
+    velocity: Vector,
+    tolerance: float,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: Progress,
 ) -> tuple[Model, float, float]:
     """
     Set contacts and progress to where a collision begins, in its own units.
@@ -109,8 +117,16 @@ def begin(
 
 @inner
 def finish(
-    m: Model, velocity: Vector, speed: float, unit: float, contacts: list[ContactState],
-    ws: Workspace, p: Progress, results: list[ContactResult], first: int, log: list[PhaseLog],
+    m: Model,
+    velocity: Vector,
+    speed: float,
+    unit: float,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: Progress,
+    results: list[ContactResult],
+    first: int,
+    log: list[PhaseLog],
 ) -> None:
     """Check the balance of energy, and write the results in SI units, from number `first` on."""
     count = len(contacts)
@@ -129,7 +145,12 @@ def finish(
 
 @inner
 def start_contact(
-    c: ContactState, properties: Vector, velocity: Vector, speed: float, firmness: float, j: int,
+    c: ContactState,
+    properties: Vector,
+    velocity: Vector,
+    speed: float,
+    firmness: float,
+    j: int,
     options: Options,
 ) -> None:
     """Set a contact to where the collision begins."""
@@ -223,11 +244,18 @@ def energy_imbalance(
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
-        storage.array(np.full((1, 3), 0.5)), 0, 1.0, DEFAULT_OPTIONS,
+        storage.array(np.full((1, 3), 0.5)),
+        0,
+        1.0,
+        DEFAULT_OPTIONS,
         storage.array(np.eye(3)[np.newaxis]),
-        storage.array(-np.eye(1, 3)), storage.array([1e-9]), storage.records(ContactState, 1),
-        workspace(storage, 1, TABLEAUS[storage]), storage.records(Progress, 1),
-        storage.records(ContactResult, 1), storage.records(PhaseLog, 1),
+        storage.array(-np.eye(1, 3)),
+        storage.array([1e-9]),
+        storage.records(ContactState, 1),
+        workspace(storage, 1, TABLEAUS[storage]),
+        storage.records(Progress, 1),
+        storage.records(ContactResult, 1),
+        storage.records(PhaseLog, 1),
         storage.records(CollisionOutcome, 1),
     )
 
@@ -278,8 +306,16 @@ def solve_collisions(
         if not tolerance[i] > 0.0:
             continue
         m, speed, unit = begin(
-            properties, law, exponent, options, delassus[i], velocity[i], tolerance[i], contacts,
-            ws, p,
+            properties,
+            law,
+            exponent,
+            options,
+            delassus[i],
+            velocity[i],
+            tolerance[i],
+            contacts,
+            ws,
+            p,
         )
         if speed > 0.0:
             while not integrate(m, contacts, ws, p, log):
@@ -325,8 +361,11 @@ class Solved:
 
 
 def solve_in_contact_space(
-    properties: Properties, delassus: NDArray[np.float64], velocity: NDArray[np.float64],
-    tolerance: ArrayLike, phases: int = 0,
+    properties: Properties,
+    delassus: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    tolerance: ArrayLike,
+    phases: int = 0,
 ) -> Solved:
     """
     Solve n collisions of the same N contacts.
@@ -343,20 +382,34 @@ def solve_in_contact_space(
     n, count = len(velocity), len(properties.friction)
     storage = solve_collisions.current().storage
     results, outcomes, logged = solve_stored(
-        storage, properties, storage.array(delassus), storage.array(velocity),
-        storage.array(tolerance), phases,
+        storage,
+        properties,
+        storage.array(delassus),
+        storage.array(velocity),
+        storage.array(tolerance),
+        phases,
     )
     table = as_rows(ContactResult, results).view(np.float64).reshape(n, count, 7)
     ends = as_rows(CollisionOutcome, outcomes)
     return Solved(
-        table[..., :3], table[..., 3:5], table[..., 5], table[..., 6], ends['status'],
-        ends['phases'], ends['steps'], logged,
+        table[..., :3],
+        table[..., 3:5],
+        table[..., 5],
+        table[..., 6],
+        ends['status'],
+        ends['phases'],
+        ends['steps'],
+        logged,
     )
 
 
 def solve_stored(
-    storage: Storage, properties: Properties, delassus: Floats, velocity: Floats,
-    tolerance: Vector, phases: int,
+    storage: Storage,
+    properties: Properties,
+    delassus: Floats,
+    velocity: Floats,
+    tolerance: Vector,
+    phases: int,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
     Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
@@ -365,17 +418,27 @@ def solve_stored(
     """
     run = solve_collisions.on(storage)
     n, count = len(velocity), len(properties.friction)
-    given = storage.array(np.array(
-        (properties.friction, properties.restitution, properties.stiffness), float).T)
+    given = storage.array(
+        np.array((properties.friction, properties.restitution, properties.stiffness), float).T
+    )
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
         log = storage.records(PhaseLog, phases * count)
         run(
-            given, properties.law, float(properties.exponent), properties.options, delassus,
-            velocity, tolerance, storage.records(ContactState, count),
-            workspace(storage, count, TABLEAUS[storage]), storage.records(Progress, 1), results,
-            log, outcomes,
+            given,
+            properties.law,
+            float(properties.exponent),
+            properties.options,
+            delassus,
+            velocity,
+            tolerance,
+            storage.records(ContactState, count),
+            workspace(storage, count, TABLEAUS[storage]),
+            storage.records(Progress, 1),
+            results,
+            log,
+            outcomes,
         )
         needed = int(outcomes[-1].phases) if phases and n else 0
         if needed <= phases:

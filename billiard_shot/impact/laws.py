@@ -39,7 +39,11 @@ def restitution_end(law: int, restitution: float, exponent: float, peak: float) 
 
 @inner
 def unloading_loss(
-    law: int, restitution: float, stiffness: float, exponent: float, peak: float,
+    law: int,
+    restitution: float,
+    stiffness: float,
+    exponent: float,
+    peak: float,
     compression: float,
 ) -> float:
     """Energy lost while a spring opened from its peak: law bistiffness gives back e^2 of it."""

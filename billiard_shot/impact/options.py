@@ -1,4 +1,5 @@
 """All numbers that steer the solver, each with its unit and its reason."""
+
 from typing import NamedTuple
 
 

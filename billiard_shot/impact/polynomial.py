@@ -21,9 +21,7 @@ def evaluate(c: Vector, degree: int, x: float) -> float:
 
 
 @inner
-def sign_changes(
-    c: Vector, degree: int, low: float, high: float, work: Floats
-) -> int:
+def sign_changes(c: Vector, degree: int, low: float, high: float, work: Floats) -> int:
     """
     Count the sign changes of the polynomial's Bernstein coefficients on [low, high].
 

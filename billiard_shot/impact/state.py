@@ -1,4 +1,5 @@
 """The state of a collision: a record for each contact, and the matrices that couple them."""
+
 from enum import IntEnum
 from math import sqrt
 from typing import Annotated, Any, NamedTuple
@@ -163,10 +164,20 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
     delassus, reduced, stick_gain = zeros(3, size, size)
     stages, integral, monomial = tableau
     return Workspace(
-        delassus, reduced, stick_gain, zeros(3, 2 * count, 2 * count), zeros(nodes, nodes),
-        zeros(nodes), zeros(2, size), zeros(3, MAX_COEFFICIENTS),
-        storage.array(np.zeros(2 * count, np.int64)), stages, integral, monomial,
-        zeros(HISTORY, SECTION * count), storage.array(np.zeros(HISTORY, np.int64)),
+        delassus,
+        reduced,
+        stick_gain,
+        zeros(3, 2 * count, 2 * count),
+        zeros(nodes, nodes),
+        zeros(nodes),
+        zeros(2, size),
+        zeros(3, MAX_COEFFICIENTS),
+        storage.array(np.zeros(2 * count, np.int64)),
+        stages,
+        integral,
+        monomial,
+        zeros(HISTORY, SECTION * count),
+        storage.array(np.zeros(HISTORY, np.int64)),
     )
 
 

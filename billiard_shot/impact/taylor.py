@@ -22,7 +22,11 @@ from billiard_shot.impact.state import (
 
 @inner
 def explicit_step(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int,
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    scale: float,
+    order: int,
     tolerance: float,
 ) -> tuple[float, float]:
     """
@@ -176,9 +180,7 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
 
 
 @innermost
-def step_length(
-    m: Model, contacts: list[ContactState], order: int, tolerance: float
-) -> float:
+def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: float) -> float:
     """
     Length of a step in units of its scale, from the last two coefficients; 0: overflow.
 

@@ -125,9 +125,7 @@ def loss_since_peak(m: Model, c: ContactState) -> float:
 
 
 @inner
-def recompression_margin(
-    m: Model, contacts: list[ContactState], ws: Workspace, j: int
-) -> float:
+def recompression_margin(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> float:
     """
     Further decompression before recompression would have begun, relative to the peak.
 
@@ -143,9 +141,7 @@ def recompression_margin(
 
 
 @inner
-def normal_acceleration(
-    m: Model, contacts: list[ContactState], ws: Workspace, j: int
-) -> float:
+def normal_acceleration(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> float:
     """Acceleration of a contact's normal velocity under the forces of this moment."""
     total = 0.0
     row = ws.reduced[3 * j]

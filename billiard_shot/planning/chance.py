@@ -1,4 +1,5 @@
 """Chances: the noise of strokes, drawn in common for all that are compared, and intervals."""
+
 import math
 
 import numpy as np

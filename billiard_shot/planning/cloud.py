@@ -1,4 +1,5 @@
 """What noise makes of a planned stroke: where the balls end, time after time."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -51,7 +52,5 @@ def cloud_of(planned: RankedStroke, noise: Noise, count: int, seed: int = 1) -> 
     goes = motions.duration > 0.0
     moved[motions.table[goes], motions.ball[goes]] = True
     cue = motions.of(motions.ball == 0)
-    paths = tuple(
-        cue.corners[cue.table == i].reshape(-1, 2) for i in range(count)
-    )
+    paths = tuple(cue.corners[cue.table == i].reshape(-1, 2) for i in range(count))
     return Cloud(problem.names, rests, moved, paths, success & sound)

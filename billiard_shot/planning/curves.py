@@ -6,6 +6,7 @@ comes twice as fast, the ball takes the same path four times as large. So one pa
 offsets and elevation serves for all speeds and directions: that of 1 m/s along +x is enlarged so
 far, and turned so, that it goes through the waypoint.
 """
+
 import math
 from typing import NamedTuple
 
@@ -42,11 +43,16 @@ def library(problem: Problem) -> Library:
     """Play strikes of all kinds within the limits."""
     robot = problem.limits.robot
     low, high = problem.limits.elevations
-    kinds = np.array([
-        (robot.offset_max * side, robot.offset_max * height, elevation)
-        for elevation in ELEVATIONS if low <= elevation <= high
-        for height in HEIGHTS for side in SIDES if math.hypot(side, height) <= 1.0
-    ]).reshape(-1, 3)
+    kinds = np.array(
+        [
+            (robot.offset_max * side, robot.offset_max * height, elevation)
+            for elevation in ELEVATIONS
+            if low <= elevation <= high
+            for height in HEIGHTS
+            for side in SIDES
+            if math.hypot(side, height) <= 1.0
+        ]
+    ).reshape(-1, 3)
     strokes = np.column_stack([kinds, np.zeros(len(kinds)), np.ones(len(kinds))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
@@ -79,9 +85,7 @@ def curved_guesses(problem: Problem, strikes: Library, point: Waypoint, count: i
         paths = strikes.paths * speed**2
         azimuth, gap, cut, length = _through(problem, paths, point)
         fit = np.flatnonzero((gap > 0.0) & (cut > THINNEST))
-        found.append(np.column_stack([
-            strikes.kinds[fit], azimuth[fit], np.full(len(fit), speed)
-        ]))
+        found.append(np.column_stack([strikes.kinds[fit], azimuth[fit], np.full(len(fit), speed)]))
         spreads.append(np.array([spread_of(problem, point, length, float(cut[i])) for i in fit]))
     strokes, spread = np.concatenate(found), np.concatenate(spreads)
     allowed = problem.limits.allows(strokes[:, 3])
@@ -93,9 +97,7 @@ def curved_guesses(problem: Problem, strikes: Library, point: Waypoint, count: i
     return Guesses(lifted[free], spread[free], np.zeros(len(free), np.int64))
 
 
-def _through(
-    problem: Problem, paths: Rows, point: Waypoint
-) -> tuple[Rows, Rows, Rows, float]:
+def _through(problem: Problem, paths: Rows, point: Waypoint) -> tuple[Rows, Rows, Rows, float]:
     """
     Turn paths (n, SAMPLES, 3) so that they go through a waypoint.
 
@@ -132,9 +134,9 @@ def _through(
     inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
     gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
     step = p1 - p0
-    heading = np.stack([
-        cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]
-    ], axis=1)
+    heading = np.stack(
+        [cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]], axis=1
+    )
     size = np.maximum(np.hypot(*heading.T), 1e-12)
     cut = heading @ point.push / size if point.struck else np.ones(len(paths))
     return turn, gap, cut, distance

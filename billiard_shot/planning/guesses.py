@@ -1,4 +1,5 @@
 """Strokes to begin with: the cue ball's ways to its waypoints, straight and by cushions."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,8 @@ def joined(parts: list[Guesses]) -> Guesses:
         begin = int(ways[-1].max(initial=begin - 1)) + 1
     return Guesses(
         np.concatenate([part.strokes for part in parts]),
-        np.concatenate([part.spread for part in parts]), np.concatenate(ways),
+        np.concatenate([part.spread for part in parts]),
+        np.concatenate(ways),
     )
 
 
@@ -67,11 +69,14 @@ def ways_to(problem: Problem, point: Waypoint, cushions: int) -> list[Way]:
         cut = float(arrival @ point.push) if point.struck else 1.0
         if cut < THINNEST or (point.struck and _through(problem, path, point)):
             continue
-        found.append(Way(
-            float(np.arctan2(legs[0, 1], legs[0, 0])), length,
-            spread_of(problem, point, length, cut) * (CUSHION if via else 1.0),
-            (length + point.after) / cut * CUSHION ** len(via),
-        ))
+        found.append(
+            Way(
+                float(np.arctan2(legs[0, 1], legs[0, 0])),
+                length,
+                spread_of(problem, point, length, cut) * (CUSHION if via else 1.0),
+                (length + point.after) / cut * CUSHION ** len(via),
+            )
+        )
     return found
 
 

@@ -7,6 +7,7 @@ it. Both have a closed form as soon as the other three are known, so that what i
 a least squares problem in the offsets a and b and the elevation (variable projection; Golub and
 Pereyra, SIAM J. Numer. Anal. 10, 1973).
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -135,8 +136,15 @@ class _Problem(NamedTuple):
         found: list[tuple[float, Row]] = []
         for start in starts:
             solved = least_squares(
-                self.errors, start, self.slopes, BOUNDS, method='dogbox', xtol=1e-12, ftol=1e-9,
-                gtol=1e-15, max_nfev=evaluations,
+                self.errors,
+                start,
+                self.slopes,
+                BOUNDS,
+                method='dogbox',
+                xtol=1e-12,
+                ftol=1e-9,
+                gtol=1e-15,
+                max_nfev=evaluations,
             )
             found.append((math.sqrt(2.0 * solved.cost), solved.x))
             if self.exact(found[-1][0]):
@@ -155,9 +163,9 @@ class _Problem(NamedTuple):
 
             draws = qmc.Sobol(3, scramble=False).random(STARTS)
             radius, angle = RIM * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
-            starts = np.column_stack([
-                radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]
-            ])
+            starts = np.column_stack(
+                [radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]]
+            )
             nearer = self.refine(self.best_of(starts, PURSUED), BRIEF)
             ends = np.array([x for _, x in nearer[:FINISHED]])
             found = sorted(found + self.refine(ends, THOROUGH), key=lambda each: each[0])

@@ -1,4 +1,5 @@
 """What players call a shot, seen from what happens in it."""
+
 import math
 
 import numpy as np
@@ -46,8 +47,11 @@ def _cushion(event: TableEvent, ball: str) -> bool:
 def _way(shot: Shot, end: float) -> str:
     """Whether the cue ball jumps over a ball, or goes around one, before a time."""
     path = shot.trajectory
-    events = (event.time for event in path.events if event.kind in (
-        EventKind.CUSHION, EventKind.BALL, EventKind.CLUSTER))
+    events = (
+        event.time
+        for event in path.events
+        if event.kind in (EventKind.CUSHION, EventKind.BALL, EventKind.CLUSTER)
+    )
     end = min(end, path.duration, *events, math.inf)
     places = path.at(np.linspace(0.0, end, 200)).position
     radius = shot.scene.ball.radius

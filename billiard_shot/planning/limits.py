@@ -1,4 +1,5 @@
 """What strokes may be planned: the robot's limits, and those that the table sets to the cue."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -1,4 +1,5 @@
 """The recorded motion of many tables as arrays: one entry a stretch of constant acceleration."""
+
 from typing import Any, NamedTuple
 
 import numpy as np

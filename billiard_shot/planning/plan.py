@@ -1,4 +1,5 @@
 """plan(): which stroke reaches a target, and how surely."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -96,9 +97,16 @@ def plan(
         # strokes that are being played when it is cancelled are not waited for
         threads.shutdown(wait=False, cancel_futures=True)
     ranking = tuple(
-        RankedStroke(scene, wanted, limits, Stroke.from_offsets(*finalist.stroke.tolist()),
-                     finalist.successes, finalist.trials)
-        for finalist in finalists if finalist.successes
+        RankedStroke(
+            scene,
+            wanted,
+            limits,
+            Stroke.from_offsets(*finalist.stroke.tolist()),
+            finalist.successes,
+            finalist.trials,
+        )
+        for finalist in finalists
+        if finalist.successes
     )
     status, message = _verdict(ranking, miss, cancelled, runner.played)
     return PlanResult(status, message, ranking, runner.played, perf_counter() - begin, spread)
@@ -137,8 +145,9 @@ def _verdict(
         return Status.CANCELLED, f'cancelled after {played} simulations: {so_far}'
     if ranking:
         return Status.OK, _chance(ranking[0])
-    steps = ('' if miss > 1.0 or miss == 0.0 else
-             f'; the nearest stroke misses by {1e3 * miss:.0f} mm')
+    steps = (
+        '' if miss > 1.0 or miss == 0.0 else f'; the nearest stroke misses by {1e3 * miss:.0f} mm'
+    )
     steps = '; strokes that reach it do so by luck only' if miss == 0.0 else steps
     return Status.NO_PLAN, f'no stroke that reaches the target in {played} simulations{steps}'
 

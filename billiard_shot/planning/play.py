@@ -1,4 +1,5 @@
 """Strokes played and judged, by the hundred."""
+
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,8 @@ def simulate_strokes(problem: Problem, strokes: Rows) -> tuple[BatchRecording, N
     centre = np.array([*problem.cue_ball, problem.radius])
     normals, velocities = vectors_of(strokes)
     played, velocities = strike_batch_with_clearance(
-        scene, model, normals, velocities, centre, TOLERANCE)
+        scene, model, normals, velocities, centre, TOLERANCE
+    )
     given = states_of(scene, centre, played.strikes)
     strike_frozen(scene, model, given, normals, velocities, played.strikes)
     sound = np.isin(played.strikes['status'], SOUND)

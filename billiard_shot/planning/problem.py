@@ -1,4 +1,5 @@
 """All that a search needs to play strokes and to judge them: made once, and sent to workers."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -72,13 +73,29 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         case Hit():
             ball = names.index(target.hit)
     first = names.index(limits.first_contact) if limits.first_contact else 0
-    sigmas = np.array([
-        noise.a / scene.ball.radius, noise.b / scene.ball.radius,
-        np.radians(noise.elevation_deg), np.radians(noise.azimuth_deg), noise.speed,
-    ])
+    sigmas = np.array(
+        [
+            noise.a / scene.ball.radius,
+            noise.b / scene.ball.radius,
+            np.radians(noise.elevation_deg),
+            np.radians(noise.azimuth_deg),
+            noise.speed,
+        ]
+    )
     return Problem(
-        scene, target, limits, noise, model_of(scene), table,
-        layout_of(params, table), names, places, ball, first, pockets, sigmas,
+        scene,
+        target,
+        limits,
+        noise,
+        model_of(scene),
+        table,
+        layout_of(params, table),
+        names,
+        places,
+        ball,
+        first,
+        pockets,
+        sigmas,
     )
 
 

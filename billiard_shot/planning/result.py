@@ -1,4 +1,5 @@
 """What a search gives back: strokes with their chances."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass, field

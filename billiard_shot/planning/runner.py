@@ -1,4 +1,5 @@
 """Strokes played on all cores: counted against the budget, reported, and given up when told so."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -42,8 +43,12 @@ class Runner:
     """Plays strokes of one problem within a budget."""
 
     def __init__(
-        self, problem: Problem, budget: int, executor: Executor | Submits,
-        progress: Callable[[Progress], object] | None, cancel: Callable[[], bool] | None,
+        self,
+        problem: Problem,
+        budget: int,
+        executor: Executor | Submits,
+        progress: Callable[[Progress], object] | None,
+        cancel: Callable[[], bool] | None,
     ) -> None:
         self.budget, self.played, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)

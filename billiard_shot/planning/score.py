@@ -1,4 +1,5 @@
 """How near played strokes came to their target."""
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -108,9 +109,7 @@ def _pot(problem: Problem, target: Pot, recording: BatchRecording, motions: Moti
     touched = np.isfinite(motions.met(problem.ball))
     others = motions.of((motions.ball != problem.ball) & (motions.duration > 0.0))
     near = others.nearest(problem.places[problem.ball]) - 2.0 * problem.radius
-    to_pocket = np.min([
-        own.nearest(problem.hole(pocket)) for pocket in problem.pockets
-    ], axis=0)
+    to_pocket = np.min([own.nearest(problem.hole(pocket)) for pocket in problem.pockets], axis=0)
     into = recording.balls['pocket'][:, problem.ball]
     potted = np.isin(into, problem.pockets)
     miss = np.where(touched, np.clip(to_pocket, 1e-6, LONGEST), STEP + _short(near))

@@ -1,4 +1,5 @@
 """The search: guesses, the surest of them improved, and the best ones compared under noise."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
@@ -214,9 +215,9 @@ def _judged(
         count = min(round(effort * (FRESH_OTHERS if place else FRESH)), runner.left)
         if count:
             noise = errors(problem, draws, count)
-            found.append(Finalist(
-                stroke, int(_tries(problem, runner, stroke[np.newaxis], noise)[0]), count
-            ))
+            found.append(
+                Finalist(stroke, int(_tries(problem, runner, stroke[np.newaxis], noise)[0]), count)
+            )
     return found[:1] + sorted(found[1:], key=lambda each: -each.successes / each.trials)
 
 

@@ -1,4 +1,5 @@
 """What strikes give the ball, for many strokes at once: what is left when speed and azimuth go."""
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,8 +51,7 @@ def strikes_of(scene: Scene, model: StrikeModel, offsets: Rows) -> Rows:
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
     strikes = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
-    given = np.concatenate(
-        [strikes['velocity'], spin_in_metres(scene, strikes['spin'])], axis=1)
+    given = np.concatenate([strikes['velocity'], spin_in_metres(scene, strikes['spin'])], axis=1)
     given[strikes['status'] >= Status.MISS] = np.nan
     return given
 

@@ -6,6 +6,7 @@ exactly as the noise spreads real strokes. Then the mean error of those that suc
 gradient of the chance of success, in the metric of the noise: following it leads to the middle of
 what succeeds (cross-entropy method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
 """
+
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -73,9 +74,7 @@ def _order(swarm: Swarm) -> NDArray[np.int64]:
     return order
 
 
-def _round(
-    problem: Problem, runner: Runner, swarm: Swarm, normal: Rows, width: float
-) -> Swarm:
+def _round(problem: Problem, runner: Runner, swarm: Swarm, normal: Rows, width: float) -> Swarm:
     """Sample around each stroke, with the same errors for all, and move it."""
     count, samples = len(swarm.strokes), len(normal)
     spread = np.hypot(problem.sigmas, width * swarm.spread)

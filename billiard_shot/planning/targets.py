@@ -1,4 +1,5 @@
 """What a stroke is to reach: targets as people state them, checked against the scene."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
@@ -209,9 +210,18 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
     if isinstance(wanted, Mapping):
         kinds = [kind for kind in KINDS if kind in wanted]
         if len(kinds) != 1:
-            raise InputError([Mistake((), (
-                f'{dict(wanted)!r} is not allowed; it must have one of the keys {", ".join(KINDS)}'
-            ))], 'target')
+            raise InputError(
+                [
+                    Mistake(
+                        (),
+                        (
+                            f'{dict(wanted)!r} is not allowed; it must have one of the keys '
+                            f'{", ".join(KINDS)}'
+                        ),
+                    )
+                ],
+                'target',
+            )
         data = {('passing' if key == 'pass' else key): value for key, value in wanted.items()}
         try:
             target = read(KINDS[kinds[0]], data)
@@ -220,10 +230,18 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
     elif isinstance(wanted, tuple(KINDS.values())):
         target = wanted
     else:
-        raise InputError([Mistake((), (
-            f'{wanted!r} is not allowed; it must be a mapping with one of the keys '
-            f'{", ".join(KINDS)}'
-        ))], 'target')
+        raise InputError(
+            [
+                Mistake(
+                    (),
+                    (
+                        f'{wanted!r} is not allowed; it must be a mapping with one of the keys '
+                        f'{", ".join(KINDS)}'
+                    ),
+                )
+            ],
+            'target',
+        )
     return target
 
 
@@ -263,10 +281,13 @@ def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
         return
     x, y = 0.5 * table.length, 0.5 * table.width
     if abs(place[0]) > x or abs(place[1]) > y:
-        yield Mistake((key,), (
-            f'{place!r} is not allowed; it must be on the table, x from {-x:g} to {x:g} and y '
-            f'from {-y:g} to {y:g} (m)'
-        ))
+        yield Mistake(
+            (key,),
+            (
+                f'{place!r} is not allowed; it must be on the table, x from {-x:g} to {x:g} and y '
+                f'from {-y:g} to {y:g} (m)'
+            ),
+        )
 
 
 def _place(
@@ -274,8 +295,10 @@ def _place(
 ) -> Iterator[Mistake]:
     """Mistakes of a place where the cue ball's centre has to come within a radius."""
     off = list(_on_table(scene, key, place))
-    if not off and scene.table is not None and (
-        why := no_place(scene.table, *place, scene.ball.radius)
+    if (
+        not off
+        and scene.table is not None
+        and (why := no_place(scene.table, *place, scene.ball.radius))
     ):
         off = [Mistake((key,), f'{place!r} is not allowed; {why}')]
     yield from off
@@ -284,7 +307,10 @@ def _place(
         if other not in (CUE_BALL, gone) and (
             apart < scene.ball.radius or 2.0 * scene.ball.radius - apart > radius
         ):
-            yield Mistake((key,), (
-                f'{place!r} is not allowed; a ball there overlaps ball {other!r} by '
-                f'{1e3 * (2.0 * scene.ball.radius - apart):.3g} mm'
-            ))
+            yield Mistake(
+                (key,),
+                (
+                    f'{place!r} is not allowed; a ball there overlaps ball {other!r} by '
+                    f'{1e3 * (2.0 * scene.ball.radius - apart):.3g} mm'
+                ),
+            )

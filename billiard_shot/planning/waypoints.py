@@ -6,6 +6,7 @@ the line to the pocket, the "ghost ball". A cushion is a mirror: a ball that is 
 by way of it aims at the pocket's image. Throw, spin and real cushions change that by some degrees,
 which is left to the search.
 """
+
 from collections.abc import Iterator, Sequence
 import math
 from typing import NamedTuple
@@ -61,9 +62,7 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     return found
 
 
-def _combinations(
-    problem: Problem, ghost: Rows, push: Rows, after: float
-) -> Iterator[Waypoint]:
+def _combinations(problem: Problem, ghost: Rows, push: Rows, after: float) -> Iterator[Waypoint]:
     """Ways to send another ball to where it pushes the one that is wanted."""
     for other in range(1, len(problem.places)):
         there = problem.places[other]
@@ -74,7 +73,9 @@ def _combinations(
         cut = float(line @ push)
         if cut > THINNEST and clear(problem, np.array([there, ghost]), (0, other, problem.ball)):
             yield Waypoint(
-                there - 2.0 * problem.radius * line, line, other,
+                there - 2.0 * problem.radius * line,
+                line,
+                other,
                 (after + distance / (2.0 * problem.radius) * 0.2) / cut,
             )
 
@@ -101,9 +102,7 @@ def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
             found += [(*via, nose) for nose in range(4) if via[-1:] != (nose,)]
 
 
-def reflected(
-    problem: Problem, begin: Rows, end: Rows, via: Sequence[int]
-) -> Rows | None:
+def reflected(problem: Problem, begin: Rows, end: Rows, via: Sequence[int]) -> Rows | None:
     """Corners (n, 2) of a path by way of some noses as if they were mirrors; None: there is no."""
     half_sizes = problem.half_sizes
     if via and not math.isfinite(half_sizes[0]):

@@ -6,6 +6,7 @@ Asks a running predictor for the four shots of the paper, and prints what comes 
 Needs no `ros2` command. The shots are those of Jia, Mason, Erdmann (WAFR 2008), Table 1, the jump
 with its normal corrected.
 """
+
 from collections.abc import Sequence
 import math
 import sys
@@ -54,14 +55,17 @@ def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.
     azimuth = math.atan2(direction[1], direction[0]) / 2
     elevation = math.atan2(-direction[2], math.hypot(direction[0], direction[1])) / 2
     quaternion = (
-        -math.sin(azimuth) * math.sin(elevation), math.cos(azimuth) * math.sin(elevation),
-        math.sin(azimuth) * math.cos(elevation), math.cos(azimuth) * math.cos(elevation),
+        -math.sin(azimuth) * math.sin(elevation),
+        math.cos(azimuth) * math.sin(elevation),
+        math.sin(azimuth) * math.cos(elevation),
+        math.cos(azimuth) * math.cos(elevation),
     )
     return conversions.make_request(contact - RETREAT * direction, quaternion, speed)
 
 
-def call(node: Node, client: Client, request: object, timeout: float = 10.0,
-         repeatable: bool = False) -> Answer:
+def call(
+    node: Node, client: Client, request: object, timeout: float = 10.0, repeatable: bool = False
+) -> Answer:
     """
     Answer of a service.
 
@@ -86,7 +90,8 @@ def call(node: Node, client: Client, request: object, timeout: float = 10.0,
     while (left := end - time.monotonic()) > 0.0:
         future = client.call_async(request)
         rclpy.spin_until_future_complete(
-            node, future, timeout_sec=min(left, REPEAT) if repeatable else left)
+            node, future, timeout_sec=min(left, REPEAT) if repeatable else left
+        )
         if future.done():
             return future.result()
         client.remove_pending_request(future)
@@ -99,10 +104,11 @@ def report(response: PredictShot.Response) -> str:
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
     if status.refused:
         return lines[0]
-    for name, vector, unit in (('velocity', response.velocity, 'm/s'),
-                               ('spin', response.spin, 'rad/s')):
-        lines.append(
-            f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
+    for name, vector, unit in (
+        ('velocity', response.velocity, 'm/s'),
+        ('spin', response.spin, 'rad/s'),
+    ):
+        lines.append(f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
     lines.append(f'  cue speed     {response.cue_speed:11.4f}{"":24}m/s')
     lines.append('  trajectory     t (s)      x (m)      y (m)      z (m)    v (m/s)  motion')
     trajectory = response.trajectory
@@ -110,8 +116,11 @@ def report(response: PredictShot.Response) -> str:
     speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
     for i, motion in enumerate(trajectory.motion):
         numbers = (trajectory.times[i], *positions[i], speeds[i])
-        lines.append(f'{"":11}' + ''.join(f'{number:11.4f}' for number in numbers)
-                     + f'  {Motion(motion).name.lower()}')
+        lines.append(
+            f'{"":11}'
+            + ''.join(f'{number:11.4f}' for number in numbers)
+            + f'  {Motion(motion).name.lower()}'
+        )
     return '\n'.join(lines)
 
 
@@ -125,7 +134,8 @@ def main(args: Sequence[str] | None = None) -> None:
             sys.exit(f'no service {client.service_name}: is the predictor running?')
         for name, (normal, velocity) in PAPER_SHOTS.items():
             response: PredictShot.Response = call(
-                node, client, request_for(normal, velocity, radius), repeatable=True)
+                node, client, request_for(normal, velocity, radius), repeatable=True
+            )
             print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
             print(report(response), end='\n\n', flush=True)
             if Status(response.status).refused:

@@ -1,4 +1,5 @@
 """Between messages and the library: pure functions, each way, and the checks of every request."""
+
 from array import array
 from dataclasses import replace
 from itertools import pairwise
@@ -35,9 +36,14 @@ class BadRequestError(ValueError):
 
 # --- requests -----------------------------------------------------------------------------------
 
+
 def make_request(
-    position: Triple, quaternion: tuple[float, float, float, float], speed: float,
-    ball: Triple = (0.0, 0.0, 0.0), tolerance: float = 0.0, sample_count: int = 0,
+    position: Triple,
+    quaternion: tuple[float, float, float, float],
+    speed: float,
+    ball: Triple = (0.0, 0.0, 0.0),
+    tolerance: float = 0.0,
+    sample_count: int = 0,
     frame: str = FRAME,
 ) -> PredictShot.Request:
     """Request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), all in `frame`."""
@@ -70,19 +76,23 @@ def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
     length = math.hypot(*quaternion)
     if not 1e-6 < length < math.inf:
         raise BadRequestError(
-            invalid, f'cue_pose.orientation is {quaternion}: a quaternion must not be zero')
+            invalid, f'cue_pose.orientation is {quaternion}: a quaternion must not be zero'
+        )
     if not 0.0 < request.speed < math.inf:
-        raise BadRequestError(
-            invalid, f'speed is {request.speed}: must be finite and above 0 m/s')
+        raise BadRequestError(invalid, f'speed is {request.speed}: must be finite and above 0 m/s')
     try:
         return Stroke.from_pose(
-            position, tuple(q / length for q in quaternion), request.speed, ball=ball)
+            position, tuple(q / length for q in quaternion), request.speed, ball=ball
+        )
     except (ValueError, ArithmeticError) as error:
         raise BadRequestError(invalid, f'cue_pose, speed: {error}') from error
 
 
 def ball_of(
-    request: PredictShot.Request, radius: float, table: TableState | None, frame: str,
+    request: PredictShot.Request,
+    radius: float,
+    table: TableState | None,
+    frame: str,
 ) -> Triple:
     """
     Centre of the cue ball (metres, in `frame`) for a request, from it or from the table state.
@@ -101,7 +111,8 @@ def ball_of(
     balls = [ball for ball in table.balls if ball.id == CUE_BALL]
     if len(balls) != 1:
         raise _invalid(
-            f'use_table_state: table_state has {len(balls)} balls {CUE_BALL!r}: must be one')
+            f'use_table_state: table_state has {len(balls)} balls {CUE_BALL!r}: must be one'
+        )
     if balls[0].pocketed:
         raise _invalid(f'use_table_state: table_state says that ball {CUE_BALL!r} is pocketed')
     return _resting(f'table_state ball {CUE_BALL!r} position', balls[0].position, radius)
@@ -142,7 +153,8 @@ def check_common(request: PredictShot.Request, frame: str) -> None:
     check_frame('header.frame_id', request.header, frame)
     if not 0.0 <= request.tolerance < math.inf:
         raise _invalid(
-            f'tolerance is {request.tolerance}: must be finite, above 0 m, or 0 for the default')
+            f'tolerance is {request.tolerance}: must be finite, above 0 m, or 0 for the default'
+        )
     if request.sample_count > MAX_SAMPLES:
         raise _invalid(f'sample_count is {request.sample_count}: must be at most {MAX_SAMPLES}')
 
@@ -162,6 +174,7 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 
 
 # --- responses ----------------------------------------------------------------------------------
+
 
 def refusal(status: Status, message: str) -> PredictShot.Response:
     """Answer that says why there is no prediction."""
@@ -184,16 +197,27 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
         spin=_filled(Vector3, shot.spin),
         cue_speed=float(shot.cue_speed),
         trajectory=trajectory,
-        effects=[Effect(name=effect.name, simulated=effect.simulated, reason=effect.reason)
-                 for effect in shot.effects],
+        effects=[
+            Effect(name=effect.name, simulated=effect.simulated, reason=effect.reason)
+            for effect in shot.effects
+        ],
         error_estimate=float(shot.error_estimate),
         compute_time=float(shot.wall_time),
     )
-    numbers = (shot.velocity, shot.spin, shot.cue_speed, shot.error_estimate,
-               trajectory.times, trajectory.positions, trajectory.velocities, trajectory.spins)
+    numbers = (
+        shot.velocity,
+        shot.spin,
+        shot.cue_speed,
+        shot.error_estimate,
+        trajectory.times,
+        trajectory.positions,
+        trajectory.velocities,
+        trajectory.spins,
+    )
     if not all(np.isfinite(values).all() for values in numbers):
         return refusal(
-            Status.INVALID_REQUEST, 'cue_pose, speed, ball_position: too large to compute with')
+            Status.INVALID_REQUEST, 'cue_pose, speed, ball_position: too large to compute with'
+        )
     return response
 
 
@@ -218,7 +242,7 @@ def telling_times(trajectory: Trajectory) -> NDArray[np.float64]:
     """Find the times [s] of start, changes of motion, and rest: at most `TELLING` of them."""
     segments = trajectory.segments
     changes = [now.start for before, now in pairwise(segments) if now.motion != before.motion]
-    return np.unique([0.0, *changes[:TELLING - 2], trajectory.duration])
+    return np.unique([0.0, *changes[: TELLING - 2], trajectory.duration])
 
 
 def vectors(flat: array) -> NDArray[np.float64]:
@@ -227,6 +251,7 @@ def vectors(flat: array) -> NDArray[np.float64]:
 
 
 # --- pieces -------------------------------------------------------------------------------------
+
 
 def _filled(kind: type, values: Any) -> Any:
     x, y, z = map(float, values)
@@ -252,7 +277,8 @@ def _resting(field: str, point: Point, radius: float) -> Triple:
         where = 'below the cloth' if z < radius else 'above it'
         raise _invalid(
             f'{field}.z is {z}: the ball would be {where}; '
-            f'must be 0 (resting on the cloth) or the radius, {radius} m')
+            f'must be 0 (resting on the cloth) or the radius, {radius} m'
+        )
     return x, y, radius
 
 

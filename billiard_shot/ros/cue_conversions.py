@@ -1,4 +1,5 @@
 """Between messages and the mechanical cue's library: pure functions, each way."""
+
 from collections.abc import Container, Mapping, Sequence
 import math
 
@@ -34,24 +35,32 @@ RUN_UP = 0.05
 
 # --- orders and results -------------------------------------------------------------------------
 
+
 def plan_of(stroke: Stroke, balls: Places, scene: Scene, shot_id: str) -> ShotPlan:
     """Plan for a stroke at the ball `cue` of balls that lie at (x, y) [m]."""
     tip = tip_at(stroke, balls['cue'], scene)
     x, y, z = (tip.position - RUN_UP * tip.along).tolist()
-    return ShotPlan(
-        shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
+    return ShotPlan(shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
 
 
 def goal_of(
-    plan: ShotPlan, nonce: str, stamp: Time, expiry: Time, frame: str = FRAME,
+    plan: ShotPlan,
+    nonce: str,
+    stamp: Time,
+    expiry: Time,
+    frame: str = FRAME,
 ) -> ExecuteShot.Goal:
     """Goal to play a plan, made at `stamp`, until `expiry`."""
     message = Plan(
-        header=Header(frame_id=frame, stamp=stamp), shot_id=plan.shot_id,
-        cue_pose=pose_of(plan.position, plan.quaternion), speed=plan.speed,
-        elevation=plan.elevation, seal=plan.seal,
-        balls=[BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in
-               plan.balls.items()],
+        header=Header(frame_id=frame, stamp=stamp),
+        shot_id=plan.shot_id,
+        cue_pose=pose_of(plan.position, plan.quaternion),
+        speed=plan.speed,
+        elevation=plan.elevation,
+        seal=plan.seal,
+        balls=[
+            BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in plan.balls.items()
+        ],
     )
     return ExecuteShot.Goal(plan=message, nonce=nonce, expiry=expiry)
 
@@ -73,8 +82,13 @@ def order_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> Order:
         raise RefusedError(Outcome.INVALID_PLAN, str(error)) from None
     position, turn = message.cue_pose.position, message.cue_pose.orientation
     plan = ShotPlan(
-        message.shot_id, (position.x, position.y, position.z), (turn.x, turn.y, turn.z, turn.w),
-        message.speed, message.elevation, balls_of(message.balls))
+        message.shot_id,
+        (position.x, position.y, position.z),
+        (turn.x, turn.y, turn.z, turn.w),
+        message.speed,
+        message.elevation,
+        balls_of(message.balls),
+    )
     return Order(plan, message.seal, goal.nonce, seconds(goal.expiry) - seconds(now))
 
 
@@ -110,8 +124,11 @@ def result_of(result: Result, header: Header) -> ExecuteShot.Result:
 def strike_message(strike: MeasuredStrike, header: Header) -> Strike:
     """Message of a measured strike."""
     return Strike(
-        header=header, shot_id=strike.shot_id, speed=strike.speed,
-        cue_pose=pose_of(strike.tip.position, strike.tip.quaternion))
+        header=header,
+        shot_id=strike.shot_id,
+        speed=strike.speed,
+        cue_pose=pose_of(strike.tip.position, strike.tip.quaternion),
+    )
 
 
 def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
@@ -135,8 +152,12 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
 
 def state_message(controller: Controller, stamp: Time) -> CueState:
     """Message of what the cue is doing."""
-    return CueState(header=Header(stamp=stamp), state=int(controller.state),
-                    reason=controller.reason, shot_id=controller.shot_id)
+    return CueState(
+        header=Header(stamp=stamp),
+        state=int(controller.state),
+        reason=controller.reason,
+        shot_id=controller.shot_id,
+    )
 
 
 def health(controller: Controller, life: str, now: float) -> dict[str, str]:
@@ -153,10 +174,14 @@ def health(controller: Controller, life: str, now: float) -> dict[str, str]:
 
     """
     complaints = {
-        'node': life, 'estop': controller.estop.complaint(now),
-        'interlock': controller.interlock.complaint(now), 'mechanism': controller.unfit(now),
+        'node': life,
+        'estop': controller.estop.complaint(now),
+        'interlock': controller.interlock.complaint(now),
+        'mechanism': controller.unfit(now),
         'table': '' if controller.knows_table else 'table_state: never heard',
-        'clock': controller.clock.complaint(now), 'other drivers': controller.rivals}
+        'clock': controller.clock.complaint(now),
+        'other drivers': controller.rivals,
+    }
     return {name: complaint or 'ok' for name, complaint in complaints.items()}
 
 
@@ -165,31 +190,48 @@ def diagnostics_message(
 ) -> DiagnosticArray:
     """Diagnostics of the cue of the node `name`, whose `health` is `found`."""
     wrong = [value for value in found.values() if value != 'ok']
-    level = DiagnosticStatus.ERROR if controller.state is State.FAULT or controller.rivals else (
-        DiagnosticStatus.WARN if controller.state is State.ESTOP or wrong else DiagnosticStatus.OK)
+    level = (
+        DiagnosticStatus.ERROR
+        if controller.state is State.FAULT or controller.rivals
+        else (
+            DiagnosticStatus.WARN
+            if controller.state is State.ESTOP or wrong
+            else DiagnosticStatus.OK
+        )
+    )
     values = {'shot_id': controller.shot_id, **found}
     status = DiagnosticStatus(
-        level=level, name=name,
+        level=level,
+        name=name,
         hardware_id=f'{name.rpartition("/")[0]}/mechanical_cue',
         message='; '.join([f'{controller.state.name}: {controller.reason}', *wrong]),
-        values=[KeyValue(key=key, value=value) for key, value in values.items()])
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 
 
 # --- the table ----------------------------------------------------------------------------------
 
+
 def table_message(
-    balls: Mapping[str, tuple[float, float, float]], pocketed: Container[str], snapshot: int,
+    balls: Mapping[str, tuple[float, float, float]],
+    pocketed: Container[str],
+    snapshot: int,
     header: Header,
 ) -> TableState:
     """Message of where the balls' centres are [m], and which are not on the table any more."""
     return TableState(
-        header=header, snapshot_id=snapshot,
-        balls=[BallState(id=name, position=Point(x=x, y=y, z=z), pocketed=name in pocketed)
-               for name, (x, y, z) in balls.items()])
+        header=header,
+        snapshot_id=snapshot,
+        balls=[
+            BallState(id=name, position=Point(x=x, y=y, z=z), pocketed=name in pocketed)
+            for name, (x, y, z) in balls.items()
+        ],
+    )
 
 
 # --- joints -------------------------------------------------------------------------------------
+
 
 def command_name(driver: str, number: int) -> str:
     """Name of a command, for `header.frame_id` of a trajectory: who gave it, and its number."""
@@ -208,8 +250,10 @@ def command_of(message: JointTrajectory) -> tuple[str, int]:
     """
     driver, _, number = message.header.frame_id.rpartition('/')
     if not driver or not number.isdecimal():
-        raise ValueError(f'header.frame_id: {message.header.frame_id!r} is not allowed; it must '
-                         'be the name of the driver, a slash, and the number of the command')
+        raise ValueError(
+            f'header.frame_id: {message.header.frame_id!r} is not allowed; it must '
+            'be the name of the driver, a slash, and the number of the command'
+        )
     return driver, int(number)
 
 
@@ -218,12 +262,18 @@ def trajectory_message(
 ) -> JointTrajectory:
     """Message of a path that begins at `stamp`; `command` names it (`command_name`)."""
     message = JointTrajectory(
-        header=Header(stamp=stamp, frame_id=command), joint_names=list(names))
+        header=Header(stamp=stamp, frame_id=command), joint_names=list(names)
+    )
     rows = zip(path.times, path.positions, path.velocities, path.accelerations, strict=True)
     for time, position, velocity, acceleration in rows:
-        message.points.append(JointTrajectoryPoint(
-            positions=position.tolist(), velocities=velocity.tolist(),
-            accelerations=acceleration.tolist(), time_from_start=_duration(float(time))))
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=position.tolist(),
+                velocities=velocity.tolist(),
+                accelerations=acceleration.tolist(),
+                time_from_start=_duration(float(time)),
+            )
+        )
     return message
 
 
@@ -236,14 +286,23 @@ def stop_message(position: Joints, names: Sequence[str], command: str) -> JointT
     """
     known = np.isfinite(position).all()
     return JointTrajectory(
-        header=Header(frame_id=command), joint_names=list(names), points=[JointTrajectoryPoint(
-            positions=position.tolist() if known else [], velocities=[0.0] * len(names))])
+        header=Header(frame_id=command),
+        joint_names=list(names),
+        points=[
+            JointTrajectoryPoint(
+                positions=position.tolist() if known else [], velocities=[0.0] * len(names)
+            )
+        ],
+    )
 
 
 def is_stop(message: JointTrajectory) -> bool:
     """Whether a message is a zero command."""
-    return len(message.points) == 1 and not any(message.points[0].velocities) and (
-        seconds(message.header.stamp) == 0.0)
+    return (
+        len(message.points) == 1
+        and not any(message.points[0].velocities)
+        and (seconds(message.header.stamp) == 0.0)
+    )
 
 
 def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
@@ -276,21 +335,27 @@ def joints_message(
     names: Sequence[str], position: Joints, velocity: Joints, stamp: Time
 ) -> JointState:
     """Message of where joints are and how fast they move."""
-    return JointState(header=Header(stamp=stamp), name=list(names), position=position.tolist(),
-                      velocity=velocity.tolist())
+    return JointState(
+        header=Header(stamp=stamp),
+        name=list(names),
+        position=position.tolist(),
+        velocity=velocity.tolist(),
+    )
 
 
 def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints] | None:
     """Positions and velocities of the joints `names`; None if the message is about others."""
     where = {name: i for i, name in enumerate(message.name)}
     if not all(name in where for name in names) or not (
-            len(message.position) == len(message.velocity) == len(message.name)):
+        len(message.position) == len(message.velocity) == len(message.name)
+    ):
         return None
     order = [where[name] for name in names]
     return np.array(message.position)[order], np.array(message.velocity)[order]
 
 
 # --- pieces -------------------------------------------------------------------------------------
+
 
 def seconds(time: Time | Duration) -> float:
     """Time or duration in seconds."""
@@ -307,4 +372,5 @@ def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> 
     x, y, z = map(float, position)
     return Pose(
         position=Point(x=x, y=y, z=z),
-        orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))))
+        orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))),
+    )

@@ -1,4 +1,5 @@
 """The node `cue_driver`: plays shots with the mechanical cue, and stops it where it must."""
+
 from collections.abc import Callable, Sequence
 import math
 from time import monotonic
@@ -34,8 +35,9 @@ from billiard_shot.ros.writing_time import stamped, written
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
-UNCONFIGURED = ('the node is not active: configure it, then activate it, or start it with '
-                'autostart:=true')
+UNCONFIGURED = (
+    'the node is not active: configure it, then activate it, or start it with autostart:=true'
+)
 INACTIVE = 'the node is not active: activate it'
 
 REMIND = 8.0
@@ -63,9 +65,16 @@ class CueDriver(LifecycleNode):
     def __init__(self) -> None:
         super().__init__('cue_driver')
         self._life = UNCONFIGURED
-        parameters.declare(self, cue_parameters.CUE_DRIVER, lambda: (
-            '' if self._life is UNCONFIGURED else
-            'can be set only while the node is unconfigured; deactivate it and clean it up first'))
+        parameters.declare(
+            self,
+            cue_parameters.CUE_DRIVER,
+            lambda: (
+                ''
+                if self._life is UNCONFIGURED
+                else 'can be set only while the node is unconfigured; deactivate it and clean it '
+                'up first'
+            ),
+        )
         be_urgent(self, self.get_parameter('niceness').value)
         self._called = self.get_clock().now()
         self._table: TableState | None = None
@@ -74,8 +83,9 @@ class CueDriver(LifecycleNode):
         self._ended: Future | None = None
         self._command = JointTrajectory()
         self._angle = Float64()
-        topic = {name: self.get_parameter(f'{name}_topic').value
-                 for name in ('incline', 'actuation')}
+        topic = {
+            name: self.get_parameter(f'{name}_topic').value for name in ('incline', 'actuation')
+        }
         self._incline = self.create_lifecycle_publisher(Float64, topic['incline'], 10)
         self._actuation = self.create_lifecycle_publisher(JointTrajectory, topic['actuation'], 1)
         self._state = self.create_publisher(CueState, '~/state', EVERY_STATE)
@@ -94,15 +104,20 @@ class CueDriver(LifecycleNode):
         self.create_subscription(JointState, 'joint_states', self._hear_joints, 50)
         self.create_subscription(TableState, 'table_state', self._hear_table, LATCHED)
         self.create_service(Trigger, '~/arm', self._arm)
-        self.create_service(Trigger, '~/disarm', _answering(
-            lambda: self._controller.disarm(monotonic(), 'disarmed by service')))
-        self.create_service(Trigger, '~/clear_fault', _answering(
-            lambda: self._controller.clear(monotonic())))
+        self.create_service(
+            Trigger,
+            '~/disarm',
+            _answering(lambda: self._controller.disarm(monotonic(), 'disarmed by service')),
+        )
+        self.create_service(
+            Trigger, '~/clear_fault', _answering(lambda: self._controller.clear(monotonic()))
+        )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.get_parameter('period').value, self._tick, clock=steady)
         self.create_timer(1.0, self._diagnose, clock=steady)
         self._server = ActionServer(
-            self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel)
+            self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel
+        )
         if self.get_parameter('autostart').value and self.trigger_configure() is SUCCESS:
             self.trigger_activate()
 
@@ -118,6 +133,7 @@ class CueDriver(LifecycleNode):
             If they do not fit together, or a file that they name cannot be read any more.
 
         """
+
         def value(name: str) -> object:
             return self.get_parameter(name).value
 
@@ -126,9 +142,14 @@ class CueDriver(LifecycleNode):
         self._name = uuid.uuid4().hex[:8]  # a new one, because commands are numbered anew
         warm_up(self, scene, other_balls=True, compiles=False)
         self._controller = Controller(
-            Mechanism.load(value('mechanism')), scene, cue_parameters.settings_of(self),
-            on_state=self._tell_state, on_command=self._give, on_strike=self._tell_strike,
-            on_result=self._end)
+            Mechanism.load(value('mechanism')),
+            scene,
+            cue_parameters.settings_of(self),
+            on_state=self._tell_state,
+            on_command=self._give,
+            on_strike=self._tell_strike,
+            on_result=self._end,
+        )
         if self._table:  # it is latched, and does not come again
             self._hear_table(self._table)
 
@@ -194,8 +215,11 @@ class CueDriver(LifecycleNode):
             self.get_logger().error(f'ignored a table_state: {error}')
 
     def _arm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        decision = self._controller.arm(monotonic()) if not self._life else Decision(
-            False, self._controller.state, f'arm: {self._life}')
+        decision = (
+            self._controller.arm(monotonic())
+            if not self._life
+            else Decision(False, self._controller.state, f'arm: {self._life}')
+        )
         return _answer(response, decision)
 
     async def _execute(self, goal: ServerGoalHandle) -> ExecuteShot.Result:
@@ -204,13 +228,16 @@ class CueDriver(LifecycleNode):
         try:
             if self._life:
                 raise RefusedError(Outcome.NOT_READY, self._life)
-            self._controller.execute(conversions.order_of(
-                goal.request, now, self.get_parameter('frame').value), monotonic())
+            self._controller.execute(
+                conversions.order_of(goal.request, now, self.get_parameter('frame').value),
+                monotonic(),
+            )
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
             goal.abort()
             return conversions.result_of(
-                Result(error.outcome, str(error), None), parameters.table_header(self))
+                Result(error.outcome, str(error), None), parameters.table_header(self)
+            )
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result: Result = await self._ended
@@ -224,7 +251,10 @@ class CueDriver(LifecycleNode):
 
     def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in (
-                State.AIMING, State.AIMED, State.ARMED):
+            State.AIMING,
+            State.AIMED,
+            State.ARMED,
+        ):
             return CancelResponse.REJECT
         self._controller.disarm(monotonic(), 'canceled', Outcome.CANCELED)
         return CancelResponse.ACCEPT
@@ -242,9 +272,13 @@ class CueDriver(LifecycleNode):
             self._incline.publish(self._angle)
         elevation = self._controller.measured_elevation(now)
         if elevation:
-            self._joints.publish(conversions.joints_message(
-                [self._incline_joint], *map(np.atleast_1d, elevation),
-                self.get_clock().now().to_msg()))
+            self._joints.publish(
+                conversions.joints_message(
+                    [self._incline_joint],
+                    *map(np.atleast_1d, elevation),
+                    self.get_clock().now().to_msg(),
+                )
+            )
 
     def _give(self, command: Command) -> None:
         """
@@ -255,13 +289,14 @@ class CueDriver(LifecycleNode):
         """
         name = conversions.command_name(self._name, command.number)
         if command.path is None:
-            self._command = conversions.stop_message(
-                self._controller.position, self._names, name)
+            self._command = conversions.stop_message(self._controller.position, self._names, name)
         else:
             self._command = conversions.trajectory_message(
-                command.path, self._names, self._called.to_msg(), name)
+                command.path, self._names, self._called.to_msg(), name
+            )
             self._angle.data = self._controller.mechanism.triangle.elevation(
-                float(command.path.positions[-1, INCLINE]))
+                float(command.path.positions[-1, INCLINE])
+            )
         self._actuation.publish(self._command)
 
     def _other_drivers(self) -> list[str]:
@@ -270,9 +305,12 @@ class CueDriver(LifecycleNode):
         if self._life or self.count_publishers(topic) < 2:
             return []
         # A publisher is discovered a little earlier than the name of its node.
-        nodes = [f'{each.node_namespace.rstrip("/")}/{each.node_name}'.replace(
-                     '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_', 'its name is not known yet')
-                 for each in self.get_publishers_info_by_topic(topic)]
+        nodes = [
+            f'{each.node_namespace.rstrip("/")}/{each.node_name}'.replace(
+                '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_', 'its name is not known yet'
+            )
+            for each in self.get_publishers_info_by_topic(topic)
+        ]
         own = self.get_fully_qualified_name()
         if own in nodes:
             nodes.remove(own)
@@ -286,8 +324,7 @@ class CueDriver(LifecycleNode):
             self._goal.publish_feedback(ExecuteShot.Feedback(state=message))
 
     def _tell_strike(self, strike: MeasuredStrike) -> None:
-        self._strike.publish(
-            conversions.strike_message(strike, parameters.table_header(self)))
+        self._strike.publish(conversions.strike_message(strike, parameters.table_header(self)))
 
     def _end(self, result: Result) -> None:
         self._goal = None
@@ -300,9 +337,14 @@ class CueDriver(LifecycleNode):
     def _diagnose(self) -> None:
         now = monotonic()
         health = conversions.health(self._controller, self._life, now)
-        self._diagnostics.publish(conversions.diagnostics_message(
-            self.get_fully_qualified_name(), self._controller, health,
-            self.get_clock().now().to_msg()))
+        self._diagnostics.publish(
+            conversions.diagnostics_message(
+                self.get_fully_qualified_name(),
+                self._controller,
+                health,
+                self.get_clock().now().to_msg(),
+            )
+        )
         wrong = [value for value in health.values() if value != 'ok']
         if not wrong:
             self._waiting = -math.inf

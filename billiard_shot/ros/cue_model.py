@@ -1,4 +1,5 @@
 """The node `cue_model`: the mechanical cue as a robot model and as transforms."""
+
 from collections.abc import Sequence
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
@@ -42,16 +43,26 @@ class CueModel(Node):
         self._frame = self.get_parameter('frame').value
         self._message: JointState | None = None
         description = self.create_publisher(String, 'robot_description', LATCHED)
-        description.publish(String(data=urdf_of(
-            self._mechanism, self._frame, self._names,
-            self.get_parameter('incline_joint').value)))
+        description.publish(
+            String(
+                data=urdf_of(
+                    self._mechanism,
+                    self._frame,
+                    self._names,
+                    self.get_parameter('incline_joint').value,
+                )
+            )
+        )
         if TFMessage is None:
             self.get_logger().warning('no transforms on /tf: the package tf2_msgs is missing')
         else:
             self._transforms = self.create_publisher(TFMessage, '/tf', TRANSFORMS)
             self.create_subscription(JointState, 'joint_states', self._hear, 50)
-            self.create_timer(1.0 / self.get_parameter('rate').value, self._publish,
-                              clock=Clock(clock_type=ClockType.STEADY_TIME))
+            self.create_timer(
+                1.0 / self.get_parameter('rate').value,
+                self._publish,
+                clock=Clock(clock_type=ClockType.STEADY_TIME),
+            )
         self.get_logger().info('ready: describes the mechanical cue')
 
     def _hear(self, message: JointState) -> None:
@@ -65,18 +76,29 @@ class CueModel(Node):
             return
         joints = cue_conversions.joints_of(message, self._names)
         try:
-            found = () if joints is None else model.transforms(
-                self._mechanism, joints[0], self._frame)
+            found = (
+                () if joints is None else model.transforms(self._mechanism, joints[0], self._frame)
+            )
         except ValueError as error:
             self.get_logger().warning(f'no transforms: {error}', throttle_duration_sec=5.0)
             return
-        self._transforms.publish(TFMessage(transforms=[TransformStamped(
-            header=Header(frame_id=each.parent, stamp=message.header.stamp),
-            child_frame_id=each.child,
-            transform=Transform(
-                translation=Vector3(**dict(zip('xyz', each.translation.tolist(), strict=True))),
-                rotation=Quaternion(**dict(zip('xyzw', each.quaternion, strict=True)))))
-            for each in found]))
+        self._transforms.publish(
+            TFMessage(
+                transforms=[
+                    TransformStamped(
+                        header=Header(frame_id=each.parent, stamp=message.header.stamp),
+                        child_frame_id=each.child,
+                        transform=Transform(
+                            translation=Vector3(
+                                **dict(zip('xyz', each.translation.tolist(), strict=True))
+                            ),
+                            rotation=Quaternion(**dict(zip('xyzw', each.quaternion, strict=True))),
+                        ),
+                    )
+                    for each in found
+                ]
+            )
+        )
 
 
 def main(args: Sequence[str] | None = None) -> None:

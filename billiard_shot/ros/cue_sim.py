@@ -1,4 +1,5 @@
 """The node `cue_sim`: a simulated mechanism, which stops by itself when commands cease."""
+
 from collections.abc import Sequence
 import math
 from time import monotonic
@@ -50,8 +51,13 @@ class CueSim(Node):
         self._period = 1.0 / self.get_parameter('rate').value
         self._now, self._behind, self._ran = 0.0, 0.0, monotonic()
         self._mechanism = SimulatedMechanism(
-            mechanism, cue_parameters.imperfections_of(self), self._deadline, _home(mechanism),
-            self._now, self.get_parameter('seed').value)
+            mechanism,
+            cue_parameters.imperfections_of(self),
+            self._deadline,
+            _home(mechanism),
+            self._now,
+            self.get_parameter('seed').value,
+        )
         self._break()
         self.add_post_set_parameters_callback(lambda _: self._break())
         self._driver, self._number, self._path = '', 0, None
@@ -60,7 +66,8 @@ class CueSim(Node):
         self._refused: str | None = None  # name of the last command that was refused
         self._joints = self.create_publisher(JointState, 'joint_states', 10)
         self.create_subscription(
-            JointTrajectory, self.get_parameter('actuation_topic').value, self._command, 1)
+            JointTrajectory, self.get_parameter('actuation_topic').value, self._command, 1
+        )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self._period, self._move, clock=steady)
         self.get_logger().info('ready: a simulated mechanism')
@@ -98,8 +105,9 @@ class CueSim(Node):
 
         """
         if age > self._deadline:
-            raise ValueError(f'command {number} was written {age:.3g} s ago, more than '
-                             f'{self._deadline:g} s')
+            raise ValueError(
+                f'command {number} was written {age:.3g} s ago, more than {self._deadline:g} s'
+            )
         if driver != self._driver and self._now - self._heard <= self._deadline:
             raise ValueError(f'driver {driver}: driver {self._driver} commands the mechanism')
         if driver == self._driver and number < self._number:
@@ -108,8 +116,9 @@ class CueSim(Node):
             return
         late = 1e-9 * (self.get_clock().now() - Time.from_msg(message.header.stamp)).nanoseconds
         if late > self._deadline:
-            raise ValueError(f'command {number} was decided {late:.3g} s ago, more than '
-                             f'{self._deadline:g} s')
+            raise ValueError(
+                f'command {number} was decided {late:.3g} s ago, more than {self._deadline:g} s'
+            )
         path = conversions.path_of(message, self._names)
         self._driver, self._number, self._path = driver, number, path
         self._followed += 1
@@ -125,11 +134,15 @@ class CueSim(Node):
             self._mechanism.advance(self._now)
             position, velocity = self._mechanism.measured()
             stamp = self.get_clock().now() - Duration(nanoseconds=int(1e9 * self._behind))
-            self._joints.publish(conversions.joints_message(
-                self._names, position, velocity, stamp.to_msg()))
+            self._joints.publish(
+                conversions.joints_message(self._names, position, velocity, stamp.to_msg())
+            )
         for stop in self._mechanism.stops:
-            cause = ('stopped by command' if stop.commanded else
-                     f'stopped by itself: no command for {stop.silence:.3f} s')
+            cause = (
+                'stopped by command'
+                if stop.commanded
+                else f'stopped by itself: no command for {stop.silence:.3f} s'
+            )
             self.get_logger().info(f'{cause}; at rest after {stop.braking:.3f} s')
         self._mechanism.stops.clear()
 

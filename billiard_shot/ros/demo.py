@@ -6,6 +6,7 @@ table, plays shots, and what comes of them is compared with what was predicted; 
 planner says what to play. The ROS domain is a private one, so that neither a robot nor a second
 demo can get in between.
 """
+
 import contextlib
 import os
 from pathlib import Path
@@ -15,9 +16,17 @@ import sys
 
 from domain_coordinator import domain_id
 
-SIMULATION = tuple(word for setting in (
-    'estop_timeout:=2.0', 'interlock_timeout:=2.0', 'joints_timeout:=2.0', 'late:=10.0',
-    'deadline:=2.0') for word in ('-p', setting))
+SIMULATION = tuple(
+    word
+    for setting in (
+        'estop_timeout:=2.0',
+        'interlock_timeout:=2.0',
+        'joints_timeout:=2.0',
+        'late:=10.0',
+        'deadline:=2.0',
+    )
+    for word in ('-p', setting)
+)
 """Time-outs for many processes on few cores: those of config/simulation.yaml."""
 
 NODES = {
@@ -33,7 +42,9 @@ NODES = {
 def quiet_environment(domain: int) -> dict[str, str]:
     """Environment of processes that talk in ROS domain `domain` on this machine only."""
     environment = {
-        **os.environ, 'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        **os.environ,
+        'ROS_DOMAIN_ID': str(domain),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
     }
     profile = Path(__file__).resolve().parents[2] / 'config' / 'fastdds.xml'
     if profile.exists():  # in a source checkout: processes find each other sooner
@@ -61,9 +72,12 @@ def run_client(name: str, environment: dict[str, str], *arguments: str) -> int:
 def running(names: list[str], environment: dict[str, str]):
     """Nodes that run meanwhile; they must end well in the end."""
     nodes = [
-        subprocess.Popen([sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args',
-                          *NODES[name]], env=environment)
-        for name in names]
+        subprocess.Popen(
+            [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *NODES[name]],
+            env=environment,
+        )
+        for name in names
+    ]
     try:
         yield
     finally:
@@ -78,18 +92,22 @@ def main() -> None:
     """Start the nodes, run the clients, stop the nodes; the exit code is the first that is bad."""
     with domain_id() as domain:
         environment = quiet_environment(domain)
-        print(f'Nodes and their clients, each a process, in the ROS domain {domain}.\n'
-              'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
-              flush=True)
+        print(
+            f'Nodes and their clients, each a process, in the ROS domain {domain}.\n'
+            'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
+            flush=True,
+        )
         with running(['predictor'], environment):
             failed = run_client('client', environment)
         if not failed:
-            print('The mechanical cue and the table, simulated: predicted, executed, compared.\n',
-                  flush=True)
+            print(
+                'The mechanical cue and the table, simulated: predicted, executed, compared.\n',
+                flush=True,
+            )
             with running(list(NODES), environment):
                 failed = run_client(
-                    'player', environment, '--strokes', str(STROKES), *ALONE) or run_client(
-                    'plan_player', environment, *TARGETS, *ALONE)
+                    'player', environment, '--strokes', str(STROKES), *ALONE
+                ) or run_client('plan_player', environment, *TARGETS, *ALONE)
     sys.exit(failed)
 
 

@@ -1,4 +1,5 @@
 """Shots as RViz and Foxglove show them: the cue, ways of balls by motion, a path with times."""
+
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import BallTrajectory
@@ -67,8 +68,11 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
     for rank, (shot, text) in enumerate(zip(shots, labels, strict=True)):
         opacity = FAINT if rank else 1.0
         shown += _shot(shot, opacity)
-        shown.append(markers.label(
-            text, _ends(shot)[1], 2 * shot.scene.ball.radius, markers.colour(CUE, opacity)))
+        shown.append(
+            markers.label(
+                text, _ends(shot)[1], 2 * shot.scene.ball.radius, markers.colour(CUE, opacity)
+            )
+        )
     return markers.array_of(shown, header)
 
 
@@ -83,15 +87,22 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
             continue
         points, motions = _way(trajectory)
         shown += [
-            markers.line('paths', points, 0.2 * radius,
-                         [markers.colour(MOTIONS.get(Motion(motion), GREY), opacity)
-                          for motion in motions]),
-            markers.ball('starts', points[0], radius,
-                         markers.colour(ball_colour(name), FAINT * opacity)),
+            markers.line(
+                'paths',
+                points,
+                0.2 * radius,
+                [markers.colour(MOTIONS.get(Motion(motion), GREY), opacity) for motion in motions],
+            ),
+            markers.ball(
+                'starts', points[0], radius, markers.colour(ball_colour(name), FAINT * opacity)
+            ),
         ]
         if trajectory.at(trajectory.duration).motion not in (Motion.POCKETED, Motion.OFF_TABLE):
-            shown.append(markers.ball(
-                'ends', points[-1], radius, markers.colour(ball_colour(name), opacity)))
+            shown.append(
+                markers.ball(
+                    'ends', points[-1], radius, markers.colour(ball_colour(name), opacity)
+                )
+            )
     return shown
 
 

@@ -1,4 +1,5 @@
 """Markers in the frame of the table: the few kinds that the displays are made of."""
+
 from collections.abc import Iterable, Sequence
 
 from geometry_msgs.msg import Point, Vector3
@@ -23,7 +24,7 @@ def array_of(markers: Iterable[Marker], header: Header) -> MarkerArray:
 
 def colour(code: str, alpha: float = 1.0) -> ColorRGBA:
     """Colour of `#rrggbb`, as opaque as alpha, 0 to 1, says."""
-    red, green, blue = (int(code[i:i + 2], 16) / 255 for i in (1, 3, 5))
+    red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return ColorRGBA(r=red, g=green, b=blue, a=float(alpha))
 
 
@@ -64,7 +65,10 @@ def line(
 
 
 def prisms(
-    namespace: str, outlines: Iterable[NDArray[np.float64]], low: float, high: float,
+    namespace: str,
+    outlines: Iterable[NDArray[np.float64]],
+    low: float,
+    high: float,
     paint: ColorRGBA,
 ) -> Marker:
     """Upright prisms between two heights [m] over convex outlines (n, 2) [m]."""
@@ -118,10 +122,11 @@ def _fan(polygon: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     return [polygon[[0, i, i + 1]] for i in range(1, len(polygon) - 1)]
 
 
-def _strip(
-    one: NDArray[np.float64], other: NDArray[np.float64]
-) -> list[NDArray[np.float64]]:
+def _strip(one: NDArray[np.float64], other: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     """Triangles between two closed polygons of equally many corners (n, 3)."""
     a, b = np.roll(one, -1, axis=0), np.roll(other, -1, axis=0)
-    return [np.array(corners) for i in range(len(one))
-            for corners in ((one[i], a[i], b[i]), (one[i], b[i], other[i]))]
+    return [
+        np.array(corners)
+        for i in range(len(one))
+        for corners in ((one[i], a[i], b[i]), (one[i], b[i], other[i]))
+    ]

@@ -1,4 +1,5 @@
 """Parameters of the nodes: declared with a full descriptor, checked at start-up and when set."""
+
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -56,8 +57,7 @@ class Parameter:
     def descriptor(self) -> ParameterDescriptor:
         """What `ros2 param describe` shows; rclpy itself enforces the range in it."""
         unit = f' Unit: {self.unit}.' if self.unit else ''
-        result = ParameterDescriptor(
-            description=self.description + unit, read_only=self.read_only)
+        result = ParameterDescriptor(description=self.description + unit, read_only=self.read_only)
         if self.limits and isinstance(self.default, float):
             low, high = self.limits
             result.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
@@ -71,29 +71,36 @@ def _frame(name: str) -> None:
     if not name or name != name.strip('/ ') or len(name.split()) != 1:
         raise ValueError(
             f'frame: {name!r} is not allowed; it must be the name of a tf2 frame, without spaces '
-            "and without '/' at either end")
+            "and without '/' at either end"
+        )
 
 
 TABLE_FRAME = Parameter(
-    'frame', FRAME,
+    'frame',
+    FRAME,
     'Frame of the table (REP-103), with its origin on the cloth at the centre of the bed: frame '
     'of all messages that the node publishes. Messages in another frame are refused.',
-    check=_frame)
+    check=_frame,
+)
 
 PREDICTOR = (
     TABLE_FRAME,
     Parameter(
-        'scene', 'paper',
+        'scene',
+        'paper',
         'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file.',
         check=Scene.load,
     ),
     Parameter(
-        'tolerance', 1e-4,
+        'tolerance',
+        1e-4,
         'Largest error of the trajectory on the cloth where a request does not say.',
-        unit='m', limits=(1e-12, 1.0),
+        unit='m',
+        limits=(1e-12, 1.0),
     ),
     Parameter(
-        'sample_count', 0,
+        'sample_count',
+        0,
         'Samples in the trajectory of an answer, if the request does not say. 0: the start, every '
         'change of motion, and the rest.',
         limits=(0, MAX_SAMPLES),
@@ -104,12 +111,15 @@ PREDICTOR = (
 
 def table_header(node: Node) -> Header:
     """Header of a message of a node: the frame of the table, and the time now."""
-    return Header(frame_id=node.get_parameter('frame').value,
-                  stamp=node.get_clock().now().to_msg())
+    return Header(
+        frame_id=node.get_parameter('frame').value, stamp=node.get_clock().now().to_msg()
+    )
 
 
 def declare(
-    node: Node, parameters: Iterable[Parameter], fixed: Callable[[], str] = lambda: '',
+    node: Node,
+    parameters: Iterable[Parameter],
+    fixed: Callable[[], str] = lambda: '',
 ) -> None:
     """
     Declare `parameters`, and refuse bad values from now on.

@@ -1,4 +1,5 @@
 """Between messages of the planner and the library: pure functions, each way."""
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
@@ -18,18 +19,34 @@ from billiard_shot.ros.cue_conversions import pose_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise
 
-LIMITS = ('speed_min', 'speed_max', 'elevation_min', 'elevation_max', 'azimuth', 'azimuth_range',
-          'offset_max')
+LIMITS = (
+    'speed_min',
+    'speed_max',
+    'elevation_min',
+    'elevation_max',
+    'azimuth',
+    'azimuth_range',
+    'offset_max',
+)
 ANGLES = ('elevation_min', 'elevation_max', 'azimuth', 'azimuth_range')
 
-NOISE_FIELDS = {'a': 'sigma_a', 'b': 'sigma_b', 'elevation_deg': 'sigma_elevation',
-                'azimuth_deg': 'sigma_azimuth', 'speed': 'sigma_speed'}
+NOISE_FIELDS = {
+    'a': 'sigma_a',
+    'b': 'sigma_b',
+    'elevation_deg': 'sigma_elevation',
+    'azimuth_deg': 'sigma_azimuth',
+    'speed': 'sigma_speed',
+}
 LIMIT_FIELDS = {f'{name}_deg': name for name in ANGLES}
 TARGET_FIELDS = {
     **dict.fromkeys(('hit', 'pot'), 'target.ball'),
     **dict.fromkeys(('rest', 'pass', 'at', 'leave'), 'target.point'),
-    'gate': 'target.point, target.other_point', 'pocket': 'target.pockets',
-    'direction': 'target.direction', 'within_deg': 'target.within', 'radius': 'target.radius'}
+    'gate': 'target.point, target.other_point',
+    'pocket': 'target.pockets',
+    'direction': 'target.direction',
+    'within_deg': 'target.within',
+    'radius': 'target.radius',
+}
 """Fields of a goal, by the names that the library has for them in its messages."""
 
 
@@ -45,9 +62,7 @@ class Task:
     seed: int
 
 
-def task_of(
-    goal: PlanShot.Goal, default: Task, table: TableState | None, frame: str
-) -> Task:
+def task_of(goal: PlanShot.Goal, default: Task, table: TableState | None, frame: str) -> Task:
     """
     Task that a goal asks for; what it leaves open is as in `default`, or on the table.
 
@@ -59,8 +74,7 @@ def task_of(
 
     """
     if goal.sample_count > MAX_SAMPLES:
-        raise ValueError(
-            f'sample_count is {goal.sample_count}: must be at most {MAX_SAMPLES}')
+        raise ValueError(f'sample_count is {goal.sample_count}: must be at most {MAX_SAMPLES}')
     check_frame('header.frame_id', goal.header, frame)
     balls = goal.balls
     if table is not None and not balls:
@@ -79,13 +93,18 @@ def task_of(
     if goal.use_noise:
         try:
             noise = Noise(
-                goal.sigma_a, goal.sigma_b, math.degrees(goal.sigma_elevation),
-                math.degrees(goal.sigma_azimuth), goal.sigma_speed)
+                goal.sigma_a,
+                goal.sigma_b,
+                math.degrees(goal.sigma_elevation),
+                math.degrees(goal.sigma_azimuth),
+                goal.sigma_speed,
+            )
         except ValueError as error:
             raise ValueError(_renamed(str(error), NOISE_FIELDS)) from None
     target = target_of(goal.target) or default.target
-    return Task(scene, target, noise, constraints, goal.budget or default.budget,
-                goal.seed or default.seed)
+    return Task(
+        scene, target, noise, constraints, goal.budget or default.budget, goal.seed or default.seed
+    )
 
 
 def with_balls(scene: Scene, balls: Sequence[BallState]) -> Scene:
@@ -123,8 +142,12 @@ def in_fields(message: str, goal: PlanShot.Goal) -> str:
 
 def _renamed(message: str, names: dict[str, str]) -> str:
     """Replace the name at the start of each line."""
-    return re.sub(r'^( *)(\w+)(?=: )', lambda found: found[1] + names.get(found[2], found[2]),
-                  message, flags=re.MULTILINE)
+    return re.sub(
+        r'^( *)(\w+)(?=: )',
+        lambda found: found[1] + names.get(found[2], found[2]),
+        message,
+        flags=re.MULTILINE,
+    )
 
 
 def target_of(target: Target) -> dict[str, Any] | None:
@@ -175,17 +198,29 @@ def target_message(target: Mapping[str, Any]) -> Target:
         case targets.Pass(point, radius):
             return Target(kind=Target.PASS, point=_flat(Point, point), radius=radius)
         case targets.Gate((point, other)):
-            return Target(kind=Target.GATE, point=_flat(Point, point),
-                          other_point=_flat(Point, other))
+            return Target(
+                kind=Target.GATE, point=_flat(Point, point), other_point=_flat(Point, other)
+            )
         case targets.Hit(ball, direction, within_deg, point, radius):
             return Target(
-                kind=Target.HIT, ball=ball, point=_flat(Point, point), radius=radius,
-                use_point=point is not None, direction=_flat(Vector3, direction),
-                use_direction=direction is not None, within=math.radians(within_deg))
+                kind=Target.HIT,
+                ball=ball,
+                point=_flat(Point, point),
+                radius=radius,
+                use_point=point is not None,
+                direction=_flat(Vector3, direction),
+                use_direction=direction is not None,
+                within=math.radians(within_deg),
+            )
         case targets.Pot(ball, pockets, point, radius):
             return Target(
-                kind=Target.POT, ball=ball, pockets=pockets, point=_flat(Point, point),
-                use_point=point is not None, radius=radius)
+                kind=Target.POT,
+                ball=ball,
+                pockets=pockets,
+                point=_flat(Point, point),
+                use_point=point is not None,
+                radius=radius,
+            )
 
 
 def _flat(kind: type, place: tuple[float, float] | None) -> Any:
@@ -199,13 +234,21 @@ def result_of(
     """Make the result of a goal that was planned in `scene`, as long as the goal asks for."""
     radius = scene.ball.radius
     return PlanShot.Result(
-        status=int(result.status), message=result.message, plan_id=plan_id,
-        plans=[ranked_message(each, header, goal.sample_count)
-               for each in result.ranking[:goal.plan_count or 1]],
+        status=int(result.status),
+        message=result.message,
+        plan_id=plan_id,
+        plans=[
+            ranked_message(each, header, goal.sample_count)
+            for each in result.ranking[: goal.plan_count or 1]
+        ],
         found=len(result.ranking),
-        balls=[BallState(id=name, position=Point(x=float(x), y=float(y), z=radius))
-               for name, (x, y) in places_of(scene).items()],
-        simulations=result.simulations, compute_time=result.wall_time)
+        balls=[
+            BallState(id=name, position=Point(x=float(x), y=float(y), z=radius))
+            for name, (x, y) in places_of(scene).items()
+        ],
+        simulations=result.simulations,
+        compute_time=result.wall_time,
+    )
 
 
 def places_of(scene: Scene) -> dict[str, tuple[float, float]]:
@@ -220,8 +263,17 @@ def ranked_message(planned: RankedStroke, header: Header, sample_count: int) -> 
     low, high = planned.interval
     tip = tip_at(planned.stroke, planned.scene.cue_ball[:2], planned.scene)
     return RankedPlan(
-        header=header, kind=planned.kind,
-        cue_pose=pose_of(tip.position, tip.quaternion), speed=speed, elevation=elevation,
-        azimuth=azimuth, a=a, b=b, success=planned.success, success_low=low, success_high=high,
+        header=header,
+        kind=planned.kind,
+        cue_pose=pose_of(tip.position, tip.quaternion),
+        speed=speed,
+        elevation=elevation,
+        azimuth=azimuth,
+        a=a,
+        b=b,
+        success=planned.success,
+        success_low=low,
+        success_high=high,
         trials=planned.trials,
-        trajectory=trajectory_message(planned.shot.trajectory, sample_count))
+        trajectory=trajectory_message(planned.shot.trajectory, sample_count),
+    )

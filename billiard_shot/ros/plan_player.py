@@ -5,6 +5,7 @@ Plan strokes for targets and play them: plan, seal, execute, and compare with th
 
 Needs what the player needs, and a planner with the same scene as the cue_driver.
 """
+
 import argparse
 from collections.abc import Mapping, Sequence
 import math
@@ -31,8 +32,13 @@ from billiard_shot.ros.player import (
 )
 from billiard_shot.ros.sealing import VALID_FOR
 
-NOISE = {'sigma_a': 2e-4, 'sigma_b': 2e-4, 'sigma_elevation': 4e-4, 'sigma_azimuth': 4e-4,
-         'sigma_speed': 0.005}
+NOISE = {
+    'sigma_a': 2e-4,
+    'sigma_b': 2e-4,
+    'sigma_elevation': 4e-4,
+    'sigma_azimuth': 4e-4,
+    'sigma_speed': 0.005,
+}
 """How exactly the mechanism plays, with a margin."""
 
 LIMITS = {'speed_min': 0.2, 'speed_max': 2.0, 'elevation_max_deg': 57.0, 'offset_max': 0.35}
@@ -66,7 +72,8 @@ class PlanPlayer(Player):
     def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
         """Plan for a target, with the balls as they lie; NoPlanError if there is no stroke."""
         sent = self._plan.send_goal_async(
-            PlanShot.Goal(target=target, balls=self.table.balls, **goal))
+            PlanShot.Goal(target=target, balls=self.table.balls, **goal)
+        )
         if not self.until(sent.done, 10.0):
             raise NotReadyError('no answer from action plan_shot within 10 s')
         ended = sent.result().get_result_async()
@@ -78,21 +85,30 @@ class PlanPlayer(Player):
                 self.until(ended.done, 2.0)
         if not ended.done() or ended.result().status != GoalStatus.STATUS_SUCCEEDED:
             raise NoPlanError(
-                ended.result().result.message if ended.done() else
-                f'no plan within {LONGEST_PLAN:g} s')
+                ended.result().result.message
+                if ended.done()
+                else f'no plan within {LONGEST_PLAN:g} s'
+            )
         return ended.result().result
 
     def seal(self, plan_id: str, valid_for: float = VALID_FOR) -> ExecuteShot.Goal:
         """Sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
-        sealed = call(self, self._seal, SealShot.Request(plan_id=plan_id, valid_for=valid_for),
-                      repeatable=True)
+        sealed = call(
+            self,
+            self._seal,
+            SealShot.Request(plan_id=plan_id, valid_for=valid_for),
+            repeatable=True,
+        )
         if sealed.status != SealShot.Response.OK:
             raise NoPlanError(f'not sealed: {sealed.message}')
         return ExecuteShot.Goal(plan=sealed.plan, nonce=sealed.nonce, expiry=sealed.expiry)
 
 
 def play_target(
-    player: PlanPlayer, text: str, limits: dict[str, Any] | None = None, arm: bool = True,
+    player: PlanPlayer,
+    text: str,
+    limits: dict[str, Any] | None = None,
+    arm: bool = True,
     valid_for: float = VALID_FOR,
 ) -> bool:
     """Plan for a target in YAML, play, and print what was reached; False if it was missed."""
@@ -104,10 +120,12 @@ def play_target(
         print(f'{text}: {error}', flush=True)
         return False
     best = result.plans[0]
-    print(f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
-          f'simulated\n'
-          f'  plan        {best.kind}, success {100 * best.success:.0f} % '
-          f'(95 % CI {100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)')
+    print(
+        f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
+        f'simulated\n'
+        f'  plan        {best.kind}, success {100 * best.success:.0f} % '
+        f'(95 % CI {100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)'
+    )
     if not play(player, 'planned', goal, arm):
         return False
     reached, words = judge(target, player.balls())
@@ -126,7 +144,8 @@ def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[boo
         reached = apart <= target.radius
         return reached, (
             f'{"reached" if reached else "not reached"}: the cue ball rests {1e3 * apart:.1f} mm '
-            f'from the point, {1e3 * target.radius:g} mm are allowed')
+            f'from the point, {1e3 * target.radius:g} mm are allowed'
+        )
     if target.kind == Target.POT:
         return True, f'reached: ball {target.ball!r} is pocketed'
     return True, 'not judged: balls at rest do not tell whether it was reached'
@@ -135,8 +154,11 @@ def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[boo
 def goal_limits(limits: dict[str, Any]) -> dict[str, Any]:
     """Fields of a goal of `plan_shot` for limits such as `LIMITS`."""
     fields = {name: value for name, value in limits.items() if not name.endswith('_deg')}
-    fields |= {name.removesuffix('_deg'): math.radians(value)
-               for name, value in limits.items() if name.endswith('_deg')}
+    fields |= {
+        name.removesuffix('_deg'): math.radians(value)
+        for name, value in limits.items()
+        if name.endswith('_deg')
+    }
     return {'use_limits': True, 'azimuth_range': math.pi, 'budget': BUDGET, **fields}
 
 
@@ -163,29 +185,48 @@ def main(args: Sequence[str] | None = None) -> None:
     """Play to targets."""
     parser = parser_of('plan_player', __doc__.strip().splitlines()[0])
     parser.add_argument(
-        'targets', nargs='+', type=_checked, metavar='TARGET',
+        'targets',
+        nargs='+',
+        type=_checked,
+        metavar='TARGET',
         help="YAML as in docs/planning.md, such as '{rest: [0.5, -0.3], radius: 0.1}' or "
-             "'{pot: 8, pocket: any}'; several are played one after the other")
+        "'{pot: 8, pocket: any}'; several are played one after the other",
+    )
     add_player_arguments(parser, scene=False)
-    parser.add_argument('--first-contact', default='', metavar='BALL',
-                        help='that the cue ball has to meet first')
-    parser.add_argument('--budget', type=_budget, default=BUDGET, metavar='N',
-                        help=f'most strokes to simulate ({BUDGET})')
-    for name, text in (('speed_min', 'slowest stroke in m/s'),
-                       ('speed_max', 'fastest stroke in m/s'),
-                       ('elevation_max_deg', 'steepest stroke in degrees'),
-                       ('offset_max', 'largest offset of the tip in ball radii')):
+    parser.add_argument(
+        '--first-contact', default='', metavar='BALL', help='that the cue ball has to meet first'
+    )
+    parser.add_argument(
+        '--budget',
+        type=_budget,
+        default=BUDGET,
+        metavar='N',
+        help=f'most strokes to simulate ({BUDGET})',
+    )
+    for name, text in (
+        ('speed_min', 'slowest stroke in m/s'),
+        ('speed_max', 'fastest stroke in m/s'),
+        ('elevation_max_deg', 'steepest stroke in degrees'),
+        ('offset_max', 'largest offset of the tip in ball radii'),
+    ):
         parser.add_argument(
-            f'--{name.replace("_", "-")}', type=float, default=LIMITS[name], metavar='NUMBER',
-            help=f'{text} ({LIMITS[name]:g})')
+            f'--{name.replace("_", "-")}',
+            type=float,
+            default=LIMITS[name],
+            metavar='NUMBER',
+            help=f'{text} ({LIMITS[name]:g})',
+        )
     options = parser.parse_args(own_arguments(args))
     limits = {name: getattr(options, name) for name in (*LIMITS, 'budget', 'first_contact')}
     run_player(
-        lambda: PlanPlayer(simulate_safety_inputs=options.simulate_safety_inputs,
-                           patience=options.wait),
-        lambda player, text: play_target(
-            player, text, limits, options.arm, options.valid_for),
-        options.targets, 'plan_player', args)
+        lambda: PlanPlayer(
+            simulate_safety_inputs=options.simulate_safety_inputs, patience=options.wait
+        ),
+        lambda player, text: play_target(player, text, limits, options.arm, options.valid_for),
+        options.targets,
+        'plan_player',
+        args,
+    )
 
 
 if __name__ == '__main__':

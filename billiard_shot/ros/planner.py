@@ -1,4 +1,5 @@
 """The node `planner`: searches which stroke reaches a target, and shows the last plan."""
+
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 import threading
@@ -56,8 +57,15 @@ class Search:
     def _run(self) -> None:
         task = self.task
         self.result = plan(
-            task.scene, task.target, task.noise, task.budget, task.seed, task.constraints,
-            self._see, lambda: self.stop.is_set() or not rclpy.ok())
+            task.scene,
+            task.target,
+            task.noise,
+            task.budget,
+            task.seed,
+            task.constraints,
+            self._see,
+            lambda: self.stop.is_set() or not rclpy.ok(),
+        )
 
     def _see(self, progress: Progress) -> None:
         self.progress = progress
@@ -93,7 +101,8 @@ class Planner(Node):
         wait_for_machine_code(self)
         warm_up(self._default)
         self._server = ActionServer(
-            self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel)
+            self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel
+        )
         self.create_service(SealShot, 'seal_shot', self._seal)
         self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
         if self.get_parameter('plan_at_start').value:
@@ -105,10 +114,13 @@ class Planner(Node):
         limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
         own = asdict(Robot())
         self._default = Task(
-            scene, yaml.safe_load(self.get_parameter('target').value),
+            scene,
+            yaml.safe_load(self.get_parameter('target').value),
             scene.noise.times(self.get_parameter('noise_times').value),
             {name: value for name, value in limits.items() if value != own[name]},
-            self.get_parameter('budget').value, self.get_parameter('seed').value)
+            self.get_parameter('budget').value,
+            self.get_parameter('seed').value,
+        )
 
     def _keep_table(self, message: TableState) -> None:
         self._table = message
@@ -116,7 +128,8 @@ class Planner(Node):
     async def _execute(self, goal: ServerGoalHandle) -> PlanShot.Result:
         try:
             task = plan_conversions.task_of(
-                goal.request, self._default, self._table, self.get_parameter('frame').value)
+                goal.request, self._default, self._table, self.get_parameter('frame').value
+            )
         except ValueError as error:
             return self._refuse(goal, str(error))
         while self._search:  # and all that came before this one
@@ -128,7 +141,8 @@ class Planner(Node):
         if goal.is_cancel_requested:
             goal.canceled()
             return PlanShot.Result(
-                status=int(Status.CANCELLED), message='cancelled before it began')
+                status=int(Status.CANCELLED), message='cancelled before it began'
+            )
         search = Search(task, goal, Future(executor=self.executor))
         self._start(search)
         await search.ended
@@ -140,15 +154,17 @@ class Planner(Node):
         else:
             goal.abort()
         message = plan_conversions.result_of(
-            result, search.plan_id, task.scene, goal.request, parameters.table_header(self))
+            result, search.plan_id, task.scene, goal.request, parameters.table_header(self)
+        )
         message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
         return message
 
     def _seal(self, request: SealShot.Request, _: SealShot.Response) -> SealShot.Response:
-        return seal(request, self._last, self._default.scene, self._table,
-                    parameters.table_header(self))
+        return seal(
+            request, self._last, self._default.scene, self._table, parameters.table_header(self)
+        )
 
     def _refuse(self, goal: ServerGoalHandle, why: str) -> PlanShot.Result:
         self.get_logger().warning(f'refused: {why}')
@@ -185,8 +201,11 @@ class Planner(Node):
         now = search.progress
         if search.goal and now and self._looks * LOOK >= TELL and now.simulations > search.told:
             self._looks, search.told = 0, now.simulations
-            search.goal.publish_feedback(PlanShot.Feedback(
-                simulations=now.simulations, budget=now.budget, success=now.success))
+            search.goal.publish_feedback(
+                PlanShot.Feedback(
+                    simulations=now.simulations, budget=now.budget, success=now.success
+                )
+            )
 
     def _keep(self, search: Search) -> None:
         """Keep a plan, for it may be sealed, and show it."""
@@ -199,10 +218,15 @@ class Planner(Node):
             search.plan_id = self._last.plan_id
             header = parameters.table_header(self)
             self._best.publish(
-                plan_conversions.ranked_message(result.ranking[0], header, BEST_SAMPLES))
-            self._markers.publish(display.plan_markers(
-                [each.shot for each in result.ranking],
-                [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking], header))
+                plan_conversions.ranked_message(result.ranking[0], header, BEST_SAMPLES)
+            )
+            self._markers.publish(
+                display.plan_markers(
+                    [each.shot for each in result.ranking],
+                    [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking],
+                    header,
+                )
+            )
 
 
 def warm_up(task: Task) -> None:

@@ -5,6 +5,7 @@ Play strokes with the mechanical cue: predict, execute, and compare the cue ball
 
 Needs a predictor, an active cue_driver, a mechanism, and a node that publishes table_state.
 """
+
 import argparse
 from collections.abc import Callable, Iterable, Sequence
 import gc
@@ -89,7 +90,9 @@ class Player(Node):
     """
 
     def __init__(
-        self, namespace: str = '', simulate_safety_inputs: bool = False,
+        self,
+        namespace: str = '',
+        simulate_safety_inputs: bool = False,
         patience: float = START_UP,
     ) -> None:
         super().__init__('player', namespace=namespace)
@@ -103,12 +106,12 @@ class Player(Node):
         self._execute = ActionClient(self, ExecuteShot, 'execute_shot')
         self.create_subscription(TableState, 'table_state', self._see, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
-        self.create_subscription(CueState, 'cue_driver/state', self.states.append,
-                                 EVERY_STATE)
+        self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self._safety: dict[str, Any] = {}
         if simulate_safety_inputs:
             self.get_logger().warning(
-                'simulating the emergency stop and the interlock: never do this on a robot')
+                'simulating the emergency stop and the interlock: never do this on a robot'
+            )
             self._safety = {name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS}
             self.create_timer(ALIVE, self._say)
 
@@ -116,10 +119,13 @@ class Player(Node):
         for name in SAFETY_INPUTS:
             for other in self.get_publishers_info_by_topic(self.resolve_topic_name(name)):
                 if (other.node_name, other.node_namespace) != (
-                        self.get_name(), self.get_namespace()):
+                    self.get_name(),
+                    self.get_namespace(),
+                ):
                     raise NotReadyError(
                         f'node {other.node_name!r} publishes {name!r}: this cell has safety '
-                        'equipment, so the safety inputs must not be simulated')
+                        'equipment, so the safety inputs must not be simulated'
+                    )
         if self.all_is_well:
             for name, value in SAFETY_INPUTS.items():
                 self._safety[name].publish(Bool(data=value))
@@ -130,8 +136,11 @@ class Player(Node):
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name == self.resolve_topic_name('cue_driver'):
-                self.troubles = [f'{each.key}: {each.value}' for each in status.values
-                                 if each.key != 'shot_id' and each.value != 'ok']
+                self.troubles = [
+                    f'{each.key}: {each.value}'
+                    for each in status.values
+                    if each.key != 'shot_id' and each.value != 'ok'
+                ]
 
     def until(self, condition: Callable[[], object], seconds: float) -> bool:
         """Spin until something is true; False if it is not in time."""
@@ -145,11 +154,12 @@ class Player(Node):
     def wait_for_all(self) -> None:
         """Wait for everything that a shot needs; NotReadyError names what is missing."""
         for name, found in (
-                ('service predict_shot', self._predict.service_is_ready),
-                ('service cue_driver/arm', self._arm.service_is_ready),
-                ('action execute_shot', self._execute.server_is_ready),
-                ('topic table_state', lambda: self.table),
-                ('topic cue_driver/state', lambda: self.states)):
+            ('service predict_shot', self._predict.service_is_ready),
+            ('service cue_driver/arm', self._arm.service_is_ready),
+            ('action execute_shot', self._execute.server_is_ready),
+            ('topic table_state', lambda: self.table),
+            ('topic cue_driver/state', lambda: self.states),
+        ):
             self.wait_for(*name.split(), found)
         self.troubles = ['no diagnostics']
         if not self.until(lambda: not self.troubles, self._patience):
@@ -173,18 +183,20 @@ class Player(Node):
     ) -> ExecuteShot.Goal:
         """Sealed goal for a stroke at the cue ball, where it lies now."""
         plan = cue_conversions.plan_of(stroke, self.balls(), scene, shot_id)
-        header = Header(
-            frame_id=self.table.header.frame_id, stamp=self.get_clock().now().to_msg())
+        header = Header(frame_id=self.table.header.frame_id, stamp=self.get_clock().now().to_msg())
         return sealed_goal(plan, header, valid_for)
 
     def predict(self, goal: ExecuteShot.Goal) -> PredictShot.Response:
         """Ask the predictor about the planned stroke."""
         request = PredictShot.Request(
-            cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True)
+            cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True
+        )
         return call(self, self._predict, request, repeatable=True)
 
     def execute(
-        self, goal: ExecuteShot.Goal, arm: bool = True,
+        self,
+        goal: ExecuteShot.Goal,
+        arm: bool = True,
         on_aimed: Callable[[], None] = lambda: None,
     ) -> Any:
         """
@@ -254,8 +266,9 @@ def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
     """Play one shot and print the prediction and the outcome; whether it was played."""
     answer = player.predict(goal)
     status = Status(answer.status)
-    print(f'{name}: {goal.plan.speed:g} m/s, elevation {goal.plan.elevation + 0.0:g} rad',
-          flush=True)
+    print(
+        f'{name}: {goal.plan.speed:g} m/s, elevation {goal.plan.elevation + 0.0:g} rad', flush=True
+    )
     if status.refused:
         print(f'  predicted   {status.name}: {answer.message}')
         return False
@@ -264,8 +277,10 @@ def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
     def tell_how_to_arm() -> None:
         if not arm:
             service = player.resolve_service_name('cue_driver/arm')
-            print(f'  aimed       to fire: ros2 service call {service} std_srvs/srv/Trigger',
-                  flush=True)
+            print(
+                f'  aimed       to fire: ros2 service call {service} std_srvs/srv/Trigger',
+                flush=True,
+            )
 
     response = player.execute(goal, arm, tell_how_to_arm)
     result = response.result
@@ -274,52 +289,76 @@ def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
         return False
     rest = player.rest()
     speed = result.strike.speed
-    print(f'  measured    {speed:.4f} m/s ({100 * (speed / goal.plan.speed - 1):+.3f} %), '
-          f'elevation {result.elevation:.5f} rad\n'
-          f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m')
+    print(
+        f'  measured    {speed:.4f} m/s ({100 * (speed / goal.plan.speed - 1):+.3f} %), '
+        f'elevation {result.elevation:.5f} rad\n'
+        f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m'
+    )
     if rest is None:
         print('  outcome     the cue ball does not rest on the table', flush=True)
     else:
-        print(f'  outcome     rests at ({rest[0]:.4f}, {rest[1]:.4f}) m, '
-              f'{1e3 * np.hypot(*(rest - expected)):.2f} mm from the prediction', flush=True)
+        print(
+            f'  outcome     rests at ({rest[0]:.4f}, {rest[1]:.4f}) m, '
+            f'{1e3 * np.hypot(*(rest - expected)):.2f} mm from the prediction',
+            flush=True,
+        )
     return True
 
 
 def add_player_arguments(parser: argparse.ArgumentParser, scene: bool) -> None:
     """Options of both players; `scene`: whether one has to be known."""
     if scene:
-        parser.add_argument('--scene', default='paper', metavar='SCENE',
-                            help='bundled scene or YAML file, that of the cue_driver (paper)')
+        parser.add_argument(
+            '--scene',
+            default='paper',
+            metavar='SCENE',
+            help='bundled scene or YAML file, that of the cue_driver (paper)',
+        )
     parser.add_argument(
-        '--arm', action='store_true',
+        '--arm',
+        action='store_true',
         help='arm each shot as soon as it is aimed; otherwise wait until somebody calls the '
-             'service cue_driver/arm')
+        'service cue_driver/arm',
+    )
     parser.add_argument(
-        '--wait', type=float, default=START_UP, metavar='S',
-        help=f'seconds to wait for each node ({START_UP:g})')
+        '--wait',
+        type=float,
+        default=START_UP,
+        metavar='S',
+        help=f'seconds to wait for each node ({START_UP:g})',
+    )
     parser.add_argument(
-        '--valid-for', type=_validity, default=VALID_FOR, metavar='S',
-        help=f'seconds within which a shot has to be fired ({VALID_FOR:g})')
+        '--valid-for',
+        type=_validity,
+        default=VALID_FOR,
+        metavar='S',
+        help=f'seconds within which a shot has to be fired ({VALID_FOR:g})',
+    )
     parser.add_argument(
-        '--simulate-safety-inputs', action='store_true',
+        '--simulate-safety-inputs',
+        action='store_true',
         help='publish that the emergency stop is released and the interlock closed; only for '
-             'simulations; refused if another node publishes one of them')
+        'simulations; refused if another node publishes one of them',
+    )
 
 
 def _validity(text: str) -> float:
     seconds = float(text)
     if not 0.0 < seconds <= LONGEST:
         raise argparse.ArgumentTypeError(
-            f'{text} is not allowed; it must be above 0 and at most {LONGEST:g} (s)')
+            f'{text} is not allowed; it must be above 0 and at most {LONGEST:g} (s)'
+        )
     return seconds
 
 
 def parser_of(name: str, text: str) -> argparse.ArgumentParser:
     """Parser of a program that `ros2 run` starts."""
     return argparse.ArgumentParser(
-        prog=f'ros2 run billiard_shot {name}', description=text,
+        prog=f'ros2 run billiard_shot {name}',
+        description=text,
         epilog=EXIT_CODES + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
-        formatter_class=argparse.RawDescriptionHelpFormatter)
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:
@@ -328,10 +367,14 @@ def own_arguments(args: Sequence[str] | None) -> list[str]:
 
 
 def run_player(
-    make: Callable[[], P], play_round: Callable[[P, R], bool], rounds: Iterable[R], name: str,
+    make: Callable[[], P],
+    play_round: Callable[[P, R], bool],
+    rounds: Iterable[R],
+    name: str,
     args: Sequence[str] | None,
 ) -> None:
     """Make a player, play the rounds until one fails, and end with one of `EXIT_CODES`."""
+
     def end(number: int, _: object) -> None:
         sys.exit(128 + number)
 
@@ -368,9 +411,14 @@ def main(args: Sequence[str] | None = None) -> None:
         return play(player, name, goal, options.arm)
 
     run_player(
-        lambda: Player(simulate_safety_inputs=options.simulate_safety_inputs,
-                       patience=options.wait),
-        play_stroke, strokes.items(), 'player', args)
+        lambda: Player(
+            simulate_safety_inputs=options.simulate_safety_inputs, patience=options.wait
+        ),
+        play_stroke,
+        strokes.items(),
+        'player',
+        args,
+    )
 
 
 if __name__ == '__main__':

@@ -1,4 +1,5 @@
 """The node `predictor`: answers what a stroke does to the ball, and shows the last answer."""
+
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
@@ -42,7 +43,8 @@ class Predictor(Node):
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._show_timer = self.create_timer(
-            SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         warm_up(self, self._scene, other_balls=True)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)
@@ -59,7 +61,9 @@ class Predictor(Node):
         self._table = message
 
     def _predict_shot(
-        self, request: PredictShot.Request, _: PredictShot.Response,
+        self,
+        request: PredictShot.Request,
+        _: PredictShot.Response,
     ) -> PredictShot.Response:
         try:
             frame = self.get_parameter('frame').value
@@ -72,7 +76,8 @@ class Predictor(Node):
         except conversions.BadRequestError as error:
             return conversions.refusal(error.status, str(error))
         shot = predict(
-            scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball)
+            scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
+        )
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
             self._shown = shot
@@ -86,8 +91,11 @@ class Predictor(Node):
         self._show_timer.cancel()
         header = parameters.table_header(self)
         shot = self._shown
-        self._path.publish(display.path_of(
-            conversions.trajectory_message(shot.trajectory, self._path_samples), header))
+        self._path.publish(
+            display.path_of(
+                conversions.trajectory_message(shot.trajectory, self._path_samples), header
+            )
+        )
         self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
 

@@ -1,4 +1,5 @@
 """How every node of the package runs: until it is told to end, with an exit code that says how."""
+
 from collections.abc import Callable, Iterator, Sequence
 import contextlib
 from dataclasses import replace
@@ -44,9 +45,7 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
         rclpy.try_shutdown()
 
 
-def warm_up(
-    node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True
-) -> None:
+def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True) -> None:
     """
     Load what the first request would wait for.
 
@@ -85,7 +84,8 @@ def wait_for_machine_code(node: Node) -> None:
         if waited - said >= PROGRESS:
             said = waited
             node.get_logger().info(
-                f'compiling the library, once: {done} of {total} parts after {waited:.0f} s')
+                f'compiling the library, once: {done} of {total} parts after {waited:.0f} s'
+            )
 
     machine_code.require(report)
 
@@ -110,7 +110,8 @@ def be_urgent(node: Node, niceness: int) -> None:
             os.setpriority(os.PRIO_PROCESS, int(thread), niceness)
     except OSError:
         node.get_logger().info(
-            f'may not run at niceness {niceness}: other processes may delay a stop')
+            f'may not run at niceness {niceness}: other processes may delay a stop'
+        )
 
 
 def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:

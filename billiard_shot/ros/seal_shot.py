@@ -5,6 +5,7 @@ Print a sealed goal of `execute_shot` as one line of YAML, for `ros2 action send
 
 Needs a planner that has planned a stroke.
 """
+
 import array
 from collections.abc import Sequence
 import math
@@ -27,8 +28,9 @@ PATIENCE = 10.0
 def plain(message: Any) -> Any:
     """Message as mappings, lists, numbers and strings."""
     if hasattr(message, 'get_fields_and_field_types'):
-        return {name: plain(getattr(message, name))
-                for name in message.get_fields_and_field_types()}
+        return {
+            name: plain(getattr(message, name)) for name in message.get_fields_and_field_types()
+        }
     if isinstance(message, list | tuple | array.array):
         return [plain(each) for each in message]
     return message
@@ -37,7 +39,11 @@ def plain(message: Any) -> Any:
 def one_line(fields: dict[str, Any]) -> str:
     """YAML in one line, that reads back as the same numbers."""
     return yaml.safe_dump(
-        fields, default_flow_style=True, width=math.inf, sort_keys=False, allow_unicode=True,
+        fields,
+        default_flow_style=True,
+        width=math.inf,
+        sort_keys=False,
+        allow_unicode=True,
     ).strip()
 
 
@@ -45,13 +51,27 @@ def main(args: Sequence[str] | None = None) -> None:
     """Ask the planner for a sealed goal and print it; the exit code is 1 if it refuses."""
     parser = parser_of('seal_shot', __doc__.strip().splitlines()[0])
     parser.epilog = 'exit codes: 0 printed; 1 refused; 2 wrong arguments; 3 no planner answers'
-    parser.add_argument('--plan-id', default='', metavar='ID',
-                        help='plan_id in the result of plan_shot; the last plan by default')
-    parser.add_argument('--rank', type=int, default=1, metavar='N',
-                        help='rank of the stroke in the plan (1, the best)')
+    parser.add_argument(
+        '--plan-id',
+        default='',
+        metavar='ID',
+        help='plan_id in the result of plan_shot; the last plan by default',
+    )
+    parser.add_argument(
+        '--rank',
+        type=int,
+        default=1,
+        metavar='N',
+        help='rank of the stroke in the plan (1, the best)',
+    )
     parser.add_argument('--shot-id', default='', metavar='NAME', help='name for the shot')
-    parser.add_argument('--valid-for', type=float, default=VALID_FOR, metavar='S',
-                        help=f'seconds within which the shot has to be fired ({VALID_FOR:g})')
+    parser.add_argument(
+        '--valid-for',
+        type=float,
+        default=VALID_FOR,
+        metavar='S',
+        help=f'seconds within which the shot has to be fired ({VALID_FOR:g})',
+    )
     options = parser.parse_args(own_arguments(args))
     if not 1 <= options.rank < 2**32:
         parser.error(f'--rank: {options.rank} is not allowed; it must be at least 1')
@@ -61,8 +81,10 @@ def main(args: Sequence[str] | None = None) -> None:
             node = Node('seal_shot')
             client = node.create_client(SealShot, 'seal_shot')
             if not client.wait_for_service(timeout_sec=PATIENCE):
-                raise TimeoutError(f'no service {client.service_name} within {PATIENCE:g} s: is '
-                                   'the planner running?')
+                raise TimeoutError(
+                    f'no service {client.service_name} within {PATIENCE:g} s: is '
+                    'the planner running?'
+                )
             sealed = call(node, client, request, repeatable=True)
     except TimeoutError as error:
         print(f'seal_shot: {error}', file=sys.stderr)

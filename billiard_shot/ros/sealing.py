@@ -1,4 +1,5 @@
 """Planned and given strokes become goals of `execute_shot`: sealed, with a nonce and an expiry."""
+
 from dataclasses import dataclass, field
 import uuid
 
@@ -38,7 +39,10 @@ class LastPlan:
 
 
 def seal(
-    request: SealShot.Request, last: LastPlan | None, scene: Scene, table: TableState | None,
+    request: SealShot.Request,
+    last: LastPlan | None,
+    scene: Scene,
+    table: TableState | None,
     header: Header,
 ) -> SealShot.Response:
     """
@@ -63,7 +67,8 @@ def seal(
         if not 0.0 < valid_for <= LONGEST:
             raise _invalid(
                 f'valid_for is {request.valid_for}: must be above 0 s and at most {LONGEST:g} s, '
-                f'or 0 for {VALID_FOR:g} s')
+                f'or 0 for {VALID_FOR:g} s'
+            )
         if request.use_stroke:
             plan, what = _given(request, scene, table, header.frame_id), 'the given stroke'
         else:
@@ -74,7 +79,10 @@ def seal(
     return SealShot.Response(
         status=int(Status.OK),
         message=f'sealed {what} as shot {plan.shot_id!r}, valid for {valid_for:g} s',
-        plan=goal.plan, nonce=goal.nonce, expiry=goal.expiry)
+        plan=goal.plan,
+        nonce=goal.nonce,
+        expiry=goal.expiry,
+    )
 
 
 def sealed_goal(plan: ShotPlan, header: Header, valid_for: float = VALID_FOR) -> ExecuteShot.Goal:
@@ -90,11 +98,14 @@ def _planned(request: SealShot.Request, last: LastPlan | None) -> tuple[ShotPlan
     if request.plan_id not in ('', last.plan_id):
         raise _invalid(
             f'plan_id is {request.plan_id!r}: must be that of the last plan, {last.plan_id!r}, or '
-            'empty; a newer plan has taken its place')
+            'empty; a newer plan has taken its place'
+        )
     rank = request.rank or 1
     if rank > len(last.ranking):
-        raise _invalid(f'rank is {rank}: must be at most {len(last.ranking)}, the number of '
-                       'strokes in the plan')
+        raise _invalid(
+            f'rank is {rank}: must be at most {len(last.ranking)}, the number of '
+            'strokes in the plan'
+        )
     ranked = last.ranking[rank - 1]
     _check_guided(ranked.scene)
     shot_id = request.shot_id or f'{ranked.kind} {last.plan_id}-{rank}'
@@ -119,14 +130,21 @@ def _given(
     stroke = conversions.stroke_of(request, (*balls[CUE_BALL], scene.ball.radius))
     position, turn = request.cue_pose.position, request.cue_pose.orientation
     return ShotPlan(
-        request.shot_id or f'stroke {short_id()}', (position.x, position.y, position.z),
-        (turn.x, turn.y, turn.z, turn.w), request.speed, stroke.offsets[2], balls)
+        request.shot_id or f'stroke {short_id()}',
+        (position.x, position.y, position.z),
+        (turn.x, turn.y, turn.z, turn.w),
+        request.speed,
+        stroke.offsets[2],
+        balls,
+    )
 
 
 def _check_guided(scene: Scene) -> None:
     if not scene.cue.guided:
-        raise _invalid("the cue of the planner's scene is not guided: must be `guided: true`, as "
-                       'the mechanical cue is')
+        raise _invalid(
+            "the cue of the planner's scene is not guided: must be `guided: true`, as "
+            'the mechanical cue is'
+        )
 
 
 def _invalid(message: str) -> BadRequestError:

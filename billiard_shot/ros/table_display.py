@@ -1,4 +1,5 @@
 """The node `table_display`: shows the table, the balls where they lie now, the mechanical cue."""
+
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
@@ -43,8 +44,7 @@ class TableDisplay(Node):
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
         self.create_subscription(JointState, 'joint_states', self._hear_joints, 50)
-        self.create_timer(
-            PICTURES, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(PICTURES, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info('ready: shows the table')
 
     def _show(self) -> None:
@@ -75,12 +75,14 @@ class TableDisplay(Node):
 
     def _show_cue(self) -> None:
         if np.array_equal(self._joints, self._shown, equal_nan=True) or (
-                np.abs(self._joints - self._shown).max() < STILL):
+            np.abs(self._joints - self._shown).max() < STILL
+        ):
             return
         self._shown = self._joints
         try:
             self._cue.publish(
-                table_markers.cue_markers(self._mechanism, self._joints, self._header()))
+                table_markers.cue_markers(self._mechanism, self._joints, self._header())
+            )
         except ValueError as error:
             self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
 

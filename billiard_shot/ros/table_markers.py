@@ -1,4 +1,5 @@
 """A table and its balls as RViz and Foxglove show them, in the sizes that the library plays."""
+
 from collections.abc import Mapping
 
 from billiard_shot_msgs.msg import TableState
@@ -33,15 +34,17 @@ def furniture_markers(scene: Scene, header: Header) -> MarkerArray:
     shown = [
         _slab('bed', outline.back, 0.0, CLOTH),
         _slab('frame', outline.frame, -LIFT, WOOD),
-        markers.prisms('cushions', outline.cushions, 0.0, outline.height,
-                       markers.colour(CUSHION)),
-        markers.prisms('rails', [_rail(cushion, outline.back, outline.frame)
-                                 for cushion in outline.cushions],
-                       0.0, outline.height, markers.colour(WOOD)),
+        markers.prisms('cushions', outline.cushions, 0.0, outline.height, markers.colour(CUSHION)),
+        markers.prisms(
+            'rails',
+            [_rail(cushion, outline.back, outline.frame) for cushion in outline.cushions],
+            0.0,
+            outline.height,
+            markers.colour(WOOD),
+        ),
     ]
     for x, y, radius in outline.holes.tolist():
-        shown.append(markers.disc('pockets', (x, y, 0.0), radius, 2 * LIFT,
-                                  markers.colour(HOLE)))
+        shown.append(markers.disc('pockets', (x, y, 0.0), radius, 2 * LIFT, markers.colour(HOLE)))
     return markers.array_of(shown, header)
 
 
@@ -49,8 +52,10 @@ def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
     """Balls, their centres (x, y, z) [m], with their names above them."""
     shown = []
     for name, (x, y, z) in balls.items():
-        shown += [markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
-                  markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT))]
+        shown += [
+            markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
+            markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT)),
+        ]
     return markers.array_of(shown, header)
 
 
@@ -70,23 +75,27 @@ def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Heade
     end = tip.position - (mechanism.reach + mechanism.stroke.most) * tip.along
     pivot = joints[[BASE_X, BASE_Y, BASE_Z]]
     steel = markers.colour(STEEL)
-    return markers.array_of([
-        markers.cone('mechanical cue', tip.position, end, (SHAFT, SHAFT), steel),
-        markers.ball('pivot', pivot, 2 * SHAFT, steel),
-    ], header)
+    return markers.array_of(
+        [
+            markers.cone('mechanical cue', tip.position, end, (SHAFT, SHAFT), steel),
+            markers.ball('pivot', pivot, 2 * SHAFT, steel),
+        ],
+        header,
+    )
 
 
 def places_of(table: TableState, radius: float) -> Places:
     """Centres of the balls that are on the table [m]; z = 0 stands for one that rests on it."""
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)
-        for ball in table.balls if not ball.pocketed}
+        for ball in table.balls
+        if not ball.pocketed
+    }
 
 
 def _slab(namespace: str, half: NDArray[np.float64], top: float, code: str) -> Marker:
     x, y = half
-    return markers.box(
-        namespace, (-x, -y, top - THICKNESS), (x, y, top), markers.colour(code))
+    return markers.box(namespace, (-x, -y, top - THICKNESS), (x, y, top), markers.colour(code))
 
 
 def _rail(

@@ -1,4 +1,5 @@
 """The node `table_sim`: a simulated table, whose balls move as the library predicts."""
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
@@ -43,11 +44,15 @@ class TableSim(Node):
         self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._timer = self.create_timer(
-            1.0 / self.get_parameter('rate').value, self._move, autostart=False,
-            clock=Clock(clock_type=ClockType.STEADY_TIME))
+            1.0 / self.get_parameter('rate').value,
+            self._move,
+            autostart=False,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
         self._reset()
         self.create_subscription(
-            Strike, self.get_parameter('strike_topic').value, self._strike, 10)
+            Strike, self.get_parameter('strike_topic').value, self._strike, 10
+        )
         self.create_service(Trigger, '~/reset', self._answer_reset)
         self.get_logger().info('ready: a simulated table')
 
@@ -70,8 +75,9 @@ class TableSim(Node):
         if self._motions:
             self.get_logger().error('ignored a strike: the balls still move')
             return
-        places = {name: (x, y) for name, (x, y, _) in self._balls.items()
-                  if name not in self._gone}
+        places = {
+            name: (x, y) for name, (x, y, _) in self._balls.items() if name not in self._gone
+        }
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
@@ -102,8 +108,11 @@ class TableSim(Node):
 
     def _publish(self) -> None:
         self._snapshot += 1
-        self._table.publish(conversions.table_message(
-            self._balls, self._gone, self._snapshot, parameters.table_header(self)))
+        self._table.publish(
+            conversions.table_message(
+                self._balls, self._gone, self._snapshot, parameters.table_header(self)
+            )
+        )
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -1,4 +1,5 @@
 """When a message was written, on the steady clock of the process that receives it."""
+
 import math
 import time
 

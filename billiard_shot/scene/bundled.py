@@ -4,6 +4,7 @@ Where the scenes that come with the package are.
 They are written in config/scenes. `pip install` and `colcon build` copy that folder into the
 package as `billiard_shot/scenes`; a source checkout (also `pip install -e`) reads it in place.
 """
+
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]

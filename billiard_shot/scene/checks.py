@@ -5,6 +5,7 @@ A dataclass made of fields from fields.py calls `check` in its `__post_init__`. 
 than one field is a rule: a generator of mistakes, called with the object, that its class lists in
 `RULES`. A rule is skipped where a field that it looks at is wrong itself.
 """
+
 from collections.abc import Iterator, Mapping
 import copy
 import dataclasses
@@ -92,8 +93,11 @@ def fill_in(instance: S, **values: float) -> S:
 
 def _inputs(kind: Any) -> list[dataclasses.Field[Any]]:
     """Fields and init-only variables of a dataclass."""
-    pseudo = (field for field in kind.__dataclass_fields__.values()
-              if isinstance(field.type, dataclasses.InitVar))
+    pseudo = (
+        field
+        for field in kind.__dataclass_fields__.values()
+        if isinstance(field.type, dataclasses.InitVar)
+    )
     return [*dataclasses.fields(kind), *pseudo]
 
 

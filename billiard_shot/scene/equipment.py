@@ -1,4 +1,5 @@
 """Ball, cue, contacts and cloth, with the units, ranges and sources of their numbers."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -24,9 +25,13 @@ STANDARD_GRAVITY = 9.80665  # CGPM 1901
 def _inertia_of_a_ball(ball: Any) -> Iterator[Mistake]:
     most = 2 / 3 * ball.mass * ball.radius**2
     if ball.inertia > most * (1 + 1e-9):
-        yield Mistake(('inertia',), (
-            f'{ball.inertia!r} is not allowed; it must be at most 2/3 m r^2 = {most:.3g} (kg m^2)'
-        ))
+        yield Mistake(
+            ('inertia',),
+            (
+                f'{ball.inertia!r} is not allowed; '
+                f'it must be at most 2/3 m r^2 = {most:.3g} (kg m^2)'
+            ),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +64,17 @@ class Ball:
 
 def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
     if cue.guided and cue.end_mass != math.inf:
-        yield Mistake(('end_mass',), (
-            f'{cue.end_mass!r} is not allowed; a guided cue has none (omit it)'
-        ))
+        yield Mistake(
+            ('end_mass',), (f'{cue.end_mass!r} is not allowed; a guided cue has none (omit it)')
+        )
     if not cue.guided and cue.end_mass > cue.mass:
-        yield Mistake(('end_mass',), (
-            f'{cue.end_mass!r} is not allowed; it must be at most the mass of the cue, '
-            f'{cue.mass:g} (kg)'
-        ))
+        yield Mistake(
+            ('end_mass',),
+            (
+                f'{cue.end_mass!r} is not allowed; it must be at most the mass of the cue, '
+                f'{cue.mass:g} (kg)'
+            ),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +111,7 @@ class Cue:
     end_mass: float = number(
         'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
     )
-    tip_radius: float = number(
-        'm', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS
-    )
+    tip_radius: float = number('m', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS)
     length: float = number('m', least=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
     dome: float = number('m', least=0, default=0.0)
 

@@ -5,6 +5,7 @@ A field is declared with what it takes: `number`, `choice`, `yes_or_no`, `places
 field with a `derived` value finds it from the others when none is given, and again whenever
 `dataclasses.replace` makes a new object: such a value is marked as `Derived`.
 """
+
 from collections.abc import Callable, Mapping
 import dataclasses
 import math
@@ -24,8 +25,12 @@ class Derived(float):
 
 
 def number(
-    unit: str, *, above: float | None = None, least: float | None = None,
-    most: float | None = None, default: float | None = None,
+    unit: str,
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+    default: float | None = None,
     derived: Callable[[Any], float] | None = None,
 ) -> Any:
     """
@@ -152,8 +157,11 @@ def section(kind: type, *, optional: bool = False, absent: bool = False) -> Any:
 def _number_within(
     unit: str, above: float | None, least: float | None, most: float | None
 ) -> Callable[[object], float]:
-    bounds = [f'{word} {bound:g}' for word, bound in (
-        ('above', above), ('at least', least), ('at most', most)) if bound is not None]
+    bounds = [
+        f'{word} {bound:g}'
+        for word, bound in (('above', above), ('at least', least), ('at most', most))
+        if bound is not None
+    ]
     allowed = 'a finite number ' + ' and '.join(bounds)
     allowed = allowed.rstrip() + (f' ({unit})' if unit else '')
 
@@ -161,8 +169,12 @@ def _number_within(
         if isinstance(value, bool) or not isinstance(value, Real):
             raise refused(value, allowed)
         found = float(value)
-        if (not math.isfinite(found) or (above is not None and found <= above)
-                or (least is not None and found < least) or (most is not None and found > most)):
+        if (
+            not math.isfinite(found)
+            or (above is not None and found <= above)
+            or (least is not None and found < least)
+            or (most is not None and found > most)
+        ):
             raise refused(value, allowed)
         return found
 

@@ -4,6 +4,7 @@ What balls meet beside the cue and the cloth: other balls, cushions, pockets; si
 Tables, pockets and cushions are measured as the World Pool-Billiard Association does (WPA Tables &
 Equipment Specifications); its nine-foot table is the default.
 """
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -157,10 +158,13 @@ def _room_for_pockets(table: Any) -> Iterator[Mistake]:
         side = 0.5 * table.side.mouth + _rounding(table.side)
         for name, needed in (('length', 2.0 * (corner + side)), ('width', 2.0 * corner)):
             if getattr(table, name) <= needed:
-                yield Mistake((name,), (
-                    f'{getattr(table, name)!r} is not allowed; with these pockets it must be '
-                    f'above {needed:.4g} (m)'
-                ))
+                yield Mistake(
+                    (name,),
+                    (
+                        f'{getattr(table, name)!r} is not allowed; with these pockets it must be '
+                        f'above {needed:.4g} (m)'
+                    ),
+                )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,5 @@
 """Scenes like others: `like: pool` takes everything from that scene but what is written here."""
+
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

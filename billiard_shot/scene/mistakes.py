@@ -1,4 +1,5 @@
 """Mistakes in what people give: each with its place, all of them in one error."""
+
 from collections.abc import Iterable, Iterator, Mapping
 import difflib
 from typing import Any, NamedTuple
@@ -38,7 +39,10 @@ class InputError(ValueError):
     """
 
     def __init__(
-        self, mistakes: Iterable[Mistake], about: str = '', lines: Lines | None = None,
+        self,
+        mistakes: Iterable[Mistake],
+        about: str = '',
+        lines: Lines | None = None,
         rest: Any = None,
     ) -> None:
         found = tuple(mistakes)
@@ -78,8 +82,11 @@ def found_in(error: ValueError, *keys: str) -> Iterator[Mistake]:
 
 def _text(mistake: Mistake) -> str:
     place = f'line {mistake.line}: ' if mistake.line else ''
-    return f'{place}{".".join(mistake.path)}: {mistake.text}' if mistake.path else (
-        f'{place}{mistake.text}')
+    return (
+        f'{place}{".".join(mistake.path)}: {mistake.text}'
+        if mistake.path
+        else (f'{place}{mistake.text}')
+    )
 
 
 def _line(path: Path, lines: Lines) -> int | None:

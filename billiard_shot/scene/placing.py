@@ -1,4 +1,5 @@
 """Where balls can lie: not in each other, not in a cushion, not over a pocket."""
+
 from collections.abc import Iterator
 from itertools import combinations
 import math
@@ -16,10 +17,13 @@ def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     for (one, here), (other, there) in combinations(lying(scene).items(), 2):
         overlap = least - math.dist(here, there)
         if overlap > ROUNDING:
-            yield Mistake(('balls', other), (
-                f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; their centres must be at least '
-                f'{1e3 * least:.4g} mm apart'
-            ))
+            yield Mistake(
+                ('balls', other),
+                (
+                    f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; '
+                    f'their centres must be at least {1e3 * least:.4g} mm apart'
+                ),
+            )
 
 
 def lying(scene: Any) -> dict[str, tuple[float, float]]:

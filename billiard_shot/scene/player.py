@@ -16,10 +16,13 @@ def _limits_in_order(robot: Any) -> Iterator[Mistake]:
         suffix = '_deg' if unit == 'degrees' else ''
         least, most = f'{name}_min{suffix}', f'{name}_max{suffix}'
         if getattr(robot, least) > getattr(robot, most):
-            yield Mistake((most,), (
-                f'{getattr(robot, most):g} is not allowed; it must be at least {least}, '
-                f'{getattr(robot, least):g} ({unit})'
-            ))
+            yield Mistake(
+                (most,),
+                (
+                    f'{getattr(robot, most):g} is not allowed; it must be at least {least}, '
+                    f'{getattr(robot, least):g} ({unit})'
+                ),
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +88,9 @@ class Noise:
     def times(self, factor: float) -> Noise:
         """Noise that is larger by a factor, at least 0."""
         return Noise(
-            factor * self.a, factor * self.b, factor * self.elevation_deg,
-            factor * self.azimuth_deg, factor * self.speed,
+            factor * self.a,
+            factor * self.b,
+            factor * self.elevation_deg,
+            factor * self.azimuth_deg,
+            factor * self.speed,
         )

@@ -7,6 +7,7 @@ ascending order, are shuffled by Fisher and Yates with the numbers of Python's `
 .random()`, a sequence that Python promises never to change: the same seed gives the same rack in
 every process, on every machine.
 """
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 import math
@@ -107,8 +108,7 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
 def _sites(rows: Sequence[int], apex: float, spacing: float) -> Iterator[Place]:
     for row, size in enumerate(rows):
         for place in range(size):
-            yield (apex + row * spacing * math.sqrt(0.75),
-                   (0.5 * (size - 1) - place) * spacing)
+            yield (apex + row * spacing * math.sqrt(0.75), (0.5 * (size - 1) - place) * spacing)
 
 
 def _nine_ball(draw: random.Random) -> list[str]:
@@ -135,8 +135,11 @@ def _colours(end: float) -> dict[str, Place]:
     """Colours but the pink, `end` [m] being half the length; yellow is on the baulk's right."""
     baulk = BAULK_LINE - end
     return {
-        'yellow': (baulk, -D_RADIUS), 'green': (baulk, D_RADIUS), 'brown': (baulk, 0.0),
-        'blue': (0.0, 0.0), 'black': (end - BLACK_SPOT, 0.0),
+        'yellow': (baulk, -D_RADIUS),
+        'green': (baulk, D_RADIUS),
+        'brown': (baulk, 0.0),
+        'blue': (0.0, 0.0),
+        'black': (end - BLACK_SPOT, 0.0),
     }
 
 

@@ -1,4 +1,5 @@
 """The scene: all that a prediction has to know, except the stroke."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, InitVar
@@ -53,7 +54,10 @@ class Scene:
     """
 
     RULES: ClassVar = (
-        overlapping_balls, balls_off_the_table, rack_in_the_way, _end_of_a_guided_cue,
+        overlapping_balls,
+        balls_off_the_table,
+        rack_in_the_way,
+        _end_of_a_guided_cue,
     )
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)
@@ -113,8 +117,11 @@ class Scene:
             scene = read(cls, resolved(document.data, folder))
         except InputError as error:
             # The file's reader has said more about a key that is there twice.
-            mistakes += (mistake for mistake in error.mistakes
-                         if mistake.text != TWICE or mistake.path not in twice)
+            mistakes += (
+                mistake
+                for mistake in error.mistakes
+                if mistake.text != TWICE or mistake.path not in twice
+            )
         if mistakes:
             raise InputError(mistakes, about, document.lines) from None
         return scene

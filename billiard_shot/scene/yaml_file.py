@@ -3,6 +3,7 @@ YAML as people write it, and where everything stands in the file.
 
 1e-3 is a number, 8 and '8' are the same name, and a key that is there twice is a mistake.
 """
+
 from pathlib import Path
 import re
 from typing import Any, IO, NamedTuple

@@ -6,6 +6,7 @@ dv t until time t, while it slides, rolls or flies: slides and rolls only lose s
 is how long the motion can last: at speed v, v / (mu_r g) to roll out, 2 |u| / (7 mu g) to slide,
 and 2 v / (g (1 - e)) in the air.
 """
+
 from billiard_shot.compiled import inner
 from billiard_shot.shot.model import StrikeModel
 

@@ -1,4 +1,5 @@
 """Many strokes at the same ball, of which only the strike of each is wanted."""
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,9 +10,14 @@ from billiard_shot.shot.strike import strike_batch, Strikes
 
 
 def strike_batch_with_clearance(
-    scene: Scene, model: StrikeModel, normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], position: NDArray[np.float64], tolerance: float,
-    phases: int = 0, segments: int = 0,
+    scene: Scene,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    phases: int = 0,
+    segments: int = 0,
 ) -> tuple[Strikes, NDArray[np.float64]]:
     """
     Play strokes as `strike_batch` does, if the cue has room among what the scene has.

@@ -4,6 +4,7 @@ Whether the cue has room: a stroke that would go through a ball or a cushion is 
 The cue is a cone from its tip, `tip_radius` thin, to its end, `BUTT` thick. A cushion is in its
 way where it passes below the line of noses; the frame behind is no higher.
 """
+
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +30,9 @@ class Obstacle(NamedTuple):
 
 @np.errstate(invalid='ignore', divide='ignore')
 def obstacles(
-    scene: Scene, centre: NDArray[np.float64], normals: NDArray[np.float64],
+    scene: Scene,
+    centre: NDArray[np.float64],
+    normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
 ) -> list[Obstacle]:
     """
@@ -54,7 +57,9 @@ def obstacles(
 
 @np.errstate(invalid='ignore', divide='ignore', over='ignore')
 def clearance_status(
-    scene: Scene, centre: NDArray[np.float64], normals: NDArray[np.float64],
+    scene: Scene,
+    centre: NDArray[np.float64],
+    normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """
@@ -84,7 +89,9 @@ def least_elevation(scene: Scene, a: float, b: float, azimuth: float) -> float:
     steps = np.radians(np.arange(0.0, 90.0, 0.25))
     strokes = [Stroke.from_offsets(a, b, float(step), azimuth, 1.0) for step in steps]
     status = clearance_status(
-        scene, np.array(scene.cue_ball), np.array([stroke.normal for stroke in strokes]),
+        scene,
+        np.array(scene.cue_ball),
+        np.array([stroke.normal for stroke in strokes]),
         np.array([stroke.velocity for stroke in strokes]),
     )
     free = steps[status == Status.OK]

@@ -6,6 +6,7 @@ tangential) depends on the velocities of the bodies and, read as a column, how a
 acts on them:
     u = C v_cue + B v + S w ,   W = C M_cue^-1 C' + B B' / m + S S' / I   (paper, equations 16-18).
 """
+
 from math import sqrt
 
 import numpy as np
@@ -107,9 +108,11 @@ def delassus_operator(model: StrikeModel, c: Vector, jacobians: Floats, w: Float
     on_cue, on_ball, turning = jacobians[0], jacobians[1], jacobians[2]
     for i in range(6):
         for j in range(6):
-            w[i][j] = (tip_response(model, c, on_cue[i], on_cue[j])
-                       + dot(on_ball[j], on_ball[i]) / ball.mass
-                       + dot(turning[j], turning[i]) / ball.inertia)
+            w[i][j] = (
+                tip_response(model, c, on_cue[i], on_cue[j])
+                + dot(on_ball[j], on_ball[i]) / ball.mass
+                + dot(turning[j], turning[i]) / ball.inertia
+            )
     for i in range(6):
         for j in range(i):
             coupling = 0.5 * (w[i][j] + w[j][i])
@@ -121,9 +124,7 @@ def delassus_operator(model: StrikeModel, c: Vector, jacobians: Floats, w: Float
 
 
 @inner
-def approach_velocity(
-    jacobians: Floats, speed: float, n: Vector, c: Vector, u: Floats
-) -> None:
+def approach_velocity(jacobians: Floats, speed: float, n: Vector, c: Vector, u: Floats) -> None:
     """Write the contact velocities u(0) (6,) [m/s] of a cue that comes to a ball at rest."""
     for i in range(6):
         u[i] = 0.0

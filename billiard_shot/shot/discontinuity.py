@@ -4,6 +4,7 @@ Where a law is discontinuous: strikes with two outcomes, however accurately they
 Law `energetic` ends a contact at a finite force, so that a contact that ends just before it would
 have been compressed anew and one that is just compressed anew lead to different motions.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,8 +20,12 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def discontinuities(
-    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
-    position: NDArray[np.float64], tolerance: float, strikes: NDArray[np.void],
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    strikes: NDArray[np.void],
 ) -> NDArray[np.float64]:
     """
     Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
@@ -56,8 +61,11 @@ def discontinuities(
         tip, table = model.stiffness
         ends = [
             strike_batch(
-                model._replace(stiffness=(tip * factor, table)), normals[stroke],
-                velocities[stroke], position, tolerance,
+                model._replace(stiffness=(tip * factor, table)),
+                normals[stroke],
+                velocities[stroke],
+                position,
+                tolerance,
             ).strikes['final_position'][0]
             for factor in (1.0 - change, 1.0, 1.0 + change)
         ]
@@ -67,8 +75,12 @@ def discontinuities(
 
 
 def discontinuities_of_law(
-    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
-    position: NDArray[np.float64], tolerance: float, strikes: NDArray[np.void],
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    strikes: NDArray[np.void],
 ) -> NDArray[np.float64]:
     """Find `discontinuities` under law `energetic`, which has many; zeros under the others."""
     if model.law != ENERGETIC:

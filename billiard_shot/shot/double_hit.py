@@ -6,6 +6,7 @@ through, while the ball does what the prediction says: it may have met another b
 or come back with draw or from a cushion. That is found, not simulated: what the cue does between
 depends on the hand that holds it.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +19,11 @@ DEEP = 1e-5  # m: what is less is no gap, and no hit
 
 
 def first_double_hit(
-    trajectory: Trajectory, radius: float, tip: NDArray[np.float64],
-    direction: NDArray[np.float64], speed: float,
+    trajectory: Trajectory,
+    radius: float,
+    tip: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    speed: float,
 ) -> float | None:
     """
     Time [s] from the end of the strike until the ball is at the cue again, None if it never is.

@@ -4,6 +4,7 @@ A strike on a ball that touches another one, or a cushion: tip, balls, cushion a
 The cue is a body on its guide, as in the strike of a ball alone; the rest is a cluster of the
 table (billiard_shot.table.cluster), and all of it goes through billiard_shot.impact.
 """
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,15 +28,17 @@ def touches(table: TableParams, radius: float, places: NDArray[np.float64]) -> b
         return True
     above = table.nose_height - radius
     reach = np.sqrt(radius**2 - above**2) if table.length < np.inf else 0.0
-    outside = max(
-        abs(places[0, 0]) - 0.5 * table.length, abs(places[0, 1]) - 0.5 * table.width
-    )
+    outside = max(abs(places[0, 0]) - 0.5 * table.length, abs(places[0, 1]) - 0.5 * table.width)
     return bool(outside + reach >= -table.contact_gap)
 
 
 def strike_together(
-    model: StrikeModel, table: TableParams, given: NDArray[np.float64],
-    normal: NDArray[np.float64], velocity: NDArray[np.float64], strike: np.void,
+    model: StrikeModel,
+    table: TableParams,
+    given: NDArray[np.float64],
+    normal: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    strike: np.void,
 ) -> CollisionResult:
     """
     Strike the first ball together with all that it touches.
@@ -64,27 +67,44 @@ def strike_together(
     c = velocity / speed
     tip = places[0] + surface.radius * normal
     cue = Body(
-        model.cue_mass, velocity=velocity, position=tip, guide=c,
+        model.cue_mass,
+        velocity=velocity,
+        position=tip,
+        guide=c,
         end_mass=1.0 / model.inverse_end_mass if model.inverse_end_mass > 0.0 else None,
     )
     contacts = [
         Contact(
-            count + 1, 0, tip, normal, model.restitution[TIP], model.friction[TIP],
+            count + 1,
+            0,
+            tip,
+            normal,
+            model.restitution[TIP],
+            model.friction[TIP],
             model.stiffness[TIP],
         ),
         Contact(
-            0, count, places[0] - surface.radius * np.array(UP), UP, model.restitution[TABLE],
-            model.friction[TABLE], model.stiffness[TABLE],
+            0,
+            count,
+            places[0] - surface.radius * np.array(UP),
+            UP,
+            model.restitution[TABLE],
+            model.friction[TABLE],
+            model.stiffness[TABLE],
         ),
     ]
     contacts += [
-        contact for contact in contacts_among(layout_of(surface, table), balls)
+        contact
+        for contact in contacts_among(layout_of(surface, table), balls)
         if not (contact.a == 0 and contact.b == count and np.array_equal(contact.normal, UP))
     ]
     bodies = [body_of(surface, ball) for ball in balls]
     result = collide(
-        [*bodies, Body.fixed(), cue], contacts, law=LAW_NAMES[model.law],
-        exponent=model.exponent, tolerance=TOLERANCE,
+        [*bodies, Body.fixed(), cue],
+        contacts,
+        law=LAW_NAMES[model.law],
+        exponent=model.exponent,
+        tolerance=TOLERANCE,
     )
     for k, i in enumerate(members):
         given[i, 3:6], given[i, 6:9] = result.velocities[k], result.spins[k]

@@ -1,4 +1,5 @@
 """The outcome of a shot in one line of plain text."""
+
 import math
 
 import numpy as np

@@ -1,4 +1,5 @@
 """The numbers of a scene that a strike depends on, in the form that compiled code takes."""
+
 from typing import NamedTuple
 
 from billiard_shot.impact.kernel import Properties

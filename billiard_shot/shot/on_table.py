@@ -1,4 +1,5 @@
 """What follows a strike where there is more than a ball on an endless cloth: the whole table."""
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,8 +58,12 @@ def states_of(
 
 
 def strike_frozen(
-    scene: Scene, model: StrikeModel, given: NDArray[np.float64], normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], strikes: NDArray[np.void],
+    scene: Scene,
+    model: StrikeModel,
+    given: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    strikes: NDArray[np.void],
 ) -> list[CollisionResult | None]:
     """
     Strike a ball that touches others or a cushion together with them, stroke by stroke.
@@ -70,6 +75,7 @@ def strike_frozen(
         return [None] * len(given)
     return [
         strike_together(model, table, given[i], normals[i], velocities[i], strikes[i])
-        if strikes['status'][i] < Status.MISS else None
+        if strikes['status'][i] < Status.MISS
+        else None
         for i in range(len(given))
     ]

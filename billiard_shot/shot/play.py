@@ -4,6 +4,7 @@ Strokes from the cue to rest, one or many: strike, table, and how each of them e
 This is the one place that decides the status of a stroke: alone, in a batch, or at a ball that
 touches others.
 """
+
 from typing import NamedTuple
 
 import numpy as np
@@ -40,8 +41,12 @@ class Played(NamedTuple):
 
 
 def play_one(
-    scene: Scene, model: StrikeModel, normal: NDArray[np.float64], velocity: NDArray[np.float64],
-    centre: NDArray[np.float64], tolerance: float,
+    scene: Scene,
+    model: StrikeModel,
+    normal: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
 ) -> tuple[Played, TableRun | None]:
     """Play a stroke, with all that happens."""
     played, given = _strike(
@@ -58,18 +63,25 @@ def play_one(
 
 
 def play_many(
-    scene: Scene, model: StrikeModel, normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], centre: NDArray[np.float64], tolerance: float,
+    scene: Scene,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
 ) -> tuple[Played, TableBatch | None]:
     """Play strokes on all cores."""
+
     def strike_part(part: slice) -> tuple[Played, NDArray[np.float64] | None]:
         return _strike(scene, model, normals[part], velocities[part], centre, tolerance, 0, 0)
 
     parts = in_threads(strike_part, len(normals))
     nothing = ROWS.records(Strike, 0)
     played = Played(
-        np.concatenate([nothing, *(each.strikes for each, _ in parts)]), no_phases(),
-        ROWS.records(Segment, 0), [group for each, _ in parts for group in each.groups],
+        np.concatenate([nothing, *(each.strikes for each, _ in parts)]),
+        no_phases(),
+        ROWS.records(Segment, 0),
+        [group for each, _ in parts for group in each.groups],
         np.concatenate([np.zeros(0), *(each.discontinuity for each, _ in parts)]),
     )
     if not has_table(scene):
@@ -77,7 +89,9 @@ def play_many(
         return played, None
     given = [states_of(scene, centre, nothing), *(states for _, states in parts)]
     batch = run_many(
-        scene, names_of(scene), np.concatenate([s for s in given if s is not None]),
+        scene,
+        names_of(scene),
+        np.concatenate([s for s in given if s is not None]),
         TABLE_SHARE * tolerance,
     )
     played.strikes['final_position'] = batch.rest[:, 0]
@@ -87,9 +101,14 @@ def play_many(
 
 
 def _strike(
-    scene: Scene, model: StrikeModel, normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], centre: NDArray[np.float64], tolerance: float,
-    phases: int, segments: int,
+    scene: Scene,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
+    phases: int,
+    segments: int,
 ) -> tuple[Played, NDArray[np.float64] | None]:
     """Strike the ball; return the states (n, balls, INPUT) that follow, if there is a table."""
     done, velocities = strike_batch_with_clearance(
@@ -107,7 +126,8 @@ def _strike(
 
 
 def decide(
-    strikes: NDArray[np.void], discontinuity: NDArray[np.float64],
+    strikes: NDArray[np.void],
+    discontinuity: NDArray[np.float64],
     table: NDArray[np.uint16] | None,
 ) -> None:
     """Write the statuses of whole strokes, and add discontinuities to the errors."""
@@ -121,9 +141,7 @@ def decide(
         strikes['error'] += discontinuity
 
 
-def _is_one_of(
-    status: NDArray[np.int64], wanted: tuple[Status, ...]
-) -> NDArray[np.bool_]:
+def _is_one_of(status: NDArray[np.int64], wanted: tuple[Status, ...]) -> NDArray[np.bool_]:
     """Whether each status is one of some; for one status ten times as fast as `np.isin`."""
     found = status == wanted[0]
     for other in wanted[1:]:

@@ -1,4 +1,5 @@
 """predict() and predict_batch(): what a stroke, or many, does to the cue ball."""
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -61,8 +62,16 @@ def predict(
     trajectory = table.balls[CUE] if table else Trajectory(played.segments)
     played.strikes.flags.writeable = False
     return Shot(
-        scene, stroke, tolerance, perf_counter() - begin, trajectory, table,
-        float(played.discontinuity[0]), played.strikes[0], played.log, played.groups[0],
+        scene,
+        stroke,
+        tolerance,
+        perf_counter() - begin,
+        trajectory,
+        table,
+        float(played.discontinuity[0]),
+        played.strikes[0],
+        played.log,
+        played.groups[0],
         partial(predict, stroke=stroke, tolerance=tolerance, position=centre),
     )
 
@@ -114,11 +123,16 @@ def predict_batch(
     played, table = play_many(scene, model_of(scene), n, v, centre, tolerance)
     strikes = played.strikes
     return BatchResult(
-        velocity=strikes['velocity'], spin=strikes['spin'], cue_speed=strikes['cue_speed'],
-        rest=strikes['final_position'], duration=strikes['duration'],
+        velocity=strikes['velocity'],
+        spin=strikes['spin'],
+        cue_speed=strikes['cue_speed'],
+        rest=strikes['final_position'],
+        duration=strikes['duration'],
         status=strikes['status'].astype(np.uint16),
-        dissipated=strikes['losses'].reshape(-1, 2, 2), evaluations=strikes['steps'],
-        error_estimate=strikes['error'], table=table,
+        dissipated=strikes['losses'].reshape(-1, 2, 2),
+        evaluations=strikes['steps'],
+        error_estimate=strikes['error'],
+        table=table,
     )
 
 

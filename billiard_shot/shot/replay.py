@@ -5,6 +5,7 @@ A record holds the scene with all its defaults, the stroke, the tolerance, and e
 result, each double in the shortest decimal form that reads back as the same double. What cannot be
 written in JSON, an infinite number or one that is none, is the object {"float": "inf"}.
 """
+
 from collections.abc import Mapping
 from functools import partial
 import json
@@ -39,10 +40,20 @@ FORMAT, VERSION = 'billiard_shot shot', 2
 READABLE = 1, 2  # version 1 has no discontinuity and no margin: they are found again
 # Keys of the file, and the fields of `Strike`.
 FIELDS: Mapping[str, str] = {
-    'velocity': 'velocity', 'spin': 'spin', 'rest': 'final_position', 'cue_speed': 'cue_speed',
-    'duration': 'duration', 'error': 'error', 'loss': 'losses', 'impulse': 'impulses',
-    'status': 'status', 'phases': 'phases', 'evaluations': 'steps', 'segments': 'segments',
-    'axes': 'axes', 'discontinuity_margin': 'discontinuity_margin',
+    'velocity': 'velocity',
+    'spin': 'spin',
+    'rest': 'final_position',
+    'cue_speed': 'cue_speed',
+    'duration': 'duration',
+    'error': 'error',
+    'loss': 'losses',
+    'impulse': 'impulses',
+    'status': 'status',
+    'phases': 'phases',
+    'evaluations': 'steps',
+    'segments': 'segments',
+    'axes': 'axes',
+    'discontinuity_margin': 'discontinuity_margin',
 }
 LOG_COLUMNS = 12  # of a phase: ending, contact, active (2), impulses (6), energies (2)
 
@@ -105,7 +116,9 @@ def _record(shot: Shot) -> dict[str, Any]:
         'message': shot.message,
         'scene': shot.scene.to_dict(derived=True),
         'stroke': {
-            'normal': stroke.normal, 'velocity': stroke.velocity, 'axis': stroke.axis,
+            'normal': stroke.normal,
+            'velocity': stroke.velocity,
+            'axis': stroke.axis,
             'miss': stroke.miss,
         },
         'position': shot.trajectory.at(0.0).position,  # of the cue ball, where it is struck
@@ -115,22 +128,37 @@ def _record(shot: Shot) -> dict[str, Any]:
         'strike': {key: shot._strike[field] for key, field in FIELDS.items()},
         'phases': _log_columns(shot._log),
         'trajectory': None if table else segments_to_columns(shot.trajectory.rows)[:, :-1],
-        'table': table and {
-            'names': table.names, 'status': int(table.status), 'duration': table.duration,
-            'wall_time': table.wall_time, 'searches': table.searches,
+        'table': table
+        and {
+            'names': table.names,
+            'status': int(table.status),
+            'duration': table.duration,
+            'wall_time': table.wall_time,
+            'searches': table.searches,
             'segments': segments_to_columns(table._segments),
-            'events': events_to_columns(table._events), 'places': table._places,
+            'events': events_to_columns(table._events),
+            'places': table._places,
             'participants': table._events.participants,
         },
-        'together': together and {
-            'status': int(together.status), 'velocities': together.velocities,
-            'spins': together.spins, 'impulses': together.impulses,
-            'dissipated': together.dissipated, 'slips': together.slips,
+        'together': together
+        and {
+            'status': int(together.status),
+            'velocities': together.velocities,
+            'spins': together.spins,
+            'impulses': together.impulses,
+            'dissipated': together.dissipated,
+            'slips': together.slips,
             'evaluations': together.evaluations,
-            'phases': [{
-                'active': phase.active, 'ending': int(phase.ending), 'contact': phase.contact,
-                'impulses': phase.impulses, 'energies': phase.energies,
-            } for phase in together.phases],
+            'phases': [
+                {
+                    'active': phase.active,
+                    'ending': int(phase.ending),
+                    'contact': phase.contact,
+                    'impulses': phase.impulses,
+                    'energies': phase.energies,
+                }
+                for phase in together.phases
+            ],
         },
     }
 
@@ -138,10 +166,13 @@ def _record(shot: Shot) -> dict[str, Any]:
 def _shot(data: dict[str, Any]) -> Shot:
     strikes = ROWS.records(Strike, 1)
     for key, field in FIELDS.items():
-        strikes[field] = data['strike'].get(key, 0.0) if data['version'] == 1 else (
-            data['strike'][key])
+        strikes[field] = (
+            data['strike'].get(key, 0.0) if data['version'] == 1 else (data['strike'][key])
+        )
     scene, stroke, tolerance = (
-        Scene.from_dict(data['scene']), _stroke(data['stroke']), data['tolerance']
+        Scene.from_dict(data['scene']),
+        _stroke(data['stroke']),
+        data['tolerance'],
     )
     position = np.array(data['position'], dtype=float)
     group = _together(data['together']) if data['together'] else None
@@ -150,24 +181,44 @@ def _shot(data: dict[str, Any]) -> Shot:
         discontinuity = _find_discontinuity(scene, stroke, position, tolerance, strikes)
     strikes.flags.writeable = False
     table = _table(data['table']) if data['table'] else None
-    trajectory = table.balls[CUE] if table else Trajectory(
-        segments_from_columns(_rows('trajectory', data['trajectory'], SEGMENT_COLUMNS)))
+    trajectory = (
+        table.balls[CUE]
+        if table
+        else Trajectory(
+            segments_from_columns(_rows('trajectory', data['trajectory'], SEGMENT_COLUMNS))
+        )
+    )
     return Shot(
-        scene, stroke, tolerance, data['wall_time'], trajectory, table, discontinuity, strikes[0],
-        _log_rows(_rows('phases', data['phases'], LOG_COLUMNS)), group,
+        scene,
+        stroke,
+        tolerance,
+        data['wall_time'],
+        trajectory,
+        table,
+        discontinuity,
+        strikes[0],
+        _log_rows(_rows('phases', data['phases'], LOG_COLUMNS)),
+        group,
         partial(predict, stroke=stroke, tolerance=tolerance, position=position),
     )
 
 
 def _find_discontinuity(
-    scene: Scene, stroke: Stroke, position: NDArray[np.float64], tolerance: float,
+    scene: Scene,
+    stroke: Stroke,
+    position: NDArray[np.float64],
+    tolerance: float,
     strikes: NDArray[np.void],
 ) -> float:
     """Find the discontinuity of a shot that was written without it, and complete its strike."""
     model = model_of(scene)
     found = discontinuities_of_law(
-        model, np.array([stroke.touching(model.tip_curvature).normal]),
-        np.array([stroke.velocity]), position, tolerance, strikes,
+        model,
+        np.array([stroke.touching(model.tip_curvature).normal]),
+        np.array([stroke.velocity]),
+        position,
+        tolerance,
+        strikes,
     )
     decide(strikes, found, None)
     return float(found[0])
@@ -186,20 +237,32 @@ def _table(data: dict[str, Any]) -> TableRun:
         members = np.array(data['participants'], dtype=np.int64).reshape(-1, 2)
         events = events._replace(participants=members)
     return TableRun(
-        tuple(data['names']), Status(data['status']), data['duration'], data['wall_time'],
+        tuple(data['names']),
+        Status(data['status']),
+        data['duration'],
+        data['wall_time'],
         data['searches'],
         segments_from_columns(_rows('table: segments', data['segments'], SEGMENT_COLUMNS + 1)),
-        events, np.array(data['places'], dtype=np.int64),
+        events,
+        np.array(data['places'], dtype=np.int64),
     )
 
 
 def _together(data: dict[str, Any]) -> CollisionResult:
-    arrays = {name: np.array(data[name], dtype=float)
-              for name in ('velocities', 'spins', 'impulses', 'dissipated', 'slips')}
-    phases = tuple(Phase(
-        tuple(phase['active']), Ending(phase['ending']), phase['contact'],
-        np.array(phase['impulses'], dtype=float), np.array(phase['energies'], dtype=float),
-    ) for phase in data['phases'])
+    arrays = {
+        name: np.array(data[name], dtype=float)
+        for name in ('velocities', 'spins', 'impulses', 'dissipated', 'slips')
+    }
+    phases = tuple(
+        Phase(
+            tuple(phase['active']),
+            Ending(phase['ending']),
+            phase['contact'],
+            np.array(phase['impulses'], dtype=float),
+            np.array(phase['energies'], dtype=float),
+        )
+        for phase in data['phases']
+    )
     return CollisionResult(
         Status(data['status']), **arrays, phases=phases, evaluations=data['evaluations']
     )
@@ -207,10 +270,15 @@ def _together(data: dict[str, Any]) -> CollisionResult:
 
 def _log_columns(log: NDArray[np.void]) -> NDArray[np.float64]:
     """Write phases (phases, 2) of PhaseLog as columns."""
-    return np.column_stack([
-        log['ending'][:, :1], log['contact'][:, :1], log['active'],
-        impulses_of(log).reshape(-1, 6), log['energy'],
-    ])
+    return np.column_stack(
+        [
+            log['ending'][:, :1],
+            log['contact'][:, :1],
+            log['active'],
+            impulses_of(log).reshape(-1, 6),
+            log['energy'],
+        ]
+    )
 
 
 def _log_rows(columns: NDArray[np.float64]) -> NDArray[np.void]:

@@ -1,4 +1,5 @@
 """How the place of rest depends on the stroke, by differences."""
+
 import numpy as np
 from numpy.typing import NDArray
 

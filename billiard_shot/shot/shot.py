@@ -1,4 +1,5 @@
 """What a prediction gives back."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -67,8 +68,7 @@ class Shot:
                 'law: the energetic law is discontinuous here; within the accuracy of the strike '
                 f'the ball may rest at either of two positions {self.discontinuity:.2g} m apart'
             )
-        outcome = message_of(
-            self.status, self.scene, self.stroke, self.trajectory, self.table)
+        outcome = message_of(self.status, self.scene, self.stroke, self.trajectory, self.table)
         if self.double_hit is None:
             return outcome
         return f'{outcome}; a double hit: the cue has the ball again at {self.double_hit:.3g} s'
@@ -125,9 +125,16 @@ class Shot:
     def look(self) -> ShotLook:
         """What the gates of effects may look at."""
         return ShotLook(
-            self.scene, self.velocity, self.spin, self.trajectory, self.table,
-            self._group is not None, self.stroke, self._strike['impulses'].reshape(2, 3),
-            self.cue_speed, self.double_hit,
+            self.scene,
+            self.velocity,
+            self.spin,
+            self.trajectory,
+            self.table,
+            self._group is not None,
+            self.stroke,
+            self._strike['impulses'].reshape(2, 3),
+            self.cue_speed,
+            self.double_hit,
         )
 
     @property

@@ -1,4 +1,5 @@
 """Strokes: whether they can be played, what the impact does, and what follows on endless cloth."""
+
 from math import inf, nan, sqrt
 from typing import Annotated, Any, NamedTuple
 
@@ -107,17 +108,36 @@ def final_status(status: int, miscue: bool, end: int, exact: bool) -> int:
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
     return (
-        _MODEL, ones, ones, 1.0, storage.records(Strike, 1),
-        *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros((1, 6, 6)), np.zeros((1, 6)),
-                             np.zeros(1), np.eye(3))),
+        _MODEL,
+        ones,
+        ones,
+        1.0,
+        storage.records(Strike, 1),
+        *map(
+            storage.array,
+            (
+                np.zeros((1, 3, 6, 3)),
+                np.zeros((1, 6, 6)),
+                np.zeros((1, 6)),
+                np.zeros(1),
+                np.eye(3),
+            ),
+        ),
     )
 
 
 @entry(_prepare_example)
 def prepare_strikes(
-    model: StrikeModel, normals: Floats, velocities: Floats, tolerance: float,
-    strikes: list[Strike], jacobians: Floats, delassus: Floats, approach: Floats,
-    accuracy: Floats, scratch: Floats,
+    model: StrikeModel,
+    normals: Floats,
+    velocities: Floats,
+    tolerance: float,
+    strikes: list[Strike],
+    jacobians: Floats,
+    delassus: Floats,
+    approach: Floats,
+    accuracy: Floats,
+    scratch: Floats,
 ) -> None:
     """
     State n strokes as collisions in contact space.
@@ -154,18 +174,33 @@ def prepare_strikes(
 
 def _finish_example(storage: Storage) -> tuple[Any, ...]:
     return (
-        _MODEL, *map(storage.array, (np.ones((1, 3)), np.ones(3))), 1.0,
-        storage.records(Strike, 1), *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros(1))),
-        storage.records(ContactResult, 2), storage.records(CollisionOutcome, 1),
-        storage.records(Ball, 1), storage.records(Segment, 1), storage.array(np.eye(3)),
+        _MODEL,
+        *map(storage.array, (np.ones((1, 3)), np.ones(3))),
+        1.0,
+        storage.records(Strike, 1),
+        *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros(1))),
+        storage.records(ContactResult, 2),
+        storage.records(CollisionOutcome, 1),
+        storage.records(Ball, 1),
+        storage.records(Segment, 1),
+        storage.array(np.eye(3)),
     )
 
 
 @entry(_finish_example)
 def finish_strikes(
-    model: StrikeModel, velocities: Floats, position: Vector, tolerance: float,
-    strikes: list[Strike], jacobians: Floats, accuracy: Vector, results: list[ContactResult],
-    outcomes: list[CollisionOutcome], balls: list[Ball], segments: list[Segment], scratch: Floats,
+    model: StrikeModel,
+    velocities: Floats,
+    position: Vector,
+    tolerance: float,
+    strikes: list[Strike],
+    jacobians: Floats,
+    accuracy: Vector,
+    results: list[ContactResult],
+    outcomes: list[CollisionOutcome],
+    balls: list[Ball],
+    segments: list[Segment],
+    scratch: Floats,
 ) -> None:
     """
     Complete n strikes after their impacts were solved, and roll the balls out on endless cloth.
@@ -212,7 +247,10 @@ def finish_strikes(
 
 @inner
 def write_strike(
-    model: StrikeModel, strike: Strike, jacobians: Floats, tip: ContactResult,
+    model: StrikeModel,
+    strike: Strike,
+    jacobians: Floats,
+    tip: ContactResult,
     table: ContactResult,
 ) -> None:
     """Write what follows from the impulses of a strike."""
@@ -234,9 +272,17 @@ def write_strike(
 
 
 _MODEL = StrikeModel(
-    cue_mass=1.0, inverse_end_mass=1.0, ferrule_radius=0.0, tip_curvature=1.0,
-    friction=(1.0, 1.0), restitution=(1.0, 1.0), stiffness=(1.0, 1.0), law=0, exponent=1.0,
-    table=True, surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=AUTO),
+    cue_mass=1.0,
+    inverse_end_mass=1.0,
+    ferrule_radius=0.0,
+    tip_curvature=1.0,
+    friction=(1.0, 1.0),
+    restitution=(1.0, 1.0),
+    stiffness=(1.0, 1.0),
+    law=0,
+    exponent=1.0,
+    table=True,
+    surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=AUTO),
 )  # for the examples; of no ball in particular
 
 
@@ -249,8 +295,13 @@ class Strikes(NamedTuple):
 
 
 def strike_batch(
-    model: StrikeModel, normals: NDArray[np.float64], velocities: NDArray[np.float64],
-    position: NDArray[np.float64], tolerance: float, phases: int = 0, segments: int = 0,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    phases: int = 0,
+    segments: int = 0,
 ) -> Strikes:
     """
     Play strokes, one after the other, each with the ball in the same place, on endless cloth.
@@ -274,8 +325,9 @@ def strike_batch(
     storage = solve_collisions.current().storage
     parts = [slice(i, i + _AT_ONCE) for i in range(0, len(normals), _AT_ONCE)]
     done = [
-        _strike(storage, model, normals[part], velocities[part], position, tolerance, phases,
-                segments)
+        _strike(
+            storage, model, normals[part], velocities[part], position, tolerance, phases, segments
+        )
         for part in parts
     ]
     if len(done) == 1:
@@ -290,20 +342,36 @@ def no_phases() -> NDArray[np.void]:
 
 
 def _strike(
-    storage: Storage, model: StrikeModel, normals: NDArray[np.float64],
-    velocities: NDArray[np.float64], position: NDArray[np.float64], tolerance: float,
-    phases: int, segments: int,
+    storage: Storage,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    phases: int,
+    segments: int,
 ) -> Strikes:
     n = len(normals)
     strikes = storage.records(Strike, n)
     speeds = storage.array(velocities)
     zeros, scratch = storage.zeros, storage.array(np.eye(3))
     jacobians, delassus, approach, accuracy = (
-        zeros(n, 3, 6, 3), zeros(n, 6, 6), zeros(n, 6), zeros(n)
+        zeros(n, 3, 6, 3),
+        zeros(n, 6, 6),
+        zeros(n, 6),
+        zeros(n),
     )
     prepare_strikes.on(storage)(
-        model, storage.array(normals), speeds, tolerance, strikes, jacobians, delassus, approach,
-        accuracy, scratch,
+        model,
+        storage.array(normals),
+        speeds,
+        tolerance,
+        strikes,
+        jacobians,
+        delassus,
+        approach,
+        accuracy,
+        scratch,
     )
     results, outcomes, log = solve_stored(
         storage, contact_properties(model), delassus, approach, accuracy, phases
@@ -311,8 +379,18 @@ def _strike(
     while True:
         motion = storage.records(Segment, segments)
         finish_strikes.on(storage)(
-            model, speeds, storage.array(position), tolerance, strikes, jacobians, accuracy,
-            results, outcomes, storage.records(Ball, 1), motion, scratch,
+            model,
+            speeds,
+            storage.array(position),
+            tolerance,
+            strikes,
+            jacobians,
+            accuracy,
+            results,
+            outcomes,
+            storage.records(Ball, 1),
+            motion,
+            scratch,
         )
         needed = int(strikes[-1].segments) if segments and n else 0
         if needed <= segments:

@@ -1,4 +1,5 @@
 """A stroke: where the cue hits the ball and how it moves, stated in one of three ways."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -113,17 +114,28 @@ class Stroke:
         aside = away + ahead * along
         distance = math.hypot(*aside)
         if distance >= radius:
-            return cls(aside, speed * along, axis=True, miss=(
-                f'position, quaternion: the axis of the tip is not allowed to pass the centre of '
-                f'the ball at {distance:.4g} m; that must be below the radius, {radius:.4g} m'
-            ))
+            return cls(
+                aside,
+                speed * along,
+                axis=True,
+                miss=(
+                    'position, quaternion: the axis of the tip is not allowed to pass the '
+                    f'centre of the ball at {distance:.4g} m; that must be below the radius, '
+                    f'{radius:.4g} m'
+                ),
+            )
         depth = math.sqrt(radius * radius - distance * distance)
         if ahead - depth < -1e-9 * radius:  # less is rounding of a tip that touches the ball
             # ahead of it is at most the point where its axis leaves the ball
-            return cls(aside + depth * along, speed * along, axis=True, miss=(
-                f'position: {tuple(position)} is not allowed; the tip must start in front of the '
-                f'ball, but is {depth - ahead:.4g} m past where it would meet it'
-            ))
+            return cls(
+                aside + depth * along,
+                speed * along,
+                axis=True,
+                miss=(
+                    f'position: {tuple(position)} is not allowed; the tip must start in front of '
+                    f'the ball, but is {depth - ahead:.4g} m past where it would meet it'
+                ),
+            )
         return cls(aside - depth * along, speed * along, axis=True)
 
     def touching(self, dome: float) -> Stroke:
@@ -160,7 +172,11 @@ class Stroke:
         azimuth = math.atan2(y, x)
         right, up, _ = axes(elevation, azimuth)
         return (
-            float(right @ self.normal), float(up @ self.normal), elevation, azimuth, self.speed
+            float(right @ self.normal),
+            float(up @ self.normal),
+            elevation,
+            azimuth,
+            self.speed,
         )
 
 

@@ -1,4 +1,5 @@
 """Strokes as people write them down: a YAML list, each in one of the three forms of `Stroke`."""
+
 from collections.abc import Mapping
 import difflib
 import math

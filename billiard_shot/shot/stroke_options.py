@@ -1,4 +1,5 @@
 """Options that say which strokes, for every command that takes some."""
+
 import argparse
 from pathlib import Path
 from typing import Any
@@ -12,15 +13,19 @@ def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
     file = parser.add_argument_group('strokes from a file')
     file.add_argument('--strokes', type=Path, metavar='FILE.yaml', help='a list of strokes')
     vectors = parser.add_argument_group('or one stroke by its vectors')
-    for name, text in (('normal', 'outward normal where the tip hits, any length'),
-                       ('velocity', 'of the cue in m/s')):
+    for name, text in (
+        ('normal', 'outward normal where the tip hits, any length'),
+        ('velocity', 'of the cue in m/s'),
+    ):
         vectors.add_argument(f'--{name}', type=float, nargs=3, metavar=('X', 'Y', 'Z'), help=text)
     offsets = parser.add_argument_group('or one stroke as players say it')
-    for name, text in (('a', 'offset to the right in ball radii (0)'),
-                       ('b', 'offset up in ball radii (0)'),
-                       ('elevation-deg', 'angle by which the stroke points down (0)'),
-                       ('azimuth-deg', 'direction, counter-clockwise from +x (0)'),
-                       ('speed', 'of the cue in m/s')):
+    for name, text in (
+        ('a', 'offset to the right in ball radii (0)'),
+        ('b', 'offset up in ball radii (0)'),
+        ('elevation-deg', 'angle by which the stroke points down (0)'),
+        ('azimuth-deg', 'direction, counter-clockwise from +x (0)'),
+        ('speed', 'of the cue in m/s'),
+    ):
         offsets.add_argument(f'--{name}', type=float, metavar='NUMBER', help=text)
 
 

@@ -1,4 +1,5 @@
 """What accuracy costs: methods for the same strike, at several settings, against the truth."""
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -92,10 +93,16 @@ def _impulse_scheme(problem: Problem, step: float) -> Run:
 
     def run() -> Callable[[], Answer]:
         done = impulse_scheme.strike(
-            stroke.normal, stroke.velocity, model.cue_mass, model.surface.mass,
-            model.surface.radius, (friction[0], friction[1]), (restitution[0], restitution[1]),
+            stroke.normal,
+            stroke.velocity,
+            model.cue_mass,
+            model.surface.mass,
+            model.surface.radius,
+            (friction[0], friction[1]),
+            (restitution[0], restitution[1]),
             float(problem.stiffness[0] / problem.stiffness[1]),
-            step * model.surface.mass * stroke.speed, problem.law,
+            step * model.surface.mass * stroke.speed,
+            problem.law,
         )
         if done.status == Status.BUDGET_EXCEEDED:
             raise NoAnswerError
@@ -152,14 +159,29 @@ def methods() -> Iterator[Method]:
     """All that can be compared here; MuJoCo where it is installed."""
     yield Method('impulse scheme', 'step', STEPS, _impulse_scheme, _against_impulse_scheme)
     yield Method('this library', 'tolerance', TOLERANCES, _adaptive)
-    yield Method('closed form', '', (0.0,), _closed_form,
-                 lambda problem: '' if applies(problem) else 'only for level, centre-high strokes')
+    yield Method(
+        'closed form',
+        '',
+        (0.0,),
+        _closed_form,
+        lambda problem: '' if applies(problem) else 'only for level, centre-high strokes',
+    )
     for name in ('DOP853', 'Radau'):
-        yield Method(f'SciPy {name}', 'rtol', SCIPY_TOLERANCES, _scipy(name),
-                     lambda problem: '' if problem.model.exponent == 1.0 else 'for linear springs')
+        yield Method(
+            f'SciPy {name}',
+            'rtol',
+            SCIPY_TOLERANCES,
+            _scipy(name),
+            lambda problem: '' if problem.model.exponent == 1.0 else 'for linear springs',
+        )
     if find_spec('mujoco'):
-        yield Method('MuJoCo', 'time step', TIME_STEPS, mujoco_strike,
-                     lambda problem: 'for guided cues' if problem.model.inverse_end_mass else '')
+        yield Method(
+            'MuJoCo',
+            'time step',
+            TIME_STEPS,
+            mujoco_strike,
+            lambda problem: 'for guided cues' if problem.model.inverse_end_mass else '',
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +201,9 @@ class Task:
         try:
             velocity, spin, evaluations = run()()
         except NoAnswerError:
-            return Measurement(self.name, self.method.name, self.setting, nan, nan, nan, nan, 0,
-                               nan, nan)
+            return Measurement(
+                self.name, self.method.name, self.setting, nan, nan, nan, nan, 0, nan, nan
+            )
         rest = place_of_rest(self.problem.scene, velocity, spin)
         dv = float(np.abs(velocity - self.truth[0]).max())
         dw = float(np.abs(spin - self.truth[1]).max())
@@ -194,8 +217,15 @@ class Task:
             run()
             times.append(perf_counter() - begin)
         return Measurement(
-            self.name, self.method.name, self.setting, dv, dw, 1e3 * dx,
-            max(dv, self.problem.model.surface.radius * dw) / speed, evaluations, median(times),
+            self.name,
+            self.method.name,
+            self.setting,
+            dv,
+            dw,
+            1e3 * dx,
+            max(dv, self.problem.model.surface.radius * dw) / speed,
+            evaluations,
+            median(times),
             memory,
         )
 
@@ -242,12 +272,19 @@ def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
     for setting in dict.fromkeys(m.setting for m in mine):
         these = [m for m in mine if m.setting == setting and m.seconds == m.seconds]
         if these:
-            points.append(Point(
-                setting, len(these), max(m.velocity for m in these), max(m.spin for m in these),
-                max(m.rest for m in these), max(m.part for m in these),
-                fmean(m.evaluations for m in these), fmean(m.seconds for m in these),
-                max(m.memory for m in these),
-            ))
+            points.append(
+                Point(
+                    setting,
+                    len(these),
+                    max(m.velocity for m in these),
+                    max(m.spin for m in these),
+                    max(m.rest for m in these),
+                    max(m.part for m in these),
+                    fmean(m.evaluations for m in these),
+                    fmean(m.seconds for m in these),
+                    max(m.memory for m in these),
+                )
+            )
     return points
 
 
@@ -262,8 +299,10 @@ def order(points: Sequence[Point]) -> float:
     told = [p for p in points if p.answered == complete and p.setting > 0.0 and p.part > ROUNDING]
     if len(told) < 2:
         return math.nan
-    return median(math.log(p.part / q.part) / math.log(p.setting / q.setting)
-                  for p, q in combinations(told, 2))
+    return median(
+        math.log(p.part / q.part) / math.log(p.setting / q.setting)
+        for p, q in combinations(told, 2)
+    )
 
 
 def speed_up(measurements: Sequence[Measurement], rest: float) -> float:
@@ -276,11 +315,19 @@ def speed_up(measurements: Sequence[Measurement], rest: float) -> float:
     ratios = []
     for stroke in dict.fromkeys(m.stroke for m in measurements):
         slow = [m for m in measurements if m.stroke == stroke and m.method == 'impulse scheme']
-        fast = [m.seconds for m in measurements
-                if m.stroke == stroke and m.method == 'this library' and m.rest <= rest]
+        fast = [
+            m.seconds
+            for m in measurements
+            if m.stroke == stroke and m.method == 'this library' and m.rest <= rest
+        ]
         if slow and fast and min(m.rest for m in slow) <= rest:
             slow.sort(key=lambda m: m.rest)
-            seconds = np.exp(np.interp(math.log(rest), [math.log(m.rest) for m in slow],
-                                       [math.log(m.seconds) for m in slow]))
+            seconds = np.exp(
+                np.interp(
+                    math.log(rest),
+                    [math.log(m.rest) for m in slow],
+                    [math.log(m.seconds) for m in slow],
+                )
+            )
             ratios.append(float(seconds) / min(fast))
     return median(ratios) if ratios else math.nan

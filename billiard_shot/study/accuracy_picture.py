@@ -1,12 +1,17 @@
 """The work-precision picture."""
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from billiard_shot.study.accuracy import order, Point
 
 COLOURS = {
-    'this library': 'tab:red', 'impulse scheme': 'tab:blue', 'SciPy DOP853': 'tab:green',
-    'SciPy Radau': 'tab:olive', 'MuJoCo': 'tab:gray', 'closed form': 'black',
+    'this library': 'tab:red',
+    'impulse scheme': 'tab:blue',
+    'SciPy DOP853': 'tab:green',
+    'SciPy Radau': 'tab:olive',
+    'MuJoCo': 'tab:gray',
+    'closed form': 'black',
 }
 SMALLEST = 1e-13  # m and parts of a speed: smaller errors are drawn there
 
@@ -37,8 +42,14 @@ def draw(
             drawn = [max(x, SMALLEST) * (1e3 if axes is left else 1.0) for x in error]
             axes.loglog(work, drawn, color=COLOURS[name], label=label, linewidth=1.2)
             for x, y, p in zip(work, drawn, points, strict=True):
-                axes.plot(x, y, 'o', color=COLOURS[name], markersize=4,
-                          fillstyle='full' if p.answered == most else 'none')
+                axes.plot(
+                    x,
+                    y,
+                    'o',
+                    color=COLOURS[name],
+                    markersize=4,
+                    fillstyle='full' if p.answered == most else 'none',
+                )
     left.set_xlabel('time of a strike (µs)')
     left.set_ylabel('error of the resting place (mm)')
     right.set_xlabel('evaluations: steps, or of the right-hand side')
@@ -48,6 +59,14 @@ def draw(
         axes.tick_params(labelsize='small')
     figure.suptitle(f'What accuracy costs: {about} (worst error, mean work)', fontsize='medium')
     handles, labels = left.get_legend_handles_labels()
-    figure.legend(handles, labels, loc='outside lower center', ncols=3, frameon=False,
-                  fontsize='small', title='method: its error goes with', title_fontsize='small')
+    figure.legend(
+        handles,
+        labels,
+        loc='outside lower center',
+        ncols=3,
+        frameon=False,
+        fontsize='small',
+        title='method: its error goes with',
+        title_fontsize='small',
+    )
     figure.savefig(path, dpi=120)

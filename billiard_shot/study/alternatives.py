@@ -3,6 +3,7 @@ The classic ways to resolve several contacts, which the paper sets itself agains
 
 Both take the same strike in contact space as the library does, and neither knows of stiffness.
 """
+
 import numpy as np
 
 from billiard_shot.impact.friction import minimize_over_disc
@@ -32,8 +33,11 @@ def pairwise(problem: Problem) -> Vector:
         part = slice(3 * j, 3 * j + 3)
         if u[3 * j] < -APPROACH * problem.speed:
             alone = Properties(
-                problem.friction[j : j + 1], problem.restitution[j : j + 1], np.ones(1),
-                problem.model.law, problem.model.exponent,
+                problem.friction[j : j + 1],
+                problem.restitution[j : j + 1],
+                np.ones(1),
+                problem.model.law,
+                problem.model.exponent,
             )
             impulse = solve_in_contact_space(
                 alone, problem.response[np.newaxis, part, part], u[np.newaxis, part], [1e-12]
@@ -63,7 +67,8 @@ def newton(problem: Problem) -> Vector:
             impulse[[x, y]] = 0.0
             free = u + w @ impulse
             impulse[[x, y]] = minimize_over_disc(
-                w[x, x], w[x, y], w[y, y], free[x], free[y], problem.friction[j] * impulse[n])
+                w[x, x], w[x, y], w[y, y], free[x], free[y], problem.friction[j] * impulse[n]
+            )
             impulse[[x, y]] = 0.5 * (impulse[[x, y]] + old)  # where friction couples strongly
         if np.abs(impulse - before).max() <= 1e-14 * np.abs(impulse).max():
             return impulse

@@ -1,4 +1,5 @@
 """An atlas from above: from where on the table a ball is potted, and how surely."""
+
 from __future__ import annotations
 
 import math
@@ -45,9 +46,15 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
         axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
         image = _draw_map(axes, atlas, each)
     bar = figure.colorbar(
-        image, ax=figure.axes, location='bottom', fraction=0.05, aspect=50, pad=0.02,
+        image,
+        ax=figure.axes,
+        location='bottom',
+        fraction=0.05,
+        aspect=50,
+        pad=0.02,
         label='chance of the best stroke found, by where the cue ball lies (%)',
-        ticks=[0.0, *LEVELS, 1.0], format=lambda part, _: f'{100 * part:.0f}',
+        ticks=[0.0, *LEVELS, 1.0],
+        format=lambda part, _: f'{100 * part:.0f}',
     )
     for level in LEVELS:
         bar.ax.axvline(level, color=_ink(level), linewidth=0.8)
@@ -70,20 +77,37 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
     assert scene.table is not None  # an atlas without a table is refused
     draw_table(axes, scene)
     image = axes.pcolormesh(
-        *borders(scene.table, radius, counts), drawn.success, cmap=COLOURS, vmin=0.0, vmax=1.0,
+        *borders(scene.table, radius, counts),
+        drawn.success,
+        cmap=COLOURS,
+        vmin=0.0,
+        vmax=1.0,
         zorder=0.25,
     )
     if min(counts) > 1:
         x, y = zip(*grid(scene.table, radius, counts), strict=True)
         lines = axes.contour(
-            x[: counts[0]], y[:: counts[0]], drawn.success, levels=LEVELS, linewidths=0.8,
-            colors=[_ink(level) for level in LEVELS], zorder=1,
+            x[: counts[0]],
+            y[:: counts[0]],
+            drawn.success,
+            levels=LEVELS,
+            linewidths=0.8,
+            colors=[_ink(level) for level in LEVELS],
+            zorder=1,
         )
         axes.clabel(lines, fmt=lambda level: f'{100 * level:.0f}', fontsize='x-small')
     others = {name: there for name, there in scene.balls.items() if name != CUE_BALL}
     draw_balls(axes, scene, {**others, drawn.ball: drawn.ball_place})
-    axes.add_patch(Circle(drawn.ball_place, RING * radius, fill=False, edgecolor=VERMILION,
-                          linewidth=1.5, zorder=5))
+    axes.add_patch(
+        Circle(
+            drawn.ball_place,
+            RING * radius,
+            fill=False,
+            edgecolor=VERMILION,
+            linewidth=1.5,
+            zorder=5,
+        )
+    )
     at = ', '.join(f'{round(each, 3):g}' for each in drawn.ball_place)
     said = f'{100.0 * drawn.mean:.0f} % on average' if drawn.chances else 'nothing is done'
     if any(chance.stroke for chance in drawn.chances):

@@ -6,6 +6,7 @@ each end of a stretch is the root of a linear or quadratic equation: slip zero, 
 end of restitution. A single contact that gives back e^2 of the energy it stored ends there under
 the laws energetic and bistiffness alike, whatever the exponent of its spring.
 """
+
 import math
 
 import numpy as np
@@ -18,8 +19,14 @@ ZERO = 1e-15  # of a velocity, relative to the approach speed
 def applies(problem: Problem) -> bool:
     """Whether the table is never pressed and the slip has one direction only, for any impulse."""
     w, u = problem.response, problem.velocity
-    return (problem.law != 'poisson' and u[2] == 0.0 and w[2, 0] == 0.0 and w[2, 1] == 0.0
-            and w[3, 0] == 0.0 and w[3, 1] == 0.0)
+    return (
+        problem.law != 'poisson'
+        and u[2] == 0.0
+        and w[2, 0] == 0.0
+        and w[2, 1] == 0.0
+        and w[3, 0] == 0.0
+        and w[3, 1] == 0.0
+    )
 
 
 def closed_form(problem: Problem) -> Vector:

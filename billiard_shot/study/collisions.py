@@ -1,4 +1,5 @@
 """Collisions that the studies share: balls in a line, strokes, a block; and what is watched."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -69,8 +70,10 @@ class Collision:
     @property
     def start(self) -> tuple[Vector, Vector]:
         """Velocities and spins (bodies, 3) before the collision."""
-        return (np.array([np.asarray(body.velocity) for body in self.bodies]),
-                np.array([np.asarray(body.spin) for body in self.bodies]))
+        return (
+            np.array([np.asarray(body.velocity) for body in self.bodies]),
+            np.array([np.asarray(body.spin) for body in self.bodies]),
+        )
 
     def reordered(self, order: Sequence[int]) -> Collision:
         """Make the same collision with its contacts written down in another order."""
@@ -100,10 +103,13 @@ class Collision:
             bodies.append(body)
         contacts = tuple(
             replace(
-                contact, normal=turn(contact.normal), friction=scale(contact.friction),
+                contact,
+                normal=turn(contact.normal),
+                friction=scale(contact.friction),
                 restitution=min(scale(contact.restitution), 1.0),
                 stiffness=scale(contact.stiffness),
-            ) for contact in self.contacts
+            )
+            for contact in self.contacts
         )
         return replace(self, bodies=tuple(bodies), contacts=contacts)
 
@@ -126,8 +132,10 @@ def stacked(
     """Let a ball fall onto another one on a table (the paper's section 2); ratio: k2 / k1."""
     return Collision(
         (Body(masses[0], velocity=(0, 0, -speed)), Body(masses[1]), Body.fixed()),
-        (Contact(0, 1, (0, 0, 2), UP, restitution[0]),
-         Contact(1, 2, (0, 0, 0), UP, restitution[1], stiffness=ratio)),
+        (
+            Contact(0, 1, (0, 0, 2), UP, restitution[0]),
+            Contact(1, 2, (0, 0, 0), UP, restitution[1], stiffness=ratio),
+        ),
         exponent,
     )
 
@@ -158,34 +166,49 @@ def strike(
         {'restitution': restitution[i], 'friction': friction[i], 'stiffness': (ratio, 1.0)[i]}
         for i in range(2)
     )
-    scene = Scene.from_dict({
-        'ball': {'mass': masses[1], 'radius': RADIUS},
-        'cue': {'mass': masses[0], **guided},
-        'contacts': {'cue_ball': tip, 'ball_table': table},
-        'exponent': exponent,
-    })
+    scene = Scene.from_dict(
+        {
+            'ball': {'mass': masses[1], 'radius': RADIUS},
+            'cue': {'mass': masses[0], **guided},
+            'contacts': {'cue_ball': tip, 'ball_table': table},
+            'exponent': exponent,
+        }
+    )
     return Strike(
         (cue, ball, Body.fixed()),
-        (Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),
-         Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1])),
-        exponent, stroke=Stroke(n, speed * c), scene=scene,
+        (
+            Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),
+            Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1]),
+        ),
+        exponent,
+        stroke=Stroke(n, speed * c),
+        scene=scene,
     )
 
 
-def cradle(count: int, stiffness: Sequence[float] | None = None, restitution: float = 1.0,
-           exponent: float = 1.0) -> Collision:
+def cradle(
+    count: int,
+    stiffness: Sequence[float] | None = None,
+    restitution: float = 1.0,
+    exponent: float = 1.0,
+) -> Collision:
     """Equal balls in a row that touch, the first one moving along x: Newton's cradle."""
     springs = [1.0] * (count - 1) if stiffness is None else stiffness
     return Collision(
         tuple(Body(1.0, velocity=(float(i == 0), 0, 0)) for i in range(count)),
-        tuple(Contact(i, i + 1, (i + 0.5, 0, 0), (-1, 0, 0), restitution, 0.0, springs[i])
-              for i in range(count - 1)),
+        tuple(
+            Contact(i, i + 1, (i + 0.5, 0, 0), (-1, 0, 0), restitution, 0.0, springs[i])
+            for i in range(count - 1)
+        ),
         exponent,
     )
 
 
-def wedge(restitution: float = 0.5, friction: float = 0.0, angle: float = math.pi / 6,
-          ) -> Collision:
+def wedge(
+    restitution: float = 0.5,
+    friction: float = 0.0,
+    angle: float = math.pi / 6,
+) -> Collision:
     """Let a ball fall between two equal walls: both contacts do the same at the same time."""
     s, c = math.sin(angle), math.cos(angle)
     ball = Body(1.0, 0.4, velocity=(0, 0, -1), position=(0, 0, 1))
@@ -195,14 +218,21 @@ def wedge(restitution: float = 0.5, friction: float = 0.0, angle: float = math.p
     )
 
 
-def block(velocity: Triple, spin: Triple = (0.0, 0.0, 0.0), friction: float = 0.3,
-          restitution: float = 0.5) -> Collision:
+def block(
+    velocity: Triple,
+    spin: Triple = (0.0, 0.0, 0.0),
+    friction: float = 0.3,
+    restitution: float = 0.5,
+) -> Collision:
     """Drop a flat block on its four lower corners: more contacts than it has freedom."""
     mass, (a, b, c) = 1.3, (0.3, 0.2, 0.1)
     inertia = mass / 12.0 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
     body = Body(mass, inertia, velocity, spin, (0.0, 0.0, c / 2))
     return Collision(
         (body, Body.fixed()),
-        tuple(Contact(0, 1, (x * a / 2, y * b / 2, 0.0), UP, restitution, friction)
-              for x in (-1, 1) for y in (-1, 1)),
+        tuple(
+            Contact(0, 1, (x * a / 2, y * b / 2, 0.0), UP, restitution, friction)
+            for x in (-1, 1)
+            for y in (-1, 1)
+        ),
     )

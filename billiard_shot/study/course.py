@@ -5,6 +5,7 @@ The solver goes from event to event in steps that are polynomials in time, and k
 Here the same solver is interpreted, some hundred times as slow, and every step is sampled
 before it is taken. Nothing is integrated anew, and the solver knows nothing of it.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -102,13 +103,24 @@ class _Recorder:
                 coefficients = pushes * np.array(force[:order])
                 forces.append(powers[:, :order] @ coefficients)
                 impulses.append(impulse + integrals @ coefficients)
-            energies.append([
-                elastic_energy(c.stiffness, pushes * max(y, 0.0), m.exponent)
-                for y in powers @ c.compression[: order + 1]
-            ])
-        self.rows.append(np.column_stack([
-            self.now + scale * part, *active, *velocities, *forces, *impulses, *energies,
-        ]))
+            energies.append(
+                [
+                    elastic_energy(c.stiffness, pushes * max(y, 0.0), m.exponent)
+                    for y in powers @ c.compression[: order + 1]
+                ]
+            )
+        self.rows.append(
+            np.column_stack(
+                [
+                    self.now + scale * part,
+                    *active,
+                    *velocities,
+                    *forces,
+                    *impulses,
+                    *energies,
+                ]
+            )
+        )
         self.now += scale * x
         advance(m, contacts, scale, order, x)
 
@@ -128,16 +140,25 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
 
 
 def course_of(
-    response: Vector, velocity: Vector, friction: Vector, restitution: Vector, stiffness: Vector,
-    law: str, exponent: float = 1.0, tolerance: float = 1e-8,
+    response: Vector,
+    velocity: Vector,
+    friction: Vector,
+    restitution: Vector,
+    stiffness: Vector,
+    law: str,
+    exponent: float = 1.0,
+    tolerance: float = 1e-8,
 ) -> Course:
     """Watch a collision stated in contact space; see `kernel.solve_in_contact_space`."""
     count = len(friction)
     recorder = _Recorder()
     properties = Properties(friction, restitution, stiffness, LAWS[law], exponent)
     _watched_solver(recorder)(
-        OBJECTS, properties, *map(OBJECTS.array, (response[np.newaxis], velocity[np.newaxis])),
-        [tolerance], 0,
+        OBJECTS,
+        properties,
+        *map(OBJECTS.array, (response[np.newaxis], velocity[np.newaxis])),
+        [tolerance],
+        0,
     )
     rows = np.concatenate([np.zeros((0, 1 + 11 * count)), *recorder.rows])
     speed = max(float(-velocity[::3].min()), 0.0)
@@ -156,10 +177,13 @@ def course_of_collision(collision: Collision, law: str) -> Course:
     jacobian = jacobians(bodies, contacts, frames(bodies, contacts))
     states = np.hstack(collision.start)
     return course_of(
-        response(jacobian, mobilities(bodies)), np.einsum('bik,bk->i', jacobian, states),
+        response(jacobian, mobilities(bodies)),
+        np.einsum('bik,bk->i', jacobian, states),
         np.array([contact.friction for contact in contacts], float),
         np.array([contact.restitution for contact in contacts], float),
-        np.array([contact.stiffness for contact in contacts], float), law, collision.exponent,
+        np.array([contact.stiffness for contact in contacts], float),
+        law,
+        collision.exponent,
     )
 
 
@@ -175,6 +199,11 @@ def course_of_strike(shot: Shot) -> Course:
     normal, direction = np.array(stroke.normal), np.array(stroke.velocity) / stroke.speed
     _, response, velocity = in_contact_space(model, normal, direction, stroke.speed)
     return course_of(
-        response, velocity, np.array(model.friction), np.array(model.restitution),
-        np.array(model.stiffness), shot.scene.law, model.exponent,
+        response,
+        velocity,
+        np.array(model.friction),
+        np.array(model.restitution),
+        np.array(model.stiffness),
+        shot.scene.law,
+        model.exponent,
     )

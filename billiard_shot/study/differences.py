@@ -1,4 +1,5 @@
 """In what two predictions of a shot differ: steps, the place of rest, the direction."""
+
 from collections.abc import Mapping
 import math
 

@@ -1,4 +1,5 @@
 """What each effect costs and what it changes: shots with it beside the same shots without it."""
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -103,8 +104,12 @@ def _compared(shot: Shot, gate: Gate[Any], repeats: int) -> Change:
     times = [_time_of(shot) - _time_of(other) for _ in range(repeats)]
     sign = 1 if effect.simulated else -1
     return Change(
-        effect.simulated, effect.reason, sign * float(np.median(times)),
-        sign * (steps(shot) - steps(other)), distance(shot, other), turn(shot, other),
+        effect.simulated,
+        effect.reason,
+        sign * float(np.median(times)),
+        sign * (steps(shot) - steps(other)),
+        distance(shot, other),
+        turn(shot, other),
     )
 
 

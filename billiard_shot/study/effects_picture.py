@@ -1,4 +1,5 @@
 """Bars for what effects cost and change."""
+
 from collections.abc import Sequence
 import math
 from pathlib import Path
@@ -26,7 +27,8 @@ def draw_effects(studies: Sequence[EffectStudy], title: str, path: Path) -> None
     colours = [COLOUR if study.simulated else PALE for study in studies]
     names = [study.name.replace('_', ' ') for study in studies]
     quantities = (
-        ('time', 1e6, 'costs (µs)'), ('distance', 1e3, 'moves the place of rest (mm)'),
+        ('time', 1e6, 'costs (µs)'),
+        ('distance', 1e3, 'moves the place of rest (mm)'),
         ('turn', 180.0 / math.pi, 'turns the shot by (degrees)'),
     )
     for axis, (quantity, unit, label) in zip(axes, quantities, strict=True):
@@ -55,8 +57,9 @@ def _bars(
         axis.set_xticks([0.0, *(power for power in powers if low < power < high)])
         axis.axvline(0.0, color='black', linewidth=0.8)
         lengths = values
-    shown = [length if math.isfinite(length) else 10.0 * max([LEAST, *finite])
-             for length in lengths]
+    shown = [
+        length if math.isfinite(length) else 10.0 * max([LEAST, *finite]) for length in lengths
+    ]
     bars = axis.barh(names, shown, color=colours)
     texts = [_text(value) for value in values]
     axis.bar_label(bars, texts, padding=3, fontsize=8)

@@ -1,4 +1,5 @@
 """The pictures of docs/figures that show the model and shots, by name; studies draw their own."""
+
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -59,16 +60,22 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
     'table-combination': lambda path: draw_shot(
-        combination(), path, 'A combination of two balls in touch, with follow and right side'),
+        combination(), path, 'A combination of two balls in touch, with follow and right side'
+    ),
     'table-jump': lambda path: draw_shot(
-        jump(), path, 'A jump over ball 1: 3.2 m/s, 32 degrees steep'),
+        jump(), path, 'A jump over ball 1: 3.2 m/s, 32 degrees steep'
+    ),
     'table-masse': lambda path: draw_shot(
-        around(), path, 'A massé around ball 1: 2.36 m/s, 57 degrees steep'),
+        around(), path, 'A massé around ball 1: 2.36 m/s, 57 degrees steep'
+    ),
     'table-break': lambda path: draw_shot(opening(), path, 'A break at eight-ball: 8 m/s'),
     'history': lambda path: draw_history(
-        trails_of(combination()), path, 'The combination over time'),
+        trails_of(combination()), path, 'The combination over time'
+    ),
     'strike-side': lambda path: draw_strike(
-        english(), path, "A player's cue: 3 m/s, right side and draw; law bistiffness"),
+        english(), path, "A player's cue: 3 m/s, right side and draw; law bistiffness"
+    ),
     'strike-masse': lambda path: draw_strike(
-        masse(), path, "The paper's massé: 16.5 m/s, guided cue; law energetic"),
+        masse(), path, "The paper's massé: 16.5 m/s, guided cue; law energetic"
+    ),
 }

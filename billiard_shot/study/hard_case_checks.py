@@ -6,6 +6,7 @@ gained, one answer for all orders of contacts, tolerances kept, and an answer th
 than the numbers do. A hopeless case may exceed the budget of steps. Then it must be finite,
 without a gain of energy, and within the budget.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -48,7 +49,9 @@ class Outcome:
         result = case.solve(law, tolerance)
         before = case.energy(*case.start)
         return cls(
-            result.status, len(result.phases), result.evaluations,
+            result.status,
+            len(result.phases),
+            result.evaluations,
             case.motion(result.velocities, result.spins),
             (case.energy(result.velocities, result.spins) - before) / before,
         )
@@ -106,8 +109,13 @@ def examine(family: Family, member: str, law: str) -> Verdict:
             return _of_hopeless(family, member, law, case, outcomes, seconds)
     moved = Outcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
     sensitivity = moved / DISTURBANCE
-    order = max((Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
-                 for permutation in _orders(len(case.contacts))), default=0.0)
+    order = max(
+        (
+            Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
+            for permutation in _orders(len(case.contacts))
+        ),
+        default=0.0,
+    )
     within, stated = stated_values().get((family.name, member, law), (np.inf, ()))
     values = [np.array(value) for value in stated]
     off = min((tight.from_(value) for value in values), default=np.nan)
@@ -130,12 +138,17 @@ def examine(family: Family, member: str, law: str) -> Verdict:
         faults.append(f'is off the stated value by {off:.1g}, more than {within:g}')
     if isinstance(case, Strike):
         faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
-    return Verdict(family.name, member, law, tight, seconds, off, order, sensitivity,
-                   tuple(faults))
+    return Verdict(
+        family.name, member, law, tight, seconds, off, order, sensitivity, tuple(faults)
+    )
 
 
 def _of_hopeless(
-    family: Family, member: str, law: str, case: Collision, outcomes: tuple[Outcome, ...],
+    family: Family,
+    member: str,
+    law: str,
+    case: Collision,
+    outcomes: tuple[Outcome, ...],
     seconds: float,
 ) -> Verdict:
     """Check a case that exceeds the budget at some tolerance."""
@@ -143,12 +156,15 @@ def _of_hopeless(
     faults = []
     for outcome, tolerance in zip(outcomes, (TIGHT, *TOLERANCES), strict=True):
         allowed = replace(family, status=(*family.status, Status.BUDGET_EXCEEDED))
-        faults += [f'{fault} at tolerance {tolerance:g}'
-                   for fault in _of_outcome(allowed, outcome, SLACK * tolerance)]
+        faults += [
+            f'{fault} at tolerance {tolerance:g}'
+            for fault in _of_outcome(allowed, outcome, SLACK * tolerance)
+        ]
         if outcome.steps > most:
             faults.append(f'takes {outcome.steps} steps at tolerance {tolerance:g}')
     return Verdict(
-        family.name, member, law, outcomes[0], seconds, np.nan, np.nan, np.nan, tuple(faults))
+        family.name, member, law, outcomes[0], seconds, np.nan, np.nan, np.nan, tuple(faults)
+    )
 
 
 def _orders(count: int) -> Iterator[tuple[int, ...]]:

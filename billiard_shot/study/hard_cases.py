@@ -1,4 +1,5 @@
 """The hard cases: collisions at the ends of what can be asked for, and what solvers do there."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -74,7 +75,8 @@ def _coefficients() -> Iterator[Family]:
         'restitution 0 or 1',
         'e = 0 divides by zero where restitution is a stiffness; bodies that stay pressed '
         'together close and part without end; e = 1 gains energy in fixed steps',
-        members, ENDED,
+        members,
+        ENDED,
     )
     members = {}
     for mu in [(0.0, 0.0), (0.0, 10.0), (10.0, 0.0), (10.0, 10.0)]:
@@ -100,8 +102,9 @@ def _ratios() -> Iterator[Family]:
         'stiffness ratio',
         'one spring swings up to 10,000 times while the other is compressed once: explicit '
         'steps must follow each swing, implicit ones lose energy',
-        members, ENDED, hopeless=frozenset(
-            name for name in members if name.startswith(('1e-8', '1e8'))),
+        members,
+        ENDED,
+        hopeless=frozenset(name for name in members if name.startswith(('1e-8', '1e8'))),
     )
     members = {}
     for power in (-6, -3, 3, 6):
@@ -113,14 +116,20 @@ def _ratios() -> Iterator[Family]:
         'mass ratio',
         'a heavy body presses a light one that rattles hundreds of times; velocities cancel to '
         'the last digit',
-        members, ENDED, sensitive=True, hopeless=frozenset({'1e6, stacked'}),
+        members,
+        ENDED,
+        sensitive=True,
+        hopeless=frozenset({'1e6, stacked'}),
     )
     yield Family(
         'speed',
         'absolute tolerances and velocity thresholds: slow strokes are taken for rest, fast ones '
         'run out of steps',
-        {f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
-         for power in (-9, -3, 0, 3) for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE))},
+        {
+            f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
+            for power in (-9, -3, 0, 3)
+            for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE))
+        },
     )
 
 
@@ -138,7 +147,9 @@ def _directions() -> Iterator[Family]:
         'grazing strokes',
         'slip is up to 1e12 times the approach speed; friction may press the ball down harder '
         'than the tip itself, a wedge',
-        members, ENDED, hopeless=frozenset(name for name in members if 'top' in name),
+        members,
+        ENDED,
+        hopeless=frozenset(name for name in members if 'top' in name),
     )
     members = {}
     for height in (1e-3, 1e-6, 1e-12, 0.0, -1e-12, -1e-6):
@@ -148,7 +159,8 @@ def _directions() -> Iterator[Family]:
         'equator',
         'whether the table takes part hangs on the sign of a rounding error if it is decided by '
         'n.z instead of the motion',
-        members, ENDED,
+        members,
+        ENDED,
     )
     members = {
         'vertical, through the centre': strike((0, 0, 1), (0, 0, -1)),
@@ -169,8 +181,13 @@ def _directions() -> Iterator[Family]:
 def _slips() -> Iterator[Family]:
     def reversing(tilt: float) -> Collision:
         """Strike with a light cue, which the ball throws back while it slips."""
-        return strike((-1, -0.5, tilt), (1, 0, 0), masses=(0.3 * BALL, BALL),
-                      friction=(0.02, 0.15), restitution=(1.0, 0.5))
+        return strike(
+            (-1, -0.5, tilt),
+            (1, 0, 0),
+            masses=(0.3 * BALL, BALL),
+            friction=(0.02, 0.15),
+            restitution=(1.0, 0.5),
+        )
 
     yield Family(
         'slip reversal',
@@ -185,8 +202,9 @@ def _slips() -> Iterator[Family]:
         'it',
         {
             'at the tip': strike((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
-            'at the cloth': strike((0.5, -0.5, 1.6), (-0.4, -0.6, -1.2), friction=(0.51, 0.3),
-                                   end_mass=0.034),
+            'at the cloth': strike(
+                (0.5, -0.5, 1.6), (-0.4, -0.6, -1.2), friction=(0.51, 0.3), end_mass=0.034
+            ),
             'at both': strike((0.0, 0.3, 1.2), (-0.3, -0.7, -0.7), friction=(0.49, 0.62)),
         },
     )
@@ -213,8 +231,10 @@ def _sequences() -> Iterator[Family]:
         'end and reactivation at once',
         'here law energetic jumps: a spring just reaches, or just misses, the energy at which '
         'its contact ends (law bistiffness does not)',
-        {f'k2/k1 = {ratio}': stacked(ratio=ratio)
-         for ratio in (1.7023750075, 2.1250675834, 23.2114207656)},
+        {
+            f'k2/k1 = {ratio}': stacked(ratio=ratio)
+            for ratio in (1.7023750075, 2.1250675834, 23.2114207656)
+        },
         sensitive=True,
     )
     yield Family(
@@ -233,11 +253,14 @@ def _sequences() -> Iterator[Family]:
         masses = ratio * BALL, BALL
         members[f'cue {ratio:g} times the ball'] = strike(n, c, masses=masses)
         members[f'cue {ratio:g} times the ball, e = .9'] = strike(
-            n, c, masses=masses, restitution=(0.9, 0.9))
+            n, c, masses=masses, restitution=(0.9, 0.9)
+        )
     yield Family(
         'jammed cue',
         'a heavy cue presses the ball onto the table through hundreds of states',
-        members, ENDED, sensitive=True,
+        members,
+        ENDED,
+        sensitive=True,
     )
 
 
@@ -252,5 +275,7 @@ def _many() -> Iterator[Family]:
         "Newton's cradle",
         'resolved pair by pair the answer depends on the order; with e = 0 the pairs part and '
         'meet without end',
-        members, ENDED, hopeless=frozenset({'50 balls, e = 0'}),
+        members,
+        ENDED,
+        hopeless=frozenset({'50 balls, e = 0'}),
     )

@@ -1,4 +1,5 @@
 """How fast balls are over time, how they spin, and the energy they have."""
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -52,10 +53,12 @@ def history_of(trails: Trails) -> History:
     speeds = {name: np.linalg.norm(s.velocity, axis=1) for name, s in states.items()}
     sizes = {name: np.linalg.norm(s.spin, axis=1) for name, s in states.items()}
     nothing = np.zeros(len(time))
-    heights = [np.where(s.motion < 5, s.position[:, 2] - ball.radius, 0.0)
-               for s in states.values()]
+    heights = [
+        np.where(s.motion < 5, s.position[:, 2] - ball.radius, 0.0) for s in states.values()
+    ]
     return History(
-        time, speeds,
+        time,
+        speeds,
         {name: ball.radius * np.hypot(*s.spin[:, :2].T) for name, s in states.items()},
         {name: s.spin for name, s in states.items()},
         sum((0.5 * ball.mass * v**2 for v in speeds.values()), nothing),
@@ -66,11 +69,12 @@ def history_of(trails: Trails) -> History:
 
 def _times(trails: Trails, names: list[str]) -> Vector:
     """Both sides of all events, and times between them."""
-    starts = np.concatenate([
-        [0.0, trails.until], *(trails.balls[name].rows['time'] for name in names)
-    ])
+    starts = np.concatenate(
+        [[0.0, trails.until], *(trails.balls[name].rows['time'] for name in names)]
+    )
     ends = np.unique(starts[starts <= trails.until])
-    inner = (ends[:-1, np.newaxis] + np.diff(ends)[:, np.newaxis]
-             * np.linspace(0.0, 1.0, SAMPLES, endpoint=False))
+    inner = ends[:-1, np.newaxis] + np.diff(ends)[:, np.newaxis] * np.linspace(
+        0.0, 1.0, SAMPLES, endpoint=False
+    )
     before = np.nextafter(ends[1:], 0.0)
     return np.unique(np.concatenate([ends, inner.ravel(), before]))

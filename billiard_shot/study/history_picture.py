@@ -1,4 +1,5 @@
 """Speed, spin and energy over time, of any shot."""
+
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +22,18 @@ from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind
 
 MOTION_NAMES = {
-    Motion.SLIDE: 'slides', Motion.ROLL: 'rolls', Motion.FLIGHT: 'flies', Motion.SPIN: 'spins',
+    Motion.SLIDE: 'slides',
+    Motion.ROLL: 'rolls',
+    Motion.FLIGHT: 'flies',
+    Motion.SPIN: 'spins',
 }
-LABELLED = {EventKind.CUSHION: 'cushion', EventKind.POCKET: 'pocket', EventKind.OFF: 'off',
-            EventKind.BALL: 'ball', EventKind.CLUSTER: 'balls'}
+LABELLED = {
+    EventKind.CUSHION: 'cushion',
+    EventKind.POCKET: 'pocket',
+    EventKind.OFF: 'off',
+    EventKind.BALL: 'ball',
+    EventKind.CLUSTER: 'balls',
+}
 VISIBLE = 2e-3  # of the energy of motion
 MOST_NAMED = 5  # balls beside the cue ball that the key names
 
@@ -48,12 +57,15 @@ def draw_history(trails: Trails, path: Path, title: str = '') -> None:
         kinds.append((history.height, GREY, 'of height'))
     values, colours, labels = zip(*kinds, strict=True)
     energies.stackplot(history.time, *values, colors=colours, labels=labels, linewidth=0)
-    energies.set(xlabel='time from the end of the strike (s)', ylabel='energy, all balls (J)',
-                 xlim=(0.0, trails.until), ylim=(0.0, None))
+    energies.set(
+        xlabel='time from the end of the strike (s)',
+        ylabel='energy, all balls (J)',
+        xlim=(0.0, trails.until),
+        ylim=(0.0, None),
+    )
     for axes in (speeds, spins, energies):
         axes.grid(alpha=0.3)
-        axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), fontsize='small',
-                    frameon=False)
+        axes.legend(loc='center left', bbox_to_anchor=(1.0, 0.5), fontsize='small', frameon=False)
     if title:
         figure.suptitle(title, fontsize='medium')
     save(figure, path)
@@ -63,19 +75,36 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
     seen = set()
     for piece in trails.pieces(CUE):
         label = f'cue ball {MOTION_NAMES[piece.motion]}'
-        axes.axvspan(piece.times[0], piece.times[-1], color=MOTIONS[piece.motion], alpha=0.13,
-                     linewidth=0, label=None if label in seen else label)
+        axes.axvspan(
+            piece.times[0],
+            piece.times[-1],
+            color=MOTIONS[piece.motion],
+            alpha=0.13,
+            linewidth=0,
+            label=None if label in seen else label,
+        )
         seen.add(label)
     others = [name for name in history.speeds if name != CUE]
     for name in others:
-        axes.plot(history.time, history.speeds[name], color=ball_colour(name), linewidth=1.0,
-                  label=f'ball {name}' if len(others) <= MOST_NAMED else None)
+        axes.plot(
+            history.time,
+            history.speeds[name],
+            color=ball_colour(name),
+            linewidth=1.0,
+            label=f'ball {name}' if len(others) <= MOST_NAMED else None,
+        )
     if len(others) > MOST_NAMED:
         axes.plot([], [], color=GREY, linewidth=1.0, label=f'{len(others)} other balls')
     if CUE in history.speeds:
         axes.plot(history.time, history.speeds[CUE], color=BLACK, linewidth=1.6, label='cue ball')
-        axes.plot(history.time, history.rims[CUE], color=BLACK, linewidth=1.0, linestyle='--',
-                  label='its rim, turning')
+        axes.plot(
+            history.time,
+            history.rims[CUE],
+            color=BLACK,
+            linewidth=1.0,
+            linestyle='--',
+            label='its rim, turning',
+        )
     axes.set(ylabel='speed (m/s)', ylim=(0.0, None))
     for mark in trails.marks:
         if mark.ball == CUE and mark.kind in LABELLED:
@@ -87,7 +116,13 @@ def _spins(axes: Any, history: History) -> None:
         for k, (name, colour, dashes) in enumerate(
             (('x', BLUE, '-'), ('y', VERMILION, '--'), ('z', GREEN, '-.'))
         ):
-            axes.plot(history.time, history.spins[CUE][:, k], dashes, color=colour,
-                      linewidth=1.4, label=f'about {name}')
+            axes.plot(
+                history.time,
+                history.spins[CUE][:, k],
+                dashes,
+                color=colour,
+                linewidth=1.4,
+                label=f'about {name}',
+            )
     axes.axhline(0.0, color=PURPLE, linewidth=0.5)
     axes.set(ylabel="cue ball's spin (rad/s)")

@@ -1,4 +1,5 @@
 """The paper's Figs. 3, 4 and 5: impulses and energies of two balls on a table, and ping-pong."""
+
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +29,14 @@ def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
     for text, x, y in places:
         axes.annotate(text, (x * wide, y * wide), ha='center', va='center', fontsize=11)
     axes.text(
-        1.04, 0.5, 'I  both impacts compress\nII  ball on ball restores\n'
+        1.04,
+        0.5,
+        'I  both impacts compress\nII  ball on ball restores\n'
         'III  ball on table restores\nIV  both restore:\n      here it ends\n\n'
         '●  (0, 0) and −2 m₁v₀ (1, 1)',
-        transform=axes.transAxes, va='center', fontsize=9,
+        transform=axes.transAxes,
+        va='center',
+        fontsize=9,
     )
     axes.plot([0.0, 2.0 * wide], [0.0, 2.0 * wide], 'o', color='black', markersize=4)
     axes.set_title('Two balls on a table: where impulses can go', fontsize='medium')
@@ -53,7 +58,8 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     figure.suptitle(
         f'm₁ = {balls.masses[0]:g} kg, m₂ = {balls.masses[1]:g} kg, k₂/k₁ = {balls.ratio:g}, '
         f'e₁² = {balls.restitution[0] ** 2:.3g}, e₂² = {balls.restitution[1] ** 2:.3g}, '
-        f'v₀ = −{-balls.v0:g} m/s, law {balls.law}', fontsize='medium',
+        f'v₀ = −{-balls.v0:g} m/s, law {balls.law}',
+        fontsize='medium',
     )
     save(figure, path)
 
@@ -65,14 +71,24 @@ def draw_ping_pong(path: Path) -> None:
     for law, dashes in (('energetic', '-'), ('bistiffness', '--')):
         parts = TwoBalls(restitution=PING_PONG, v0=-1.0, law=law).outcome()
         for part, colour, name in zip(parts, (BLUE, VERMILION), ('upper', 'lower'), strict=True):
-            axes.plot(speeds, part * speeds, dashes, color=colour,
-                      label=f'{name} ball, {law}: {part:.4f} |v₀|')
-    axes.set(xlabel='speed of the falling ball |v₀| (m/s)', ylabel='velocity upward (m/s)',
-             xlim=speeds, ylim=(0.0, None))
+            axes.plot(
+                speeds,
+                part * speeds,
+                dashes,
+                color=colour,
+                label=f'{name} ball, {law}: {part:.4f} |v₀|',
+            )
+    axes.set(
+        xlabel='speed of the falling ball |v₀| (m/s)',
+        ylabel='velocity upward (m/s)',
+        xlim=speeds,
+        ylim=(0.0, None),
+    )
     axes.grid(alpha=0.3)
     axes.legend(fontsize='small', frameon=False)
-    axes.set_title('Ping-pong balls on plexiglass: e₁ = .807755, e₂ = .846529, k₂/k₁ = 10',
-                   fontsize='medium')
+    axes.set_title(
+        'Ping-pong balls on plexiglass: e₁ = .807755, e₂ = .846529, k₂/k₁ = 10', fontsize='medium'
+    )
     save(figure, path)
 
 
@@ -84,14 +100,19 @@ def _plane(axes: Any, balls: TwoBalls) -> None:
     low, high = edge.min(axis=0), edge.max(axis=0)
     first = np.linspace(low[0], high[0], 2)
     for second, dashes, text in zip(
-        balls.compression_lines(first), ('--', '-.'),
-        ('ℓ₁: ball on ball turns', 'ℓ₂: ball on table turns'), strict=True,
+        balls.compression_lines(first),
+        ('--', '-.'),
+        ('ℓ₁: ball on ball turns', 'ℓ₂: ball on table turns'),
+        strict=True,
     ):
         axes.plot(first, second, dashes, color=GREY, linewidth=1.2, label=text)
     room = 0.06 * (high - low)
     axes.set(
-        xlim=(low[0] - room[0], high[0] + room[0]), ylim=(low[1] - room[1], high[1] + room[1]),
-        aspect='equal', xlabel='I₁, ball on ball (N s)', ylabel='I₂, ball on table (N s)',
+        xlim=(low[0] - room[0], high[0] + room[0]),
+        ylim=(low[1] - room[1], high[1] + room[1]),
+        aspect='equal',
+        xlabel='I₁, ball on ball (N s)',
+        ylabel='I₂, ball on table (N s)',
     )
     axes.axhline(0.0, color='black', linewidth=0.6)
     axes.axvline(0.0, color='black', linewidth=0.6)
@@ -106,12 +127,22 @@ def _curve(axes: Any, course: Course, states: list[State]) -> None:
         axes.plot(x, y, color=STATE_COLOURS[state.name], linewidth=2.2)
         axes.plot(x[-1], y[-1], 'o', color='black', markersize=3.5, zorder=5)
         middle = len(x) // 3
-        axes.annotate(str(number), (x[middle], y[middle]),
-                      (-4, 5) if state.name == 'S3' else (5, -10), textcoords='offset points',
-                      fontsize=10, color=STATE_COLOURS[state.name])
+        axes.annotate(
+            str(number),
+            (x[middle], y[middle]),
+            (-4, 5) if state.name == 'S3' else (5, -10),
+            textcoords='offset points',
+            fontsize=10,
+            color=STATE_COLOURS[state.name],
+        )
     for name, which in numbers.items():
-        axes.plot([], [], color=STATE_COLOURS[name], linewidth=2.2,
-                  label=f'{", ".join(which)}: {name}, {MEANING[name]}')
+        axes.plot(
+            [],
+            [],
+            color=STATE_COLOURS[name],
+            linewidth=2.2,
+            label=f'{", ".join(which)}: {name}, {MEANING[name]}',
+        )
     axes.legend(loc='upper left', bbox_to_anchor=(1.0, 1.0), fontsize='small', frameon=False)
     axes.set_title('(a) impulses', fontsize='medium', loc='left')
 
@@ -126,25 +157,47 @@ def _energies(axes: Any, course: Course, states: list[State]) -> None:
             axes.plot(x, y, color=colour, linewidth=2.0, label=name)
             if part.stop == len(course.time) or not course.active[part.stop, j]:
                 axes.plot([x[-1], x[-1]], [y[-1], 0.0], color=colour, linewidth=1.0, linestyle=':')
-                axes.annotate(f'lost {y[-1]:.3f} J', (x[-1], 0.0), (-2, 15 - 12 * j), ha='right',
-                              fontsize=8,
-                              textcoords='offset points', color=colour)
+                axes.annotate(
+                    f'lost {y[-1]:.3f} J',
+                    (x[-1], 0.0),
+                    (-2, 15 - 12 * j),
+                    ha='right',
+                    fontsize=8,
+                    textcoords='offset points',
+                    color=colour,
+                )
     for number, state in enumerate(states, 1):
         for j in (0, 1):
             if course.active[state.samples, j].all():
                 end = state.samples.stop - 1
-                axes.plot(impulses[end, j], course.energies[end, j], 'o', color='black',
-                          markersize=3.5, zorder=5)
-                axes.annotate(str(number), (impulses[end, j], course.energies[end, j]), (4, 3),
-                              textcoords='offset points', fontsize=9)
-    axes.set(xlabel='impulse of the same contact, I₁ or I₂ (N s)', ylabel='elastic energy (J)',
-             xlim=(0.0, None), ylim=(0.0, None))
+                axes.plot(
+                    impulses[end, j],
+                    course.energies[end, j],
+                    'o',
+                    color='black',
+                    markersize=3.5,
+                    zorder=5,
+                )
+                axes.annotate(
+                    str(number),
+                    (impulses[end, j], course.energies[end, j]),
+                    (4, 3),
+                    textcoords='offset points',
+                    fontsize=9,
+                )
+    axes.set(
+        xlabel='impulse of the same contact, I₁ or I₂ (N s)',
+        ylabel='elastic energy (J)',
+        xlim=(0.0, None),
+        ylim=(0.0, None),
+    )
     axes.grid(alpha=0.3)
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     axes.legend(once.values(), once.keys(), loc='upper left', fontsize='small', frameon=False)
-    axes.set_title('(c) elastic energies; numbers: ends of the states', fontsize='medium',
-                   loc='left')
+    axes.set_title(
+        '(c) elastic energies; numbers: ends of the states', fontsize='medium', loc='left'
+    )
 
 
 def _table(figure: Any, balls: TwoBalls, course: Course, states: list[State]) -> None:
@@ -154,17 +207,42 @@ def _table(figure: Any, balls: TwoBalls, course: Course, states: list[State]) ->
     impulses = impulses_of(course)
     velocities, kinetic = balls.velocities(impulses), balls.kinetic_energy(impulses)
     rows = [
-        [f'{number}: {state.name}', MEANING[state.name], state.events,
-         *(f'{value:.4f}'.replace('-', '−') for value in (
-             *impulses[end], *velocities[end], *course.energies[end], kinetic[end]))]
+        [
+            f'{number}: {state.name}',
+            MEANING[state.name],
+            state.events,
+            *(
+                f'{value:.4f}'.replace('-', '−')
+                for value in (
+                    *impulses[end],
+                    *velocities[end],
+                    *course.energies[end],
+                    kinetic[end],
+                )
+            ),
+        ]
         for number, state in enumerate(states, 1)
         for end in (state.samples.stop - 1,)
     ]
-    head = ['state', 'acts', 'events', 'I₁ (N s)', 'I₂ (N s)', 'v₁ (m/s)', 'v₂ (m/s)', 'E₁ (J)',
-            'E₂ (J)', 'kinetic (J)']
+    head = [
+        'state',
+        'acts',
+        'events',
+        'I₁ (N s)',
+        'I₂ (N s)',
+        'v₁ (m/s)',
+        'v₂ (m/s)',
+        'E₁ (J)',
+        'E₂ (J)',
+        'kinetic (J)',
+    ]
     table = axes.table(rows, colLabels=head, loc='center', cellLoc='center', edges='horizontal')
     table.auto_set_font_size(False)
     table.set_fontsize(8.5)
     table.scale(1.0, 1.25)
-    axes.set_title('(b) at the end of each state; C: an impact ends its compression, R: its '
-                   'restitution', fontsize=9, loc='left', pad=2)
+    axes.set_title(
+        '(b) at the end of each state; C: an impact ends its compression, R: its restitution',
+        fontsize=9,
+        loc='left',
+        pad=2,
+    )

@@ -29,7 +29,6 @@ def compiled(function: Any) -> Any:
     return njit(cache=True, error_model='numpy')(function)
 
 
-
 minimize_over_disc = compiled(friction.minimize_over_disc)
 MAX_STEPS = 20_000_000
 MAX_STATES = 10_000

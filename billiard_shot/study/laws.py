@@ -3,6 +3,7 @@ The laws of impact compared: how the outcome depends on what is known badly, and
 
 A jump is a parameter at which the outcome changes by a finite amount, however close one looks.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
@@ -86,8 +87,9 @@ def lines(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Line]:
     def with_ratio(ratio: float) -> tuple[Scene, Stroke]:
         table = replace(scene.contacts.ball_table, stiffness=1.0)
         tip = replace(scene.contacts.cue_ball, stiffness=ratio)
-        return replace(scene, contacts=replace(
-            scene.contacts, cue_ball=tip, ball_table=table)), stroke
+        return replace(
+            scene, contacts=replace(scene.contacts, cue_ball=tip, ball_table=table)
+        ), stroke
 
     def varied(index: int) -> Callable[[float], tuple[Scene, Stroke]]:
         def at(value: float) -> tuple[Scene, Stroke]:
@@ -120,7 +122,7 @@ def jumps(outcome: Outcome, values: Sequence[float] | Vector) -> list[Jump]:
     bends = np.abs(slopes - usual).max(axis=1) * np.diff(x)
     found = []
     for i, bend in enumerate(bends):
-        around = np.concatenate([bends[max(i - 4, 0):max(i - 1, 0)], bends[i + 2:i + 5]])
+        around = np.concatenate([bends[max(i - 4, 0) : max(i - 1, 0)], bends[i + 2 : i + 5]])
         if bend > STEEP * np.median(around) + SMALLEST:
             jump = _bracketed(outcome, float(x[i]), float(x[i + 1]), usual[i])
             found += [jump] if jump.size > SMALLEST else []
@@ -154,5 +156,7 @@ def wedges(problem: Problem) -> bool:
 def random_strokes(count: int, seed: int) -> list[Stroke]:
     """Strokes of all kinds, to look for jumps around them."""
     rng = np.random.default_rng(seed)
-    return [Stroke.from_offsets(a, b, elevation, 0.0, 2.0)
-            for a, b, elevation in rng.uniform((-0.6, -0.6, 0.0), (0.6, 0.6, 1.4), (count, 3))]
+    return [
+        Stroke.from_offsets(a, b, elevation, 0.0, 2.0)
+        for a, b, elevation in rng.uniform((-0.6, -0.6, 0.0), (0.6, 0.6, 1.4), (count, 3))
+    ]

@@ -3,6 +3,7 @@ The most memory that the process has had, resettable: what a piece of work needs
 
 Linux only (proc(5): clear_refs, VmRSS, VmHWM), to the page; elsewhere NaN.
 """
+
 import ctypes
 import gc
 import math

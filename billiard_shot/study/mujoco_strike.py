@@ -5,6 +5,7 @@ Its contacts are soft and convex (Todorov 2014): springs and dampers relative to
 effective mass, so that a ratio of stiffnesses cannot be asked for, and restitution comes from the
 damping. The result is another model's, and does not go to this one's as the step goes to zero.
 """
+
 from collections.abc import Callable
 import math
 
@@ -91,9 +92,17 @@ def _description(problem: Problem, step: float) -> str:
         return ' '.join(map(repr, vector.tolist()))
 
     return MODEL.format(
-        step=step, radius=surface.radius, mass=surface.mass, inertia=surface.inertia,
-        tip=text(place), axis=text(c), cue=problem.model.cue_mass, tip_radius=TIP,
+        step=step,
+        radius=surface.radius,
+        mass=surface.mass,
+        inertia=surface.inertia,
+        tip=text(place),
+        axis=text(c),
+        cue=problem.model.cue_mass,
+        tip_radius=TIP,
         friction=problem.friction.tolist(),
-        spring=(spring_of(float(problem.restitution[0]), DURATION),
-                spring_of(float(problem.restitution[1]), DURATION * ratio)),
+        spring=(
+            spring_of(float(problem.restitution[0]), DURATION),
+            spring_of(float(problem.restitution[1]), DURATION * ratio),
+        ),
     )

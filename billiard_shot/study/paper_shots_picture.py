@@ -4,6 +4,7 @@ The trajectories of the paper's Table 1: its figures (a), (b) and (c).
 As the model says, and as the printed velocities and spins do; the two are not the same, see
 reproduction.py. As in the paper the ball does not bounce (its footnote 7).
 """
+
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -56,11 +57,15 @@ def draw_paper_shots(path: Path) -> None:
         row = paper_shot(name)
         _draw(axes, row)
         x, y, _ = row.shot.trajectory.rest
-        axes.set_title(f'({letter}) {name}; rests at ({x:.2f}, {y:.2f}) m'.replace('-', '−'),
-                       fontsize='medium', loc='left')
+        axes.set_title(
+            f'({letter}) {name}; rests at ({x:.2f}, {y:.2f}) m'.replace('-', '−'),
+            fontsize='medium',
+            loc='left',
+        )
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc='outside lower center', ncols=4, frameon=False,
-                  fontsize='small')
+    figure.legend(
+        handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'
+    )
     save(figure, path)
 
 
@@ -69,14 +74,28 @@ def _draw(axes: Any, row: PaperShot) -> None:
         for piece in trails.pieces(CUE):
             name = 'slides' if piece.motion == Motion.SLIDE else 'rolls'
             axes.plot(
-                piece.points[:, 0], piece.points[:, 1], ':' if printed else '-',
-                color=BLACK if printed else MOTIONS[piece.motion], linewidth=1.0 if printed else 2,
-                label='from the printed numbers' if printed and name == 'slides' else
-                None if printed else name,
+                piece.points[:, 0],
+                piece.points[:, 1],
+                ':' if printed else '-',
+                color=BLACK if printed else MOTIONS[piece.motion],
+                linewidth=1.0 if printed else 2,
+                label='from the printed numbers'
+                if printed and name == 'slides'
+                else None
+                if printed
+                else name,
             )
         x, y = turn_to_roll(trails)
-        axes.plot(x, y, 'o', color=GREY if printed else VERMILION, markeredgecolor='black',
-                  markersize=5, linestyle='', label=None if printed else 'begins to roll')
+        axes.plot(
+            x,
+            y,
+            'o',
+            color=GREY if printed else VERMILION,
+            markeredgecolor='black',
+            markersize=5,
+            linestyle='',
+            label=None if printed else 'begins to roll',
+        )
     scene = row.shot.scene
     draw_balls(axes, scene, {CUE: row.computed.start(CUE)}, faint=True)
     draw_cue(axes, scene, row.shot.stroke, row.computed.start(CUE))
@@ -84,8 +103,11 @@ def _draw(axes: Any, row: PaperShot) -> None:
     low, high = ends.min(axis=0), ends.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * BEYOND * float((high - low).max())
     axes.set(
-        xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half),
-        aspect='equal', xlabel='x (m)', ylabel='y (m)',
+        xlim=(middle[0] - half, middle[0] + half),
+        ylim=(middle[1] - half, middle[1] + half),
+        aspect='equal',
+        xlabel='x (m)',
+        ylabel='y (m)',
     )
     axes.grid(alpha=0.3)
 

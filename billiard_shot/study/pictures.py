@@ -1,4 +1,5 @@
 """Pictures need matplotlib, an extra: it is imported when the first one is drawn."""
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,5 @@
 """A plan on its table: the stroke as it is meant, and where noise lets the balls end."""
+
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,8 @@ def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
     a, b, elevation, _, speed = planned.stroke.offsets
     low, high = planned.interval
     figure, axes = table_axes(
-        scene, cloud.rests[:, 0],
+        scene,
+        cloud.rests[:, 0],
         f'{planned.kind}: {100.0 * planned.success:.0f} % ({100.0 * low:.0f} to '
         f'{100.0 * high:.0f} %) reach the target; a {a:+.2f}, b {b:+.2f} radii, '
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
@@ -44,11 +46,21 @@ def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
     for way in cloud.paths[:PATHS]:
         axes.plot(*way.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
     draw_trails(axes, trails)
-    for reached, colour, label in ((True, GREEN, 'ends, target reached'),
-                                   (False, VERMILION, 'ends, target missed')):
+    for reached, colour, label in (
+        (True, GREEN, 'ends, target reached'),
+        (False, VERMILION, 'ends, target missed'),
+    ):
         moved = cloud.moved & (cloud.success == reached)[:, np.newaxis]
-        axes.plot(*cloud.rests[moved].T, '.', color=colour, markersize=2.5, alpha=0.6,
-                  linestyle='', zorder=3.4, label=label)
+        axes.plot(
+            *cloud.rests[moved].T,
+            '.',
+            color=colour,
+            markersize=2.5,
+            alpha=0.6,
+            linestyle='',
+            zorder=3.4,
+            label=label,
+        )
     draw_balls(axes, scene, {name: trails.start(name) for name in trails.balls})
     ends = {name: trails.end(name) for name in trails.balls if trails.moved(name)}
     draw_balls(axes, scene, {n: end for n, end in ends.items() if end is not None}, faint=True)

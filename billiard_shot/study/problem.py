@@ -1,4 +1,5 @@
 """A stroke as equations: what every method of the accuracy study solves."""
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -49,8 +50,15 @@ class Problem:
         n, c, speed = np.array(stroke.normal), np.array(stroke.velocity), stroke.speed
         _, response, velocity = in_contact_space(model, n, c / speed, speed)
         return cls(
-            scene, stroke, model, response, velocity, np.array(model.friction),
-            np.array(model.restitution), np.array(model.stiffness), scene.law,
+            scene,
+            stroke,
+            model,
+            response,
+            velocity,
+            np.array(model.friction),
+            np.array(model.restitution),
+            np.array(model.stiffness),
+            scene.law,
         )
 
     @property
@@ -70,7 +78,9 @@ class Problem:
     def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""
         solved = solve_in_contact_space(
-            contact_properties(self.model), self.response[np.newaxis], self.velocity[np.newaxis],
+            contact_properties(self.model),
+            self.response[np.newaxis],
+            self.velocity[np.newaxis],
             [tolerance],
         )
         return solved.impulses.ravel(), int(solved.steps[0]), Status(solved.status[0])

@@ -5,6 +5,7 @@ The model as written does not give them. Each row is recomputed here under varia
 one by one; the solver knows nothing of them, and nothing is tuned to the printed numbers. What the
 variants do to a strike is in `VariantStrike`, on top of the same strike in SciPy.
 """
+
 from __future__ import annotations
 
 from collections.abc import Mapping
@@ -45,18 +46,25 @@ MEANING: Mapping[Variant, str] = {
 
 # Printed velocities [m/s] and spins [rad/s]; the jump's normal with its sign put right.
 PRINTED: Mapping[str, tuple[Stroke, tuple[float, ...]]] = {
-    'vertical': (Stroke((-1, -2, 1), (0, 0, -2)), (.3963, .7926, .4506, 27.97, -13.98, 0.0)),
-    'horizontal': (Stroke((-1, -1, 0), (.8, 0, 0)), (.6299, .4614, 0.0, 0.0, 0.0, 10.42)),
-    'jump': (Stroke((-1, 0, 1), (1, 0, -1)), (1.169, 0.0, .1883, 0.0, 13.15, 0.0)),
-    'massé': (Stroke((-2, -1, 12), (4, 0, -16)), (-.3253, .2938, 6.232, -88.48, 179.8, -3.178)),
+    'vertical': (Stroke((-1, -2, 1), (0, 0, -2)), (0.3963, 0.7926, 0.4506, 27.97, -13.98, 0.0)),
+    'horizontal': (Stroke((-1, -1, 0), (0.8, 0, 0)), (0.6299, 0.4614, 0.0, 0.0, 0.0, 10.42)),
+    'jump': (Stroke((-1, 0, 1), (1, 0, -1)), (1.169, 0.0, 0.1883, 0.0, 13.15, 0.0)),
+    'massé': (Stroke((-2, -1, 12), (4, 0, -16)), (-0.3253, 0.2938, 6.232, -88.48, 179.8, -3.178)),
 }
 ATTEMPTS: Mapping[str, tuple[Variant, ...]] = {
-    'vertical': (Variant.NONE, Variant.INVERSE_RATIO,
-                 Variant.INVERSE_RATIO | Variant.NOT_REACTIVATED),
+    'vertical': (
+        Variant.NONE,
+        Variant.INVERSE_RATIO,
+        Variant.INVERSE_RATIO | Variant.NOT_REACTIVATED,
+    ),
     'horizontal': (Variant.NONE, Variant.POISSON),
     'jump': (Variant.NONE, Variant.INVERSE_RATIO, Variant.INVERSE_RATIO | Variant.STOP),
-    'massé': (Variant.NONE, Variant.INVERSE_RATIO, Variant.INVERSE_RATIO | Variant.WHOLE_SLIP,
-              Variant.INVERSE_RATIO | Variant.WHOLE_SLIP | Variant.GROWING_PEAK),
+    'massé': (
+        Variant.NONE,
+        Variant.INVERSE_RATIO,
+        Variant.INVERSE_RATIO | Variant.WHOLE_SLIP,
+        Variant.INVERSE_RATIO | Variant.WHOLE_SLIP | Variant.GROWING_PEAK,
+    ),
 }
 
 
@@ -79,10 +87,14 @@ class VariantStrike(ScipyStrike):
     def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
         """Events; without the cue's return where that is not to happen."""
         names, functions = super().events()
-        kept = [i for i, name in enumerate(names) if not (
-            (Variant.NOT_REACTIVATED in self.variant and name == ('join', 0) and self.left)
-            or (self.begun is not None and name in (('stop', 1), ('slip', 1)))
-        )]
+        kept = [
+            i
+            for i, name in enumerate(names)
+            if not (
+                (Variant.NOT_REACTIVATED in self.variant and name == ('join', 0) and self.left)
+                or (self.begun is not None and name in (('stop', 1), ('slip', 1)))
+            )
+        ]
         return [names[i] for i in kept], [functions[i] for i in kept]
 
     @property
@@ -150,7 +162,9 @@ def reproduce(name: str, variant: Variant) -> Row:
     velocity, spin, _ = problem.motion(impulse)
     v, w = np.array(printed[:3]), np.array(printed[3:])
     return Row(
-        name, variant, np.concatenate([velocity, spin]),
+        name,
+        variant,
+        np.concatenate([velocity, spin]),
         float(np.linalg.norm(velocity - v) / np.linalg.norm(v)),
         float(np.linalg.norm(spin - w) / np.linalg.norm(w)),
     )

@@ -1,4 +1,5 @@
 """Where a ball comes to rest after a strike, for the studies."""
+
 from dataclasses import replace
 
 import numpy as np

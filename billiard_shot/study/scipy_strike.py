@@ -6,6 +6,7 @@ The same model as the kernel's, in time and contact space: two springs, Coulomb 
 terminal events. Slip far below the tolerance counts as none. Strokes that chatter near zero slip
 all the same make it give up.
 """
+
 from collections.abc import Callable
 from typing import Any
 

@@ -1,4 +1,5 @@
 """A strike seen close up: what tip and cloth do to the ball while they touch it."""
+
 from pathlib import Path
 from typing import Any
 
@@ -47,13 +48,30 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
     panels[0].set(ylabel='force × length of\nthe strike (N s)', ylim=(0.0, None), xlim=(0.0, 1.0))
     panels[1].set(ylabel='friction, in parts of\nμ × pressing force', ylim=(0.0, 1.1))
     panels[1].axhline(1.0, color=GREY, linewidth=0.8)
-    panels[1].annotate('slides', (1.0, 1.0), (3, 0), textcoords='offset points', fontsize=8,
-                       va='center', annotation_clip=False)
-    panels[1].annotate('sticks', (1.0, 0.5), (3, 0), textcoords='offset points', fontsize=8,
-                       va='center', annotation_clip=False)
+    panels[1].annotate(
+        'slides',
+        (1.0, 1.0),
+        (3, 0),
+        textcoords='offset points',
+        fontsize=8,
+        va='center',
+        annotation_clip=False,
+    )
+    panels[1].annotate(
+        'sticks',
+        (1.0, 0.5),
+        (3, 0),
+        textcoords='offset points',
+        fontsize=8,
+        va='center',
+        annotation_clip=False,
+    )
     panels[2].set(ylabel='slip (m/s)', ylim=(0.0, None))
-    panels[3].set(ylabel='energy in\nthe contact (J)', ylim=(0.0, None),
-                  xlabel='time, in parts of the strike')
+    panels[3].set(
+        ylabel='energy in\nthe contact (J)',
+        ylim=(0.0, None),
+        xlabel='time, in parts of the strike',
+    )
     for axes in panels:
         axes.grid(alpha=0.3)
     panels[0].legend(loc='upper right', fontsize='small', frameon=False)
@@ -79,6 +97,13 @@ def _states(panels: list[Any], course: Course, time: NDArray[np.float64]) -> Non
                 axes.axvspan(begin, end, color=GREEN, alpha=0.08, linewidth=0)
         if end - begin > ROOM:
             name = STATES[tuple(course.active[part][0].tolist())]
-            panels[0].annotate(name, (0.5 * (begin + end), 1.0), (0, 2), ha='center',
-                               xycoords=('data', 'axes fraction'), fontsize=8,
-                               textcoords='offset points', annotation_clip=False)
+            panels[0].annotate(
+                name,
+                (0.5 * (begin + end), 1.0),
+                (0, 2),
+                ha='center',
+                xycoords=('data', 'axes fraction'),
+                fontsize=8,
+                textcoords='offset points',
+                annotation_clip=False,
+            )

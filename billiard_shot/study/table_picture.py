@@ -4,6 +4,7 @@ The table from above: cushions and pockets, paths by kind of motion, events, gho
 `table_axes`, `draw_table`, `draw_balls`, `draw_trails` and `draw_cue` draw one thing each onto
 axes, for pictures with more on them; `draw_shot` is all of them in one file.
 """
+
 from collections.abc import Iterable, Mapping
 import math
 from pathlib import Path
@@ -34,7 +35,9 @@ from billiard_shot.table.trajectory import EventKind
 CLOTH, CUSHION, WOOD, HOLE = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
 WIDTH = 9.0  # inches of a picture
 NAMES = {
-    Motion.SLIDE: 'slides', Motion.ROLL: 'rolls', Motion.FLIGHT: 'flies',
+    Motion.SLIDE: 'slides',
+    Motion.ROLL: 'rolls',
+    Motion.FLIGHT: 'flies',
 }
 DASHES = {Motion.SLIDE: '-', Motion.ROLL: '-', Motion.FLIGHT: (0, (2.5, 1.5))}
 MARKS = {  # marker, colour, what it says
@@ -87,8 +90,11 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
     height = float(np.clip(WIDTH * size[1] / size[0], 2.0, WIDTH))
     figure, axes = single_figure(WIDTH, height + 0.9)
     axes.set(
-        xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal',
-        xlabel='x (m)', ylabel='y (m)',
+        xlim=(low[0], high[0]),
+        ylim=(low[1], high[1]),
+        aspect='equal',
+        xlabel='x (m)',
+        ylabel='y (m)',
     )
     axes.tick_params(labelsize='small')
     if title:
@@ -113,8 +119,9 @@ def draw_table(axes: Any, scene: Scene) -> None:
     for x, y, radius in table.holes:
         axes.add_patch(Circle((x, y), radius, color=HOLE, linewidth=0, zorder=0.2))
     for cushion in table.cushions:
-        axes.add_patch(Polygon(cushion, facecolor=CUSHION, edgecolor='#6f9080', linewidth=0.6,
-                               zorder=0.3))
+        axes.add_patch(
+            Polygon(cushion, facecolor=CUSHION, edgecolor='#6f9080', linewidth=0.6, zorder=0.3)
+        )
 
 
 def draw_balls(
@@ -127,16 +134,34 @@ def draw_balls(
     for name, place in places.items():
         x, y = np.asarray(place, float)[:2]
         if faint:
-            axes.add_patch(Circle((x, y), radius, facecolor=ball_colour(name), alpha=0.35,
-                                  edgecolor='black', linewidth=0.5, zorder=2))
+            axes.add_patch(
+                Circle(
+                    (x, y),
+                    radius,
+                    facecolor=ball_colour(name),
+                    alpha=0.35,
+                    edgecolor='black',
+                    linewidth=0.5,
+                    zorder=2,
+                )
+            )
             continue
-        axes.add_patch(Circle((x, y), radius, facecolor=ball_colour(name), edgecolor='black',
-                              linewidth=0.6, zorder=4))
+        axes.add_patch(
+            Circle(
+                (x, y),
+                radius,
+                facecolor=ball_colour(name),
+                edgecolor='black',
+                linewidth=0.6,
+                zorder=4,
+            )
+        )
         if name.isdecimal():
             spot = 0.78 if is_striped(name) else 0.6
             axes.add_patch(Circle((x, y), spot * radius, color='white', linewidth=0, zorder=4.1))
-            axes.annotate(name, (x, y), ha='center', va='center_baseline', fontsize=4.5,
-                          zorder=4.2)
+            axes.annotate(
+                name, (x, y), ha='center', va='center_baseline', fontsize=4.5, zorder=4.2
+            )
 
 
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
@@ -148,22 +173,56 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
             if piece.motion not in NAMES:
                 continue  # it spins in place
             axes.plot(
-                piece.points[:, 0], piece.points[:, 1], linestyle=DASHES[piece.motion],
-                color=MOTIONS[piece.motion], linewidth=1.5, alpha=alpha, zorder=3,
-                label=NAMES[piece.motion], solid_capstyle='butt',
+                piece.points[:, 0],
+                piece.points[:, 1],
+                linestyle=DASHES[piece.motion],
+                color=MOTIONS[piece.motion],
+                linewidth=1.5,
+                alpha=alpha,
+                zorder=3,
+                label=NAMES[piece.motion],
+                solid_capstyle='butt',
             )
     for kind, (marker, colour, text) in MARKS.items():
         places = [mark.position for mark in trails.marks if mark.kind == kind]
         if places:
             x, y, _ = np.transpose(places)
-            axes.plot(x, y, marker, color=colour, markersize=4.5, markeredgecolor='black',
-                      markeredgewidth=0.5, linestyle='', alpha=alpha, zorder=3.8, label=text)
+            axes.plot(
+                x,
+                y,
+                marker,
+                color=colour,
+                markersize=4.5,
+                markeredgecolor='black',
+                markeredgewidth=0.5,
+                linestyle='',
+                alpha=alpha,
+                zorder=3.8,
+                label=text,
+            )
     for x, y, _ in trails.ghosts:
-        axes.add_patch(Circle((x, y), trails.scene.ball.radius, fill=False, linestyle='--',
-                              edgecolor=BLACK, linewidth=0.8, zorder=3.5))
+        axes.add_patch(
+            Circle(
+                (x, y),
+                trails.scene.ball.radius,
+                fill=False,
+                linestyle='--',
+                edgecolor=BLACK,
+                linewidth=0.8,
+                zorder=3.5,
+            )
+        )
     if trails.ghosts:
-        axes.plot([], [], 'o', markersize=8, fillstyle='none', color=BLACK, linestyle='',
-                  label='ghost ball')
+        axes.plot(
+            [],
+            [],
+            'o',
+            markersize=8,
+            fillstyle='none',
+            color=BLACK,
+            linestyle='',
+            label='ghost ball',
+        )
 
 
 def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
@@ -173,17 +232,29 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
     x, y, _ = np.asarray(stroke.velocity) / stroke.speed
     tip = np.asarray(place, float)[:2] + scene.ball.radius * np.array(stroke.normal[:2])
     length = (scene.cue.length or 1.4) * math.hypot(x, y)
-    axes.plot(*tip, 'o', color=CUE_COLOUR, markersize=3, markeredgecolor='black',
-              markeredgewidth=0.4, zorder=6.1)
+    axes.plot(
+        *tip,
+        'o',
+        color=CUE_COLOUR,
+        markersize=3,
+        markeredgecolor='black',
+        markeredgewidth=0.4,
+        zorder=6.1,
+    )
     if length < scene.ball.radius:
         return  # upright: from above, all of it is there
     butt = tip - length * _unit(x, y)
     aside = np.array([-1.0, 1.0]) * _unit(x, y)[::-1]
     wide = np.array([0.0065, 0.0145])  # m, half the width of a usual cue at its ends
-    corners = [tip + wide[0] * aside, butt + wide[1] * aside, butt - wide[1] * aside,
-               tip - wide[0] * aside]
-    axes.add_patch(Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4,
-                           zorder=6))
+    corners = [
+        tip + wide[0] * aside,
+        butt + wide[1] * aside,
+        butt - wide[1] * aside,
+        tip - wide[0] * aside,
+    ]
+    axes.add_patch(
+        Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4, zorder=6)
+    )
 
 
 def add_legend(figure: Any, axes: Any) -> None:
@@ -192,8 +263,14 @@ def add_legend(figure: Any, axes: Any) -> None:
     once = dict(zip(labels, handles, strict=True))
     if once:
         rows = math.ceil(len(once) / IN_A_ROW)
-        figure.legend(once.values(), once.keys(), loc='outside lower center', frameon=False,
-                      ncols=math.ceil(len(once) / rows), fontsize='small')
+        figure.legend(
+            once.values(),
+            once.keys(),
+            loc='outside lower center',
+            frameon=False,
+            ncols=math.ceil(len(once) / rows),
+            fontsize='small',
+        )
 
 
 def draw_shot(shot: Shot, path: Path, title: str = '') -> None:

@@ -1,4 +1,5 @@
 """Where balls went, in the form that pictures take: lines by motion, marks, ghost balls."""
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -90,10 +91,15 @@ def trails_of_run(scene: Scene, run: TableRun) -> Trails:
     marks = tuple(
         Mark(event.balls[0], event.time, event.kind, event.position) for event in run.events
     )
-    ghosts = tuple(
-        run.balls[CUE].at(event.time).position for event in run.events
-        if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE in event.balls
-    ) if CUE in run.balls else ()
+    ghosts = (
+        tuple(
+            run.balls[CUE].at(event.time).position
+            for event in run.events
+            if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE in event.balls
+        )
+        if CUE in run.balls
+        else ()
+    )
     return Trails(scene, run.balls, marks, ghosts, _until(run.balls))
 
 

@@ -6,6 +6,7 @@ turns the ball by the vector
     h w(h/2) + h^3/12 w' x w0 ,
 the Magnus series (Iserles et al., Acta Numerica 2000, section 4) to fourth order.
 """
+
 import math
 
 import numpy as np

@@ -3,6 +3,7 @@ The paper's section 2: a ball falls onto another one on a table; what its Figs. 
 
 Impulses are upward, I1 on the falling ball and I2 on the lower one; velocities are upward, too.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -59,7 +60,8 @@ class TwoBalls:
     def outcome(self) -> tuple[float, float]:
         """Velocities of the two balls after the collision [m/s]."""
         result = stacked(self.masses, self.restitution, self.ratio, -self.v0).solve(
-            self.law, 1e-12)
+            self.law, 1e-12
+        )
         return float(result.velocities[0, 2]), float(result.velocities[1, 2])
 
     def velocities(self, impulses: ArrayLike) -> Vector:
@@ -95,8 +97,11 @@ class TwoBalls:
         """Name the states that the collision went through, and what happened in each."""
         parts = course.phases()
         return [
-            State(STATES[tuple(course.active[part][0].tolist())],
-                  '-'.join(_turns(course, part) + _ends(course, part, after)), part)
+            State(
+                STATES[tuple(course.active[part][0].tolist())],
+                '-'.join(_turns(course, part) + _ends(course, part, after)),
+                part,
+            )
             for part, after in zip(parts, [*parts[1:], None], strict=True)
         ]
 

@@ -1,4 +1,5 @@
 """Strokes to try in a scene that comes without any."""
+
 import math
 
 import numpy as np
@@ -17,8 +18,11 @@ def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     """
     draw = np.random.default_rng(seed)
     x, y, _ = scene.cue_ball
-    aims = [(math.atan2(v - y, u - x), math.hypot(u - x, v - y))
-            for name, (u, v) in scene.balls.items() if (u, v) != (x, y)]
+    aims = [
+        (math.atan2(v - y, u - x), math.hypot(u - x, v - y))
+        for name, (u, v) in scene.balls.items()
+        if (u, v) != (x, y)
+    ]
     strokes = []
     for number in range(count):
         offset, around = 0.5 * math.sqrt(draw.random()), draw.uniform(0.0, 2.0 * math.pi)

@@ -5,6 +5,7 @@ The page evaluates the trajectory's own segments, so that what it shows at a tim
 `Trajectory.at` says; of orientations it has enough to go from one to the next. Its parts are the
 files in `page`, put together here.
 """
+
 from importlib.resources import files
 import json
 import math
@@ -23,7 +24,13 @@ from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind, segments_to_columns
 
 SCRIPTS = (
-    'vectors.js', 'meshes.js', 'shaders.js', 'renderer.js', 'motion.js', 'camera.js', 'player.js',
+    'vectors.js',
+    'meshes.js',
+    'shaders.js',
+    'renderer.js',
+    'motion.js',
+    'camera.js',
+    'player.js',
 )
 # Of paths on a dark green cloth, from the same palette as those of the pictures.
 COLOURS = {Motion.SLIDE: ORANGE, Motion.ROLL: SKY, Motion.FLIGHT: '#ffffff'}
@@ -32,10 +39,16 @@ LONGEST = 0.8  # s that it takes, at most
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 CUE_LENGTH = 1.47  # m, where the scene does not say
 WORDS = {
-    EventKind.BOUNCE: 'bounces', EventKind.LAND: 'lands', EventKind.ROLL: 'begins to roll',
-    EventKind.SPIN: 'stands and spins', EventKind.SPIN_END: 'side spin is used up',
-    EventKind.REST: 'rests', EventKind.BALL: 'meets', EventKind.CUSHION: 'meets a cushion',
-    EventKind.CLUSTER: 'meets', EventKind.POCKET: 'falls into a pocket',
+    EventKind.BOUNCE: 'bounces',
+    EventKind.LAND: 'lands',
+    EventKind.ROLL: 'begins to roll',
+    EventKind.SPIN: 'stands and spins',
+    EventKind.SPIN_END: 'side spin is used up',
+    EventKind.REST: 'rests',
+    EventKind.BALL: 'meets',
+    EventKind.CUSHION: 'meets a cushion',
+    EventKind.CLUSTER: 'meets',
+    EventKind.POCKET: 'falls into a pocket',
     EventKind.OFF: 'leaves the table',
 }
 
@@ -48,7 +61,8 @@ def page_of(shot: Shot, title: str) -> str:
     """
     data = json.dumps(view_data(shot, title), ensure_ascii=False, allow_nan=False)
     parts = {
-        'TITLE': _escaped(title), 'STYLE': _part('style.css'),
+        'TITLE': _escaped(title),
+        'STYLE': _part('style.css'),
         'DATA': data.replace('<', '\\u003c'),  # no text in it can end the script
         'SCRIPT': '\n'.join(_part(name) for name in SCRIPTS),
     }
@@ -78,9 +92,14 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
         'cue': _cue(shot, trails),
         'balls': [_ball(trails, name, number) for number, name in enumerate(trails.balls)],
         'trails': [
-            {'motion': piece.motion.name.lower(), 'colour': COLOURS[piece.motion],
-             'points': np.round(piece.points, 5).ravel().tolist()}
-            for name in trails.balls for piece in trails.pieces(name) if piece.motion in COLOURS
+            {
+                'motion': piece.motion.name.lower(),
+                'colour': COLOURS[piece.motion],
+                'points': np.round(piece.points, 5).ravel().tolist(),
+            }
+            for name in trails.balls
+            for piece in trails.pieces(name)
+            if piece.motion in COLOURS
         ],
         'ghosts': [ghost.tolist() for ghost in trails.ghosts],
         'events': _events(shot, trails),
@@ -102,8 +121,10 @@ def _table(shot: Shot) -> dict[str, Any] | None:
     return {
         'size': [shot.scene.table.length, shot.scene.table.width],
         'cushions': [cushion.tolist() for cushion in outline.cushions],
-        'holes': outline.holes.tolist(), 'back': outline.back.tolist(),
-        'frame': outline.frame.tolist(), 'height': outline.height,
+        'holes': outline.holes.tolist(),
+        'back': outline.back.tolist(),
+        'frame': outline.frame.tolist(),
+        'height': outline.height,
     }
 
 
@@ -116,7 +137,8 @@ def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
         'tip': (trails.start(CUE) + shot.scene.ball.radius * np.array(stroke.normal)).tolist(),
         'direction': [part / speed for part in stroke.velocity],
         'length': shot.scene.cue.length or CUE_LENGTH,
-        'swing': swing, 'time': 2.0 * swing / speed,
+        'swing': swing,
+        'time': 2.0 * swing / speed,
         'after': 0.0 if shot.status.refused else shot.cue_speed,
     }
 
@@ -125,10 +147,13 @@ def _ball(trails: Trails, name: str, number: int) -> dict[str, Any]:
     ball = trails.balls[name]
     times, turns = orientations(ball, trails.until, _first(number))
     return {
-        'name': name, 'colour': ball_colour(name), 'striped': is_striped(name),
+        'name': name,
+        'colour': ball_colour(name),
+        'striped': is_striped(name),
         # time, motion, position, velocity, acceleration; and the spin with its change
         'segments': segments_to_columns(ball.rows)[:, :17].tolist(),
-        'times': np.round(times, 6).tolist(), 'turns': np.round(turns, 5).ravel().tolist(),
+        'times': np.round(times, 6).tolist(),
+        'turns': np.round(turns, 5).ravel().tolist(),
     }
 
 

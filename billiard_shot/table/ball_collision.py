@@ -1,4 +1,5 @@
 """Two balls: when they meet, and what that does to them."""
+
 import math
 
 from billiard_shot.compiled import inner, innermost
@@ -101,7 +102,9 @@ def collide_balls(
     u, v, w = p - u, q - v, s - w
     slip = math.sqrt(u * u + v * v + w * w)
     push = (
-        -0.5 * params.mass * (1.0 + restitution)
+        -0.5
+        * params.mass
+        * (1.0 + restitution)
         * relative_component(a.velocity, b.velocity, x, y, z)
     )
     friction = n.friction_fast + n.friction_slow * math.exp(-n.friction_decay * slip)

@@ -6,6 +6,7 @@ surface only the slip, by the same response A in every direction. So the slip ke
 and Coulomb's friction takes mu P along it, or s / A if that already stops it, whatever the law of
 restitution: the special case of billiard_shot.impact that Han (2005) works out for cushions.
 """
+
 import math
 
 from billiard_shot.compiled import inner, innermost
@@ -19,9 +20,7 @@ MIN_APPROACH_SPEED = 1e-3
 
 
 @innermost
-def slip_at(
-    ball: Ball, lever: float, x: float, y: float, z: float
-) -> tuple[float, float, float]:
+def slip_at(ball: Ball, lever: float, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Tangential velocity [m/s] of a ball's surface at `lever` times the unit vector (x, y, z)."""
     v, w = ball.velocity, ball.spin
     along = v[0] * x + v[1] * y + v[2] * z
@@ -43,8 +42,15 @@ def friction_impulse_per_slip(
 
 @innermost
 def apply_impulse(
-    params: BallClothParams, ball: Ball, lever: float, x: float, y: float, z: float,
-    u: float, v: float, w: float,
+    params: BallClothParams,
+    ball: Ball,
+    lever: float,
+    x: float,
+    y: float,
+    z: float,
+    u: float,
+    v: float,
+    w: float,
 ) -> None:
     """Give a ball an impulse (u, v, w) [N s] at `lever` times the unit vector (x, y, z)."""
     turn = lever / params.inertia
@@ -58,17 +64,27 @@ def apply_impulse(
 
 @inner
 def collide_fixed(
-    params: BallClothParams, ball: Ball, x: float, y: float, z: float, restitution: float,
+    params: BallClothParams,
+    ball: Ball,
+    x: float,
+    y: float,
+    z: float,
+    restitution: float,
     friction: float,
 ) -> None:
     """Let a ball collide with a fixed body, whose unit normal is (x, y, z)."""
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
     u, v, w = slip_at(ball, -params.radius, x, y, z)
     push = params.mass * (1.0 + restitution) * approach
-    drag = friction_impulse_per_slip(
-        params, push, math.sqrt(u * u + v * v + w * w), friction, 1.0
-    )
+    drag = friction_impulse_per_slip(params, push, math.sqrt(u * u + v * v + w * w), friction, 1.0)
     apply_impulse(
-        params, ball, -params.radius, x, y, z,
-        push * x - drag * u, push * y - drag * v, push * z - drag * w,
+        params,
+        ball,
+        -params.radius,
+        x,
+        y,
+        z,
+        push * x - drag * u,
+        push * y - drag * v,
+        push * z - drag * w,
     )

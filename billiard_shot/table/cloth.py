@@ -5,6 +5,7 @@ u = v - r w x z is the velocity of the ball's lowest point. Sliding friction doe
 that the acceleration is constant and the centre follows a parabola until u = 0 (Coriolis 1835; for
 a solid ball after 2 |u| / (7 mu g)). The spin about the vertical decays by itself.
 """
+
 import math
 
 from billiard_shot.compiled import inner, innermost

@@ -4,6 +4,7 @@ Three bodies or more in touch when one of them is hit: all at once, by billiard_
 Who takes part: the balls that are connected to those that meet by gaps within the tolerance, the
 cushions that these touch, and the cloth below balls that touch a cushion, which presses them down.
 """
+
 from typing import Any
 
 import numpy as np
@@ -54,9 +55,9 @@ def ball_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
             friction = n.friction_fast + n.friction_slow * np.exp(
                 -n.friction_decay * np.linalg.norm(slip)
             )
-            contacts.append(Contact(
-                i, j, point, normal, n.ball_restitution, float(friction), n.ball_stiffness
-            ))
+            contacts.append(
+                Contact(i, j, point, normal, n.ball_restitution, float(friction), n.ball_stiffness)
+            )
     return contacts
 
 
@@ -74,19 +75,34 @@ def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
             nx, ny, away = edge_at(table, feature, x, y)
             touches = abs(away - n.nose_standoff) <= n.contact_gap
             if touches and projects_onto_edge(table, feature, x, y):
-                normal = np.array([
-                    nx * n.nose_standoff, ny * n.nose_standoff, radius - n.nose_height
-                ]) / radius
-                contacts.append(Contact(
-                    i, fixed, np.array(ball.position) - radius * normal, normal,
-                    n.cushion_restitution, n.cushion_friction, n.cushion_stiffness,
-                ))
+                normal = (
+                    np.array([nx * n.nose_standoff, ny * n.nose_standoff, radius - n.nose_height])
+                    / radius
+                )
+                contacts.append(
+                    Contact(
+                        i,
+                        fixed,
+                        np.array(ball.position) - radius * normal,
+                        normal,
+                        n.cushion_restitution,
+                        n.cushion_friction,
+                        n.cushion_stiffness,
+                    )
+                )
                 held = True
         if held:
-            contacts.append(Contact(
-                i, fixed, (x, y, 0.0), UP, params.cloth_restitution, params.cloth_friction,
-                params.cloth_stiffness,
-            ))
+            contacts.append(
+                Contact(
+                    i,
+                    fixed,
+                    (x, y, 0.0),
+                    UP,
+                    params.cloth_restitution,
+                    params.cloth_friction,
+                    params.cloth_stiffness,
+                )
+            )
     return contacts
 
 
@@ -126,8 +142,11 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     params, progress = table.params, s.progress
     time, number = float(progress.time), int(progress.events)
     every = _as_objects(s.balls)
-    places = {i: np.array(position_at(ball, time)) for i, ball in enumerate(every)
-              if ball.motion <= FLIGHT}
+    places = {
+        i: np.array(position_at(ball, time))
+        for i, ball in enumerate(every)
+        if ball.motion <= FLIGHT
+    }
     reach = 2.0 * params.radius + table.numbers.contact_gap
     members = touching_group(places, {int(progress.ball), int(progress.other)}, reach)
     balls = [every[i] for i in members]
@@ -136,8 +155,11 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     before = sum(energy_of(params, ball) for ball in balls)
     contacts = contacts_among(table, balls)
     result = collide(
-        [*(body_of(params, ball) for ball in balls), Body.fixed()], contacts,
-        law=LAW_NAMES[params.law], exponent=params.exponent, tolerance=TOLERANCE,
+        [*(body_of(params, ball) for ball in balls), Body.fixed()],
+        contacts,
+        law=LAW_NAMES[params.law],
+        exponent=params.exponent,
+        tolerance=TOLERANCE,
     )
     if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         progress.unsolved = int(result.status)

@@ -4,24 +4,41 @@ Colours of motions and of balls, the same in pictures, RViz and the view in the 
 Those of motions and marks are from the palette of Okabe and Ito (jfly.uni-koeln.de/color), which
 people with any kind of colour vision can tell apart; lines differ in their dashes, too.
 """
+
 import re
 
 from billiard_shot.table.motion import Motion
 
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
-    '#000000', '#e69f00', '#56b4e9', '#009e73', '#0072b2', '#d55e00', '#cc79a7', '#7f7f7f'
+    '#000000',
+    '#e69f00',
+    '#56b4e9',
+    '#009e73',
+    '#0072b2',
+    '#d55e00',
+    '#cc79a7',
+    '#7f7f7f',
 )
 
 MOTIONS = {
-    Motion.SLIDE: VERMILION, Motion.ROLL: BLUE, Motion.FLIGHT: BLACK, Motion.SPIN: PURPLE,
+    Motion.SLIDE: VERMILION,
+    Motion.ROLL: BLUE,
+    Motion.FLIGHT: BLACK,
+    Motion.SPIN: PURPLE,
 }
 
 CUE_BALL = '#fbfaf3'
 # Pool balls 1 to 8; 9 to 15 have a stripe in the colours of 1 to 7.
 POOL = ('#f2bd1d', '#1c4fa1', '#d3222a', '#4c2a7a', '#f07d1a', '#14743f', '#7a1f2b', '#1b1b1b')
 NAMED = {
-    'cue': CUE_BALL, 'white': CUE_BALL, 'red': '#c5161d', 'yellow': '#f5cf2b',
-    'green': '#14743f', 'brown': '#6b3a1e', 'blue': '#1c4fa1', 'pink': '#ef8fb0',
+    'cue': CUE_BALL,
+    'white': CUE_BALL,
+    'red': '#c5161d',
+    'yellow': '#f5cf2b',
+    'green': '#14743f',
+    'brown': '#6b3a1e',
+    'blue': '#1c4fa1',
+    'pink': '#ef8fb0',
     'black': '#1b1b1b',
 }
 OTHER = '#9aa3ab'

@@ -6,6 +6,7 @@ is no root. If their sign changes once, there is exactly one root (variation dim
 Farin, Curves and Surfaces for CAGD, ch. 5), and Newton's method finds it inside a bracket. If the
 sign changes more often, half of the interval is looked at.
 """
+
 import math
 
 from billiard_shot.compiled import inner
@@ -18,9 +19,7 @@ MIN_CLOSING_SPEED = 1e-5  # m/s
 
 
 @inner
-def refine(
-    a: float, b: float, c: float, d: float, e: float, low: float, high: float
-) -> float:
+def refine(a: float, b: float, c: float, d: float, e: float, low: float, high: float) -> float:
     """Root of a + b x + ... between low (polynomial positive) and high (not positive)."""
     x = 0.5 * (low + high)
     for _ in range(80):

@@ -1,4 +1,5 @@
 """What a cushion does to a ball: by the model that the scene asks for, or an edge to a flier."""
+
 import math
 
 from billiard_shot.compiled import inner
@@ -54,9 +55,15 @@ def collide_cushion_mathavan(
     p, q = ball.spin[0], ball.spin[1]
     # x along the cushion is (-ny, nx), y into it (-nx, -ny)
     vx, vy, wx, wy, wz = rebound(
-        nx * v - ny * u, -nx * u - ny * v, r * (nx * q - ny * p), -r * (nx * p + ny * q),
-        r * ball.spin[2], (table.numbers.nose_height - r) / r, restitution,
-        table.numbers.cushion_friction, min(params.sliding_friction, 1e3),
+        nx * v - ny * u,
+        -nx * u - ny * v,
+        r * (nx * q - ny * p),
+        -r * (nx * p + ny * q),
+        r * ball.spin[2],
+        (table.numbers.nose_height - r) / r,
+        restitution,
+        table.numbers.cushion_friction,
+        min(params.sliding_friction, 1e3),
         params.mass * r * r / params.inertia,
     )
     ball.velocity[0] = -ny * vx - nx * vy

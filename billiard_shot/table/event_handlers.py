@@ -4,6 +4,7 @@ What happens to balls on the table: a segment that ends, a meeting; and how each
 Balls that meet slowly stay together, and are set apart by a micrometre; an impact of more than two
 bodies is left to cluster.py.
 """
+
 import math
 
 from billiard_shot.compiled import inner
@@ -57,10 +58,7 @@ def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) 
     up = ball.velocity[2]
     if ball.position[2] > params.radius or up == 0.0:
         return
-    small = (
-        params.flight_gate == AUTO
-        and lumped_bounce_error(params, ball, abs(up)) <= tolerance
-    )
+    small = params.flight_gate == AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
     if small or params.flight_gate == NEVER:
         ball.velocity[2] = 0.0
     elif up < 0.0:
@@ -106,9 +104,7 @@ def separate(
     pz = ball.position[2]
     if pz > radius:
         pz += shift * z
-    if n.nose_standoff > 0.0 and (
-        abs(px) > n.centre_half_length or abs(py) > n.centre_half_width
-    ):
+    if n.nose_standoff > 0.0 and (abs(px) > n.centre_half_length or abs(py) > n.centre_half_width):
         return
     for i in range(len(s.balls)):
         if i == ball.ball or s.balls[i].motion > FLIGHT:
@@ -157,8 +153,10 @@ def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float) -> bool
     """Whether either of two balls that meet touches another one, or a nose."""
     reach = 2.0 * table.params.radius + table.numbers.contact_gap
     return (
-        touches_another(s, i, j, time, reach) or touches_another(s, j, i, time, reach)
-        or touches_nose(table, s.balls[i], time) or touches_nose(table, s.balls[j], time)
+        touches_another(s, i, j, time, reach)
+        or touches_another(s, j, i, time, reach)
+        or touches_nose(table, s.balls[i], time)
+        or touches_nose(table, s.balls[j], time)
     )
 
 

@@ -5,6 +5,7 @@ If times are equal the order is: ends of segments, then what balls meet of the t
 balls meet; among these in the order of the balls. Three or more bodies in touch are one event
 (cluster.py). That order, and nothing else, decides; so runs are the same to the bit.
 """
+
 import math
 from typing import Any
 
@@ -174,10 +175,19 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     states = np.zeros((1, 1, STATE_COLUMNS))
     states[0, 0, 2] = 1.0
     return (
-        params, numbers_of(storage, params, table, 1.0, 1.0), *edges_of(storage, table, 1.0),
-        storage.array(states), 0, 1, storage.records(Ball, 1), never(storage, 1),
-        storage.records(Progress, 1), storage.records(Segment, 0), storage.records(Event, 0),
-        storage.records(BallOutcome, 1), storage.records(TableOutcome, 1),
+        params,
+        numbers_of(storage, params, table, 1.0, 1.0),
+        *edges_of(storage, table, 1.0),
+        storage.array(states),
+        0,
+        1,
+        storage.records(Ball, 1),
+        never(storage, 1),
+        storage.records(Progress, 1),
+        storage.records(Segment, 0),
+        storage.records(Event, 0),
+        storage.records(BallOutcome, 1),
+        storage.records(TableOutcome, 1),
     )
 
 

@@ -6,6 +6,7 @@ event that has exactly their sums. After leaving the cloth at speed s, with rest
 bounces for 2 s / (g (1 - e)), and the cloth's impulse is m s (1 + e) / (1 - e) in all. So the ball
 moves on level for that time, and then lands once, at s / (1 - e), and stays down.
 """
+
 import math
 
 from billiard_shot.compiled import inner
@@ -32,8 +33,10 @@ def lumped_bounce_error(params: BallClothParams, ball: Ball, up: float) -> float
     slip, _, _ = slip_of(ball, params.radius)
     stopping = slip / rolling_share(params)
     push = (
-        params.cloth_friction * up
-        * (1.0 + params.cloth_restitution) / (1.0 - params.cloth_restitution)
+        params.cloth_friction
+        * up
+        * (1.0 + params.cloth_restitution)
+        / (1.0 - params.cloth_restitution)
     )
     pause = 2.0 * up / (params.gravity * (1.0 - params.cloth_restitution))
     height = 0.5 * up * up / params.gravity
@@ -91,9 +94,7 @@ def bounce(params: BallClothParams, ball: Ball) -> None:
     if lumped:
         ball.velocity[2] = -ball.landing_speed
     ball.position[2] = params.radius
-    collide_fixed(
-        params, ball, 0.0, 0.0, 1.0, params.cloth_restitution, params.cloth_friction
-    )
+    collide_fixed(params, ball, 0.0, 0.0, 1.0, params.cloth_restitution, params.cloth_friction)
     if lumped:
         ball.velocity[2] = 0.0
     ball.bounces += 1

@@ -6,6 +6,7 @@ faster than the ball moves. So the search goes on by the time that this distance
 again, and misses nothing. That is slow if a ball comes close without touching, but few balls fly,
 and not for long.
 """
+
 import math
 
 from billiard_shot.compiled import inner
@@ -121,9 +122,7 @@ def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
 
 
 @inner
-def pocket_drop_time(
-    pocket: Pocket, capture_height: float, ball: Ball, end: float
-) -> float:
+def pocket_drop_time(pocket: Pocket, capture_height: float, ball: Ball, end: float) -> float:
     """Time from now until a ball is over a hole and its centre not above a height; or inf."""
     dx, dy = ball.position[0] - pocket.hole_x, ball.position[1] - pocket.hole_y
     height = ball.position[2]

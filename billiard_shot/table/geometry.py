@@ -5,6 +5,7 @@ Pockets are numbered 0 to 5: corners in the quadrants (+, +), (-, +), (-, -), (+
 then the sides at y > 0 and y < 0. Each has two jaws, numbered 2 p and 2 p + 1: an arc that rounds
 off the end of a nose, and the facing that goes on from it into the pocket.
 """
+
 from collections.abc import Callable
 from functools import lru_cache
 import math
@@ -92,7 +93,10 @@ class Table(NamedTuple):
 
 
 def table_of(
-    storage: Storage, params: BallClothParams, table: TableParams, tolerance: float = 1.0,
+    storage: Storage,
+    params: BallClothParams,
+    table: TableParams,
+    tolerance: float = 1.0,
     hop_tolerance: float = 1.0,
 ) -> Table:
     """
@@ -107,7 +111,10 @@ def table_of(
 
 @_kept
 def numbers_of(
-    storage: Storage, params: BallClothParams, table: TableParams, tolerance: float,
+    storage: Storage,
+    params: BallClothParams,
+    table: TableParams,
+    tolerance: float,
     hop_tolerance: float,
 ) -> list[TableNumbers]:
     """Write the numbers of a table into one record; not to be changed."""
@@ -124,9 +131,19 @@ def numbers_of(
         n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
         n.side_end = 0.5 * table.side[0] + table.side[4]
     for name in (
-        'nose_height', 'cushion_depth', 'cushion_model', 'cushion_restitution',
-        'cushion_friction', 'cushion_stiffness', 'ball_restitution', 'friction_fast',
-        'friction_slow', 'friction_decay', 'ball_stiffness', 'contact_gap', 'pair_gate',
+        'nose_height',
+        'cushion_depth',
+        'cushion_model',
+        'cushion_restitution',
+        'cushion_friction',
+        'cushion_stiffness',
+        'ball_restitution',
+        'friction_fast',
+        'friction_slow',
+        'friction_decay',
+        'ball_stiffness',
+        'contact_gap',
+        'pair_gate',
     ):
         setattr(n, name, getattr(table, name))
     n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
@@ -167,8 +184,15 @@ def edges_of(
 
 
 def place_jaw(
-    table: TableParams, jaw: Jaw, mouth: Mouth, x: float, y: float, dx: float, dy: float,
-    ox: float, oy: float,
+    table: TableParams,
+    jaw: Jaw,
+    mouth: Mouth,
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    ox: float,
+    oy: float,
 ) -> None:
     """Place a jaw whose nose runs along d to (x, y), where its line meets the facing's; o: out."""
     _, sine, cosine, radius, setback = mouth
@@ -190,7 +214,8 @@ def bound_pocket(pocket: Pocket, jaws: tuple[Jaw, Jaw], standoff: float) -> None
     for jaw in jaws:
         centres += [
             (jaw.arc_x, jaw.arc_y, jaw.arc_radius + standoff),
-            (jaw.start_x, jaw.start_y, standoff), (jaw.end_x, jaw.end_y, standoff),
+            (jaw.start_x, jaw.start_y, standoff),
+            (jaw.end_x, jaw.end_y, standoff),
         ]
     low_x, high_x = min(x - r for x, _, r in centres), max(x + r for x, _, r in centres)
     low_y, high_y = min(y - r for _, y, r in centres), max(y + r for _, y, r in centres)

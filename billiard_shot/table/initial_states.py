@@ -1,4 +1,5 @@
 """States of balls as people give them, checked, in the form that compiled code takes."""
+
 from collections.abc import Mapping, Sequence
 import math
 

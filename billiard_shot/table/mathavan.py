@@ -8,6 +8,7 @@ stops approaching, restitution when the cushion gave back e^2 of the work put in
 ball's mass and radius are 1; x along the cushion, y into it, z up, as in the paper's equations 1
 to 17.
 """
+
 import math
 
 from billiard_shot.compiled import inner
@@ -42,8 +43,18 @@ def friction_at(
 
 @inner
 def contact_friction(
-    a: float, b: float, p: float, q: float, near_cushion: bool, near_cloth: bool, step: float,
-    s: float, c: float, cushion: float, cloth: float, inertia_factor: float,
+    a: float,
+    b: float,
+    p: float,
+    q: float,
+    near_cushion: bool,
+    near_cloth: bool,
+    step: float,
+    s: float,
+    c: float,
+    cushion: float,
+    cloth: float,
+    inertia_factor: float,
 ) -> tuple[float, float, float, float]:
     """
     Friction per P at the cushion (f, g) and at the cloth (h, k), for slips (a, b) and (p, q).
@@ -95,8 +106,16 @@ def shrinking(x: float, y: float, u: float, v: float) -> float:
 
 @inner
 def rebound(
-    vx: float, vy: float, wx: float, wy: float, wz: float, s: float, restitution: float,
-    cushion: float, cloth: float, inertia_factor: float,
+    vx: float,
+    vy: float,
+    wx: float,
+    wy: float,
+    wz: float,
+    s: float,
+    restitution: float,
+    cushion: float,
+    cloth: float,
+    inertia_factor: float,
 ) -> tuple[float, float, float, float, float]:
     """Velocity (x, y) and spin of a ball after it met the cushion with vy > 0."""
     c = math.sqrt(1.0 - s * s)
@@ -132,18 +151,39 @@ def rebound(
             near_cloth = near_cloth and h * h + k * k < most_cloth * most_cloth
             half = 0.5 * step
             f1, g1, h1, k1 = contact_friction(
-                a + half * x, b + half * y, p + half * u, q + half * v, near, near_cloth,
-                step, s, c, cushion, cloth, inertia_factor,
+                a + half * x,
+                b + half * y,
+                p + half * u,
+                q + half * v,
+                near,
+                near_cloth,
+                step,
+                s,
+                c,
+                cushion,
+                cloth,
+                inertia_factor,
             )
             x1, y1, u1, v1 = slip_rates(f1, g1, h1, k1, s, c, inertia_factor)
             f2, g2, h2, k2 = contact_friction(
-                a + step * (2.0 * x1 - x), b + step * (2.0 * y1 - y),
-                p + step * (2.0 * u1 - u), q + step * (2.0 * v1 - v), near, near_cloth,
-                step, s, c, cushion, cloth, inertia_factor,
+                a + step * (2.0 * x1 - x),
+                b + step * (2.0 * y1 - y),
+                p + step * (2.0 * u1 - u),
+                q + step * (2.0 * v1 - v),
+                near,
+                near_cloth,
+                step,
+                s,
+                c,
+                cushion,
+                cloth,
+                inertia_factor,
             )
             error = step * (
-                abs(f - 2.0 * f1 + f2) + abs(g - 2.0 * g1 + g2)
-                + abs(h - 2.0 * h1 + h2) + abs(k - 2.0 * k1 + k2)
+                abs(f - 2.0 * f1 + f2)
+                + abs(g - 2.0 * g1 + g2)
+                + abs(h - 2.0 * h1 + h2)
+                + abs(k - 2.0 * k1 + k2)
             )
             if error > wrong and step > least:
                 step, last = 0.5 * step, False

@@ -1,4 +1,5 @@
 """A scene's numbers in the form that compiled code takes: ball and cloth, table and contacts."""
+
 import math
 
 from billiard_shot.impact.laws import LAWS
@@ -14,13 +15,20 @@ def ball_cloth_params(scene: Scene) -> BallClothParams:
     """Collect what the motion of a ball on the cloth depends on, all effects as called for."""
     ball, cloth, table = scene.ball, scene.cloth, scene.contacts.ball_table
     return BallClothParams(
-        mass=float(ball.mass), radius=float(ball.radius), inertia=float(ball.inertia),
-        gravity=float(cloth.gravity), sliding_friction=float(cloth.sliding_friction),
+        mass=float(ball.mass),
+        radius=float(ball.radius),
+        inertia=float(ball.inertia),
+        gravity=float(cloth.gravity),
+        sliding_friction=float(cloth.sliding_friction),
         rolling_resistance=float(cloth.rolling_resistance),
         spin_deceleration=float(cloth.spin_deceleration),
-        cloth_restitution=float(table.restitution), cloth_friction=float(table.friction),
-        cloth_stiffness=float(table.stiffness), law=LAWS[scene.law],
-        exponent=float(scene.exponent), flight_gate=AUTO, bounce_gate=AUTO,
+        cloth_restitution=float(table.restitution),
+        cloth_friction=float(table.friction),
+        cloth_stiffness=float(table.stiffness),
+        law=LAWS[scene.law],
+        exponent=float(scene.exponent),
+        flight_gate=AUTO,
+        bounce_gate=AUTO,
     )
 
 
@@ -36,9 +44,7 @@ def table_params(scene: Scene) -> TableParams:
         cushion = table.cushion
         length, width, pockets = float(table.length), float(table.width), table.pockets
         model = _CUSHIONS[cushion.model]
-        numbers = (
-            float(cushion.restitution), float(cushion.friction), float(cushion.stiffness)
-        )
+        numbers = (float(cushion.restitution), float(cushion.friction), float(cushion.stiffness))
         height, depth = 2.0 * scene.ball.radius * cushion.height, float(cushion.depth)
         corner, side = _mouth(table.corner), _mouth(table.side)
         corner_hole = (
@@ -47,9 +53,22 @@ def table_params(scene: Scene) -> TableParams:
         )
         side_hole = table.side.shelf + table.side.radius, float(table.side.radius)
     return TableParams(
-        length, width, pockets, model, *numbers, height, depth, corner, side, corner_hole,
-        side_hole, float(balls.restitution), float(balls.friction_fast),
-        float(balls.friction_slow), float(balls.friction_decay), float(balls.stiffness),
+        length,
+        width,
+        pockets,
+        model,
+        *numbers,
+        height,
+        depth,
+        corner,
+        side,
+        corner_hole,
+        side_hole,
+        float(balls.restitution),
+        float(balls.friction_fast),
+        float(balls.friction_slow),
+        float(balls.friction_decay),
+        float(balls.stiffness),
         # Those that collide may be as far apart, or as deep in each other where they were pressed
         # together: they must be among those in touch.
         max(float(balls.gap), BEYOND),
@@ -60,6 +79,9 @@ def _mouth(pocket: Pocket) -> Mouth:
     """Mouth, sine and cosine of the turn from nose to facing, radius and setback of the jaws."""
     turn = math.radians(180.0 - pocket.cut_deg)
     return (
-        float(pocket.mouth), math.sin(turn), math.cos(turn), float(pocket.jaw_radius),
+        float(pocket.mouth),
+        math.sin(turn),
+        math.cos(turn),
+        float(pocket.jaw_radius),
         pocket.jaw_radius * math.tan(0.5 * turn),
     )

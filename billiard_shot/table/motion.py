@@ -4,6 +4,7 @@ The kinds of motion, each at constant acceleration, and the records of balls and
 A segment holds from its time on, until the next segment of the ball begins:
     position = p + v dt + a dt^2 / 2 ,   velocity = v + a dt ,   spin = w + w' dt .
 """
+
 from enum import IntEnum
 import math
 

@@ -4,6 +4,7 @@ The shape of a table as seen from above, for pictures, RViz and the view in the 
 Made of the same lines and arcs that balls meet (billiard_shot.table.geometry), not of a drawing
 of its own.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,9 +52,9 @@ def outline_of(scene: Scene) -> TableOutline:
     layout = layout_of(params, table)
     half = 0.5 * np.array([table.length, table.width])
     back = half + table.cushion_depth
-    holes = np.array([
-        (pocket.hole_x, pocket.hole_y, pocket.hole_radius) for pocket in layout.pockets
-    ]).reshape(-1, 3)
+    holes = np.array(
+        [(pocket.hole_x, pocket.hole_y, pocket.hole_radius) for pocket in layout.pockets]
+    ).reshape(-1, 3)
     reach = np.abs(holes[:, :2]) + holes[:, 2:] if len(holes) else back[np.newaxis]
     frame = np.maximum(back, reach.max(axis=0)) + RAIL
     cushions = _between_pockets(layout.jaws) if len(holes) else _around(half, back)

@@ -1,4 +1,5 @@
 """Parameters that the motion on the table depends on, in the form that compiled code takes."""
+
 from typing import NamedTuple
 
 AUTO, ON, OFF = 0, 1, 2

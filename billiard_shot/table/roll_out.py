@@ -1,4 +1,5 @@
 """All that a ball does on an empty, unbounded table, from one state to rest."""
+
 import math
 
 from billiard_shot.compiled import inner

@@ -4,6 +4,7 @@ When a lying ball meets something of the table: a nose, a facing, an arc, a hole
 What it meets is a number, its feature: a nose (+x, -x, +y, -y), then the 12 facings, the 12 arcs,
 the 6 holes (see geometry.py), or OUTSIDE; or NOTHING.
 """
+
 import math
 
 from billiard_shot.compiled import inner, innermost
@@ -63,9 +64,13 @@ def reach_circle(ball: Ball, x: float, y: float, radius: float, end: float) -> f
     u, v = ball.velocity[0], ball.velocity[1]
     f, g = 0.5 * ball.acceleration[0], 0.5 * ball.acceleration[1]
     return contact_time(
-        dx * dx + dy * dy - radius * radius, 2.0 * (dx * u + dy * v),
-        u * u + v * v + 2.0 * (dx * f + dy * g), 2.0 * (u * f + v * g), f * f + g * g,
-        end, 2.0 * radius,
+        dx * dx + dy * dy - radius * radius,
+        2.0 * (dx * u + dy * v),
+        u * u + v * v + 2.0 * (dx * f + dy * g),
+        2.0 * (u * f + v * g),
+        f * f + g * g,
+        end,
+        2.0 * radius,
     )
 
 
@@ -96,15 +101,15 @@ def beside_nose(n: TableNumbers, nose: int, x: float, y: float) -> bool:
 
 
 @innermost
-def may_enter(
-    pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y: float
-) -> bool:
+def may_enter(pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
     """Whether a path within a rectangle may meet anything of a pocket."""
     x, y = pocket.bounds_x, pocket.bounds_y
     half_length, half_width = pocket.bounds_half_length, pocket.bounds_half_width
     return not (
-        low_x > x + half_length or high_x < x - half_length
-        or low_y > y + half_width or high_y < y - half_width
+        low_x > x + half_length
+        or high_x < x - half_length
+        or low_y > y + half_width
+        or high_y < y - half_width
     )
 
 

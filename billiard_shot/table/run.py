@@ -1,4 +1,5 @@
 """What happened on a table: every ball's trajectory, every event with its energies."""
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -103,9 +104,7 @@ class TableRun:
     def balls(self) -> Mapping[str, Trajectory]:
         """Trajectory of every ball."""
         owner = self._segments['ball']
-        return {
-            name: Trajectory(self._segments[owner == i]) for i, name in enumerate(self.names)
-        }
+        return {name: Trajectory(self._segments[owner == i]) for i, name in enumerate(self.names)}
 
     def at(self, time: ArrayLike) -> dict[str, BallState]:
         """State of every ball at one time or many [s], as `Trajectory.at` gives it."""
@@ -138,7 +137,8 @@ class TableRun:
         """All events in the order in which they were simulated, which is that of time."""
         members = self._events.balls()
         return tuple(
-            event for row, balls in zip(self._events.rows, members, strict=True)
+            event
+            for row, balls in zip(self._events.rows, members, strict=True)
             for event in self._read(row, balls)
         )
 
@@ -155,9 +155,7 @@ class TableRun:
         events = []
         energy, energy_after = float(row['energy_before']), float(row['energy_after'])
         for kind in kinds_of(before, after, cause):
-            events.append(
-                TableEvent(time, kind, balls, place, position, energy, energy_after)
-            )
+            events.append(TableEvent(time, kind, balls, place, position, energy, energy_after))
             energy = energy_after  # all that is lost is booked to the first
         return events
 
@@ -174,11 +172,18 @@ def events_to_columns(events: EventLog) -> NDArray[np.float64]:
     """
     masks = [float(sum(1 << ball for ball in members)) for members in events.balls()]
     rows = events.rows
-    return np.vstack([
-        rows['time'], rows['cause'], rows['ball'], rows['other'], masks,
-        rows['energy_before'], rows['energy_after'],
-        rows['motion_before'] + 8 * rows['motion_after'],
-    ]).T
+    return np.vstack(
+        [
+            rows['time'],
+            rows['cause'],
+            rows['ball'],
+            rows['other'],
+            masks,
+            rows['energy_before'],
+            rows['energy_after'],
+            rows['motion_before'] + 8 * rows['motion_after'],
+        ]
+    ).T
 
 
 def events_from_columns(columns: ArrayLike) -> EventLog:
@@ -191,13 +196,16 @@ def events_from_columns(columns: ArrayLike) -> EventLog:
     rows: NDArray[np.void] = ROWS.records(Event, len(array))
     for name, column in zip(
         ('time', 'cause', 'ball', 'other', 'energy_before', 'energy_after'),
-        (0, 1, 2, 3, 5, 6), strict=True,
+        (0, 1, 2, 3, 5, 6),
+        strict=True,
     ):
         rows[name] = array[:, column]
     rows['motion_after'], rows['motion_before'] = np.divmod(array[:, 7], 8)
     participants = [
-        (number, ball) for number in np.flatnonzero(rows['cause'] == Cause.CLUSTER).tolist()
-        for ball in range(int(array[number, 4]).bit_length()) if int(array[number, 4]) >> ball & 1
+        (number, ball)
+        for number in np.flatnonzero(rows['cause'] == Cause.CLUSTER).tolist()
+        for ball in range(int(array[number, 4]).bit_length())
+        if int(array[number, 4]) >> ball & 1
     ]
     return EventLog(rows, np.array(participants, np.int64).reshape(-1, 2))
 

@@ -1,4 +1,5 @@
 """From one segment of a ball to its next: what it does now, until when, and what that ends in."""
+
 from billiard_shot.compiled import inner
 from billiard_shot.table.cloth import snap_to_segment_end, start_cloth_motion
 from billiard_shot.table.flight import bounce, take_off

@@ -1,4 +1,5 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
+
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -76,24 +77,31 @@ def simulate(
 
 
 def run_one(
-    scene: Scene, names: tuple[str, ...], states: NDArray[np.float64], tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+    scene: Scene,
+    names: tuple[str, ...],
+    states: NDArray[np.float64],
+    tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE,
+    max_events: int = DEFAULT_MAX_EVENTS,
 ) -> TableRun:
     """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
     begin = perf_counter()
     params = params_on_table(scene)
     segments = events = _CAPACITY * (2 + len(names))
     while True:
-        played = _simulate(
-            *params, states, tolerance, hop_tolerance, max_events, segments, events
-        )
+        played = _simulate(*params, states, tolerance, hop_tolerance, max_events, segments, events)
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
             break
         segments, events = int(end['segments']), int(end['events'])
     return TableRun(
-        names, Status(int(end['status'])), float(end['duration']), perf_counter() - begin,
-        int(end['searches']), played.segments, played.events,
+        names,
+        Status(int(end['status'])),
+        float(end['duration']),
+        perf_counter() - begin,
+        int(end['searches']),
+        played.segments,
+        played.events,
         np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
     )
 
@@ -120,8 +128,12 @@ class BatchRecording(NamedTuple):
 
 
 def run_recorded(
-    params: BallClothParams, table: TableParams, states: NDArray[np.float64], tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+    params: BallClothParams,
+    table: TableParams,
+    states: NDArray[np.float64],
+    tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE,
+    max_events: int = DEFAULT_MAX_EVENTS,
 ) -> BatchRecording:
     """Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion."""
     capacity = 8 * states.shape[0] * (2 + states.shape[1])
@@ -136,16 +148,24 @@ def run_recorded(
 
 
 def _simulate(
-    params: BallClothParams, table: TableParams, states: NDArray[np.float64], tolerance: float,
-    hop_tolerance: float, max_events: int, segments: int, events: int,
+    params: BallClothParams,
+    table: TableParams,
+    states: NDArray[np.float64],
+    tolerance: float,
+    hop_tolerance: float,
+    max_events: int,
+    segments: int,
+    events: int,
 ) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
     storage = run.storage
     tables, count = states.shape[:2]
     balls, progress = storage.records(Ball, count), storage.records(Progress, 1)
-    segment_records, event_records = storage.records(Segment, segments), storage.records(
-        Event, events)
+    segment_records, event_records = (
+        storage.records(Segment, segments),
+        storage.records(Event, events),
+    )
     ball_outcomes = storage.records(BallOutcome, tables * count)
     table_outcomes = storage.records(TableOutcome, tables)
     numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
@@ -154,9 +174,23 @@ def _simulate(
     participants: list[tuple[int, int]] = []
     number = 0
     while True:
-        before, number = number, run(
-            params, numbers, *edges, given, number, max_events, balls, collisions, progress,
-            segment_records, event_records, ball_outcomes, table_outcomes,
+        before, number = (
+            number,
+            run(
+                params,
+                numbers,
+                *edges,
+                given,
+                number,
+                max_events,
+                balls,
+                collisions,
+                progress,
+                segment_records,
+                event_records,
+                ball_outcomes,
+                table_outcomes,
+            ),
         )
         if number == tables:
             break
@@ -218,9 +252,7 @@ def simulate_batch(
     return run_many(scene, names, array, tolerance, tolerance, max_events, workers)
 
 
-def in_threads(
-    work: Callable[[slice], T], count: int, workers: int | None = None
-) -> list[T]:
+def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
     """
     Divide a batch among threads; return what each part gave, in order.
 
@@ -241,8 +273,12 @@ def in_threads(
 
 
 def run_many(
-    scene: Scene, names: tuple[str, ...], states: NDArray[np.float64], tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE, max_events: int = DEFAULT_MAX_EVENTS,
+    scene: Scene,
+    names: tuple[str, ...],
+    states: NDArray[np.float64],
+    tolerance: float,
+    hop_tolerance: float = DEFAULT_TOLERANCE,
+    max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
 ) -> TableBatch:
     """Simulate tables from states (tables, balls, STATE_COLUMNS)."""
@@ -256,8 +292,13 @@ def run_many(
     balls = np.concatenate([part.balls for part in parts])
     tables = np.concatenate([part.tables for part in parts])
     return TableBatch(
-        names=names, rest=balls['position'], motion=balls['motion'].astype(np.uint8),
-        pocket=balls['pocket'], first_met=balls['first_contact'], duration=tables['duration'],
-        status=tables['status'].astype(np.uint16), events=tables['events'],
+        names=names,
+        rest=balls['position'],
+        motion=balls['motion'].astype(np.uint8),
+        pocket=balls['pocket'],
+        first_met=balls['first_contact'],
+        duration=tables['duration'],
+        status=tables['status'].astype(np.uint16),
+        events=tables['events'],
         searches=tables['searches'],
     )

@@ -1,4 +1,5 @@
 """The state of a table that is simulated: balls, when each meets something next, the record."""
+
 import math
 from typing import Any, NamedTuple
 
@@ -88,7 +89,13 @@ def log_segment(s: Simulation, ball: Ball) -> None:
 
 @inner
 def log_event(
-    s: Simulation, time: float, cause: int, ball: Ball, other: int, before: float, after: float,
+    s: Simulation,
+    time: float,
+    cause: int,
+    ball: Ball,
+    other: int,
+    before: float,
+    after: float,
     motion: int,
 ) -> None:
     """Record an event; `motion`: what the ball did before it."""
@@ -107,7 +114,8 @@ def position_at(ball: Ball, time: float) -> tuple[float, float, float]:
     half = 0.5 * dt
     p, v, a = ball.position, ball.velocity, ball.acceleration
     return (
-        p[0] + dt * (v[0] + half * a[0]), p[1] + dt * (v[1] + half * a[1]),
+        p[0] + dt * (v[0] + half * a[0]),
+        p[1] + dt * (v[1] + half * a[1]),
         p[2] + dt * (v[2] + half * a[2]),
     )
 

@@ -1,4 +1,5 @@
 """The motion of one ball, as people use it: its state at any time, its segments and events."""
+
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -144,8 +145,14 @@ class Trajectory:
         return tuple(
             Segment(begin, end, Motion(kind), *vectors)
             for begin, end, kind, *vectors in zip(
-                times, [*times[1:], np.inf], rows['motion'].tolist(), rows['position'],
-                rows['velocity'], rows['acceleration'], rows['spin'], rows['spin_acceleration'],
+                times,
+                [*times[1:], np.inf],
+                rows['motion'].tolist(),
+                rows['position'],
+                rows['velocity'],
+                rows['acceleration'],
+                rows['spin'],
+                rows['spin_acceleration'],
                 strict=True,
             )
         )
@@ -181,8 +188,13 @@ _VECTORS = ('position', 'velocity', 'acceleration', 'spin', 'spin_acceleration')
 
 def segments_to_columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
     """Write segments (n,) as floats (n, 19): time, motion, five vectors, cause, ball."""
-    columns = [rows['time'], rows['motion'], *(rows[name].T for name in _VECTORS), rows['cause'],
-               rows['ball']]
+    columns = [
+        rows['time'],
+        rows['motion'],
+        *(rows[name].T for name in _VECTORS),
+        rows['cause'],
+        rows['ball'],
+    ]
     return np.vstack(columns).T
 
 

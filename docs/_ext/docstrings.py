@@ -4,6 +4,7 @@ An extension that reads docstrings in numpydoc form.
 What is an attribute of a class and has no docstring of its own has a comment behind it in the
 source; these comments become a list of attributes.
 """
+
 from dataclasses import is_dataclass
 from enum import Enum
 import inspect
@@ -35,9 +36,7 @@ def attributes(kind: type) -> list[tuple[str, str, str]]:
     return [(name, annotation, comment) for name, annotation, comment in found]
 
 
-def read(
-    app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]
-) -> None:
+def read(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     """Turn a docstring from numpydoc form into what Sphinx reads."""
     if what in ('property', 'attribute', 'data'):
         return  # in a single line, where a colon is just a colon

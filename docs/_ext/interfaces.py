@@ -1,4 +1,5 @@
 """The page of all interfaces, made of the comments in msg_defs."""
+
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -62,13 +63,20 @@ def page(folder: Path) -> str:
     interfaces = read_interfaces(folder)
     names = {interface.name for interface in interfaces}
     lines = [
-        '# Interfaces', '',
+        '# Interfaces',
+        '',
         f'Package `{PACKAGE}`. All in SI units and, where not said otherwise, in the frame '
         '`table` (REP-103): origin on the cloth at the centre of the bed, x along its length, y '
-        'along its width, z up.', '']
+        'along its width, z up.',
+        '',
+    ]
     for interface in interfaces:
-        lines += [f'## {interface.name}', '', f'*{interface.kind}* `{PACKAGE}/'
-                  f'{_folder(interface.kind)}/{interface.name}`', '']
+        lines += [
+            f'## {interface.name}',
+            '',
+            f'*{interface.kind}* `{PACKAGE}/{_folder(interface.kind)}/{interface.name}`',
+            '',
+        ]
         for part in interface.parts:
             if part.name:
                 lines += [f'### {interface.name}: {part.name.lower()}', '']

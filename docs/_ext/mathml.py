@@ -1,4 +1,5 @@
 """An extension that writes formulas as MathML, which browsers show without any script."""
+
 from typing import Any
 
 from docutils.nodes import math, math_block, SkipNode

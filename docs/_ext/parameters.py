@@ -1,4 +1,5 @@
 """The page of all parameters, made of what the nodes declare them with."""
+
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,35 +15,50 @@ def declared(folder: Path) -> dict[str, Any]:
     with mock(list(ROS)):
         for file in sorted((folder / 'ros').glob('*parameters.py')):
             module = import_module(f'billiard_shot.ros.{file.stem}')
-            found |= {name.lower(): value for name, value in vars(module).items()
-                      if name.isupper() and isinstance(value, tuple)
-                      and all(hasattr(each, 'default') for each in value)}
+            found |= {
+                name.lower(): value
+                for name, value in vars(module).items()
+                if name.isupper()
+                and isinstance(value, tuple)
+                and all(hasattr(each, 'default') for each in value)
+            }
     return dict(sorted(found.items()))
 
 
 def page(folder: Path) -> str:
     """The page, in Markdown."""
     lines = [
-        '# Parameters of the nodes', '',
+        '# Parameters of the nodes',
+        '',
         'Defaults are also in `config/NODE.yaml`. Every parameter is checked when a node starts '
-        'and when it is set; what is refused is answered with the reason.', '']
+        'and when it is set; what is refused is answered with the reason.',
+        '',
+    ]
     for node, parameters in declared(folder).items():
-        lines += [f'## {node}', '', '| parameter | default | unit, range | what |',
-                  '|---|---|---|---|', *map(_row, parameters), '']
+        lines += [
+            f'## {node}',
+            '',
+            '| parameter | default | unit, range | what |',
+            '|---|---|---|---|',
+            *map(_row, parameters),
+            '',
+        ]
     return '\n'.join(lines) + '\n'
 
 
 def _row(parameter: Any) -> str:
     about = ', '.join(filter(None, (parameter.unit, _range(parameter))))
-    return (f'| `{parameter.name}` | {_value(parameter.default)} | {about} | '
-            f'{parameter.description} |')
+    return (
+        f'| `{parameter.name}` | {_value(parameter.default)} | {about} | {parameter.description} |'
+    )
 
 
 def _range(parameter: Any) -> str:
     if not parameter.limits:
         return ''
-    return ' to '.join(f'{limit:g}' if isinstance(limit, float) else str(limit)
-                       for limit in parameter.limits)
+    return ' to '.join(
+        f'{limit:g}' if isinstance(limit, float) else str(limit) for limit in parameter.limits
+    )
 
 
 def _value(value: Any) -> str:

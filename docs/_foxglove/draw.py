@@ -7,6 +7,7 @@ Starts `table_display` and `predictor`, asks for a shot, and hands the markers t
 the 3D renderer of Foxglove Studio (npm @foxglove/studio-base, MPL-2.0), with the settings of
 config/foxglove.json. Needs npm, its registry, and a Chromium.
 """
+
 from array import array
 import json
 import math
@@ -36,7 +37,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SCENE = 'blocked'
 STROKE = Stroke.from_offsets(
-    a=-0.39, b=-0.16, elevation=math.radians(56.72), azimuth=math.radians(-32.66), speed=2.36)
+    a=-0.39, b=-0.16, elevation=math.radians(56.72), azimuth=math.radians(-32.66), speed=2.36
+)
 NODES = ('table_display', 'predictor')
 TOPICS = ('/table_display/table', '/table_display/balls', '/predictor/markers')
 BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
@@ -54,22 +56,41 @@ def published_markers():
     received = {}
     with domain_id() as domain:
         os.environ |= quiet_environment(domain)
-        nodes = [subprocess.Popen([sys.executable, '-m', f'billiard_shot.ros.{name}',
-                                   '--ros-args', '-p', f'scene:={SCENE}']) for name in NODES]
+        nodes = [
+            subprocess.Popen(
+                [
+                    sys.executable,
+                    '-m',
+                    f'billiard_shot.ros.{name}',
+                    '--ros-args',
+                    '-p',
+                    f'scene:={SCENE}',
+                ]
+            )
+            for name in NODES
+        ]
         rclpy.init()
         try:
             node = Node('picture')
             for topic in TOPICS:
                 node.create_subscription(
-                    MarkerArray, topic,
-                    lambda message, topic=topic: received.update({topic: message}), LATCHED)
+                    MarkerArray,
+                    topic,
+                    lambda message, topic=topic: received.update({topic: message}),
+                    LATCHED,
+                )
             client = node.create_client(PredictShot, 'predict_shot')
             if not client.wait_for_service(timeout_sec=120.0):
                 sys.exit('the predictor did not start')
             scene = Scene.load(SCENE)
             tip = tip_at(STROKE, scene.cue_ball[:2], scene)
-            call(node, client, make_request(
-                tip.position - 0.05 * tip.along, tip.quaternion, STROKE.speed, scene.cue_ball))
+            call(
+                node,
+                client,
+                make_request(
+                    tip.position - 0.05 * tip.along, tip.quaternion, STROKE.speed, scene.cue_ball
+                ),
+            )
             end = time.monotonic() + 30.0
             while len(received) < len(TOPICS) and time.monotonic() < end:
                 rclpy.spin_once(node, timeout_sec=0.1)
@@ -86,40 +107,62 @@ def published_markers():
 def plain(value):
     """Value of a message as JSON has it, with the names that Foxglove gives to the fields."""
     if hasattr(value, 'get_fields_and_field_types'):
-        return {name.replace('nanosec', 'nsec'): plain(getattr(value, name))
-                for name in value.get_fields_and_field_types()}
+        return {
+            name.replace('nanosec', 'nsec'): plain(getattr(value, name))
+            for name in value.get_fields_and_field_types()
+        }
     return [plain(each) for each in value] if isinstance(value, list | array) else value
 
 
 def main():
     """Draw the picture."""
     layout = json.loads((ROOT / 'config' / 'foxglove.json').read_text())
-    settings, = (each for name, each in layout['configById'].items() if name.startswith('3D!'))
+    (settings,) = (each for name, each in layout['configById'].items() if name.startswith('3D!'))
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
         sys.exit(f'none of {", ".join(BROWSERS)} is installed')
     messages = [
-        {'topic': topic, 'schemaName': 'visualization_msgs/msg/MarkerArray',
-         'message': plain(message)} for topic, message in published_markers().items()]
+        {
+            'topic': topic,
+            'schemaName': 'visualization_msgs/msg/MarkerArray',
+            'message': plain(message),
+        }
+        for topic, message in published_markers().items()
+    ]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file in ('package.json', 'bundle.mjs', 'page.js'):
             shutil.copy(HERE / file, folder)
         for command in (
-                ('npm', 'install', '--ignore-scripts', '--legacy-peer-deps', '--no-audit'),
-                ('node', 'bundle.mjs')):
+            ('npm', 'install', '--ignore-scripts', '--legacy-peer-deps', '--no-audit'),
+            ('node', 'bundle.mjs'),
+        ):
             subprocess.run(command, cwd=folder, check=True)
         (folder / 'page.html').write_text(
-            PAGE.format(json.dumps({'settings': settings, 'messages': messages})))
+            PAGE.format(json.dumps({'settings': settings, 'messages': messages}))
+        )
         subprocess.run(
-            [browser, '--headless=new', '--no-sandbox', '--use-angle=swiftshader',
-             '--enable-unsafe-swiftshader', '--hide-scrollbars', '--virtual-time-budget=10000',
-             f'--user-data-dir={folder}/profile', '--window-size={},{}'.format(*SIZE),
-             f'--screenshot={folder}/picture.png', (folder / 'page.html').as_uri()],
-            check=True, stderr=subprocess.DEVNULL, timeout=300)
+            [
+                browser,
+                '--headless=new',
+                '--no-sandbox',
+                '--use-angle=swiftshader',
+                '--enable-unsafe-swiftshader',
+                '--hide-scrollbars',
+                '--virtual-time-budget=10000',
+                f'--user-data-dir={folder}/profile',
+                '--window-size={},{}'.format(*SIZE),
+                f'--screenshot={folder}/picture.png',
+                (folder / 'page.html').as_uri(),
+            ],
+            check=True,
+            stderr=subprocess.DEVNULL,
+            timeout=300,
+        )
         # 256 colours are enough, and a third of the size.
         Image.open(folder / 'picture.png').convert('RGB').quantize(256).save(
-            ROOT / 'docs' / 'figures' / 'foxglove.png', optimize=True)
+            ROOT / 'docs' / 'figures' / 'foxglove.png', optimize=True
+        )
 
 
 if __name__ == '__main__':

@@ -1,4 +1,5 @@
 """Shots for the mechanical cue, its plans and orders, and a bench to run a controller on."""
+
 from collections.abc import Callable
 import math
 
@@ -21,15 +22,23 @@ MECHANISM = Mechanism()
 HOME = np.array([0.0, 0.0, 0.5, 0.0, MECHANISM.triangle.length(0.0), 0.0])
 
 SHOTS = st.tuples(
-    st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(0.0, 1.2), st.floats(-3.1, 3.1),
-    st.floats(0.1, 6.0))
+    st.floats(-0.6, 0.6),
+    st.floats(-0.6, 0.6),
+    st.floats(0.0, 1.2),
+    st.floats(-3.1, 3.1),
+    st.floats(0.1, 6.0),
+)
 """a, b, elevation, azimuth, speed"""
 
 
 def random_shot(random):
     """a, b, elevation (more flat than steep ones), azimuth, speed."""
-    return (*random.uniform(-0.6, 0.6, 2), random.uniform(0, 1.2) * random.random(),
-            random.uniform(-math.pi, math.pi), random.uniform(0.1, 6.0))
+    return (
+        *random.uniform(-0.6, 0.6, 2),
+        random.uniform(0, 1.2) * random.random(),
+        random.uniform(-math.pi, math.pi),
+        random.uniform(0.1, 6.0),
+    )
 
 
 def contact_of(shot, ball=(0.0, 0.0)):
@@ -43,8 +52,13 @@ def plan_of(shot, ball=(0.0, 0.0), shot_id='shot', others=None):
     tip = contact_of(shot, ball)
     start = tip.position - 0.05 * tip.along
     return ShotPlan(
-        shot_id, tuple(start.tolist()), tip.quaternion, shot[4], shot[2],
-        {'cue': tuple(ball), **(others or {})})
+        shot_id,
+        tuple(start.tolist()),
+        tip.quaternion,
+        shot[4],
+        shot[2],
+        {'cue': tuple(ball), **(others or {})},
+    )
 
 
 def order_of(plan, nonce='once', remaining=60.0, seal=None):
@@ -64,11 +78,17 @@ class Bench:
         self.clock_offset = 1000.0  # of the ROS clock
         self.driver = True  # whether the controller still runs
         self.mechanism = SimulatedMechanism(
-            MECHANISM, imperfections or Imperfections(), 0.1, HOME, 0.0, seed)
+            MECHANISM, imperfections or Imperfections(), 0.1, HOME, 0.0, seed
+        )
         self.controller = Controller(
-            MECHANISM, SCENE, settings or Settings(),
+            MECHANISM,
+            SCENE,
+            settings or Settings(),
             on_state=lambda: self.states.append(self.controller.state),
-            on_command=self.send, on_strike=self.strikes.append, on_result=self.results.append)
+            on_command=self.send,
+            on_strike=self.strikes.append,
+            on_result=self.results.append,
+        )
         self.controller.hear_table({'cue': (0.0, 0.0)})
         self.run(0.1)
 

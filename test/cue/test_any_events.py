@@ -3,6 +3,7 @@ Random sequences of events against the controller: it never fires unless it may.
 
 A second, simpler bookkeeping runs beside it and judges every stroke that is commanded.
 """
+
 import os
 
 from hypothesis import settings
@@ -19,9 +20,11 @@ from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.safety import MOVING, State
 
 SETTINGS = Settings()
-PLANS = [plan_of((0.1, 0.1, 0.1, 0.0, 2.0), shot_id='one'),
-         plan_of((-0.2, 0.0, 0.4, 1.0, 1.0), shot_id='two'),
-         plan_of((0.0, 0.0, 0.1, 0.0, 9.0), shot_id='too fast')]
+PLANS = [
+    plan_of((0.1, 0.1, 0.1, 0.0, 2.0), shot_id='one'),
+    plan_of((-0.2, 0.0, 0.4, 1.0, 1.0), shot_id='two'),
+    plan_of((0.0, 0.0, 0.1, 0.0, 9.0), shot_id='too fast'),
+]
 TABLES = [{'cue': (0.0, 0.0)}, {'cue': (0.01, 0.0)}]
 
 
@@ -47,7 +50,6 @@ class Ideal:
 
 
 class AnyEvents(RuleBasedStateMachine):
-
     @initialize()
     def start(self):
         self.now = 100.0
@@ -61,7 +63,8 @@ class AnyEvents(RuleBasedStateMachine):
         self.deaf = False
         self.mechanism = Ideal()
         self.controller = Controller(
-            MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note)
+            MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note
+        )
         self.controller.hear_table(self.table)
         self.pass_time(0.02)
 
@@ -72,8 +75,11 @@ class AnyEvents(RuleBasedStateMachine):
             self.armed_at = None
 
     def judge(self, command):
-        if command.path is not None and np.ptp(command.path.positions[:, STROKE]) > 0.01 and (
-                command.path.positions[0, STROKE] == 0.0):
+        if (
+            command.path is not None
+            and np.ptp(command.path.positions[:, STROKE]) > 0.01
+            and (command.path.positions[0, STROKE] == 0.0)
+        ):
             self.strokes += 1
             assert self.controller.state is State.FIRING
             value, heard = self.said['estop']
@@ -99,8 +105,7 @@ class AnyEvents(RuleBasedStateMachine):
                 if value is not None:
                     self.say(name, value)
             if not self.deaf:
-                self.controller.hear_joints(
-                    *self.mechanism.measured(self.now), self.now, self.now)
+                self.controller.hear_joints(*self.mechanism.measured(self.now), self.now, self.now)
             self.controller.tick(self.now)
 
     def say(self, name, value, written=None):
@@ -108,8 +113,10 @@ class AnyEvents(RuleBasedStateMachine):
         self.said[name] = value, written
         getattr(self.controller, f'hear_{name}')(value, written, self.now)
 
-    @rule(seconds=st.sampled_from([0.1, 0.24, 0.3, 1.0, 6.0]),
-          requests=st.permutations(['messages', 'arm', 'clear', 'tick']))
+    @rule(
+        seconds=st.sampled_from([0.1, 0.24, 0.3, 1.0, 6.0]),
+        requests=st.permutations(['messages', 'arm', 'clear', 'tick']),
+    )
     def the_controller_pauses(self, seconds, requests):
         """Messages and requests wait meanwhile, and come in afterwards in any order."""
         before, joints = self.now, self.mechanism.measured(self.now)
@@ -167,12 +174,15 @@ class AnyEvents(RuleBasedStateMachine):
         self.table = table
         self.controller.hear_table(table)
 
-    @rule(plan=st.sampled_from(PLANS), nonce=st.integers(0, 30), remaining=st.sampled_from(
-        [-1.0, 2.0, 60.0]), seal=st.sampled_from([None, None, None, 'wrong']))
+    @rule(
+        plan=st.sampled_from(PLANS),
+        nonce=st.integers(0, 30),
+        remaining=st.sampled_from([-1.0, 2.0, 60.0]),
+        seal=st.sampled_from([None, None, None, 'wrong']),
+    )
     def order(self, plan, nonce, remaining, seal):
         try:
-            self.controller.execute(
-                order_of(plan, str(nonce), remaining, seal=seal), self.now)
+            self.controller.execute(order_of(plan, str(nonce), remaining, seal=seal), self.now)
         except RefusedError:
             return
         assert str(nonce) not in self.used
@@ -220,16 +230,32 @@ class AnyEvents(RuleBasedStateMachine):
             assert self.mechanism.path is None
 
 
-TROUBLE = st.sampled_from([
-    'none', 'none', 'estop silent', 'interlock silent', 'estop', 'interlock', 'table', 'deaf',
-    'off', 'time'])
+TROUBLE = st.sampled_from(
+    [
+        'none',
+        'none',
+        'estop silent',
+        'interlock silent',
+        'estop',
+        'interlock',
+        'table',
+        'deaf',
+        'off',
+        'time',
+    ]
+)
 
 
 class Eager(AnyEvents):
     """The same, with one more rule that leads to strokes, or to trouble just before them."""
 
-    @rule(plan=st.sampled_from(PLANS[:2]), remaining=st.sampled_from([6.0, 60.0]),
-          aimed=TROUBLE, armed=TROUBLE, nonce=st.integers(1000, 1010))
+    @rule(
+        plan=st.sampled_from(PLANS[:2]),
+        remaining=st.sampled_from([6.0, 60.0]),
+        aimed=TROUBLE,
+        armed=TROUBLE,
+        nonce=st.integers(1000, 1010),
+    )
     def play(self, plan, remaining, aimed, armed, nonce):
         if self.controller.state is not State.DISARMED:
             return
@@ -270,5 +296,8 @@ TestEager = Eager.TestCase
 class TestManyEvents(Eager.TestCase):
     """More of them: SEQUENCES=10000 takes some two minutes."""
 
-    settings = settings(max_examples=int(os.environ.get('SEQUENCES', '1000')),
-                        stateful_step_count=15, deadline=None)
+    settings = settings(
+        max_examples=int(os.environ.get('SEQUENCES', '1000')),
+        stateful_step_count=15,
+        deadline=None,
+    )

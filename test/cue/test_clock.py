@@ -1,4 +1,5 @@
 """Clocks that stand still or jump back are named; all others are trusted."""
+
 import pytest
 
 from billiard_shot.cue.clock import ClockWatch, RECOVERY
@@ -22,7 +23,8 @@ def test_simulated_time_without_a_clock():
     watch = ClockWatch('ROS clock', 0.25)
     watch.see(0.0, 1.0)
     assert watch.complaint(1.0) == (
-        'ROS clock: has not started: nothing was heard on /clock (use_sim_time)')
+        'ROS clock: has not started: nothing was heard on /clock (use_sim_time)'
+    )
 
 
 def test_standing_still(clock):

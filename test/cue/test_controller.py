@@ -1,4 +1,5 @@
 """The controller with the simulated mechanism: whole shots, and everything that goes wrong."""
+
 import math
 
 from hypothesis import given, settings
@@ -25,7 +26,7 @@ def test_a_shot_from_order_to_rest(bench):
     result = bench.play(SHOT)
     assert result.outcome is Outcome.OK
     assert bench.states == WAY
-    strike, = bench.strikes
+    (strike,) = bench.strikes
     assert result.strike is strike
     assert strike.shot_id == 'shot'
     wanted = contact_of(SHOT)
@@ -52,8 +53,15 @@ def test_speed_and_angle_are_reached(shot):
 
 def test_shots_in_a_row(bench):
     random = np.random.default_rng(3)
-    shots = [(*random.uniform(-0.4, 0.4, 2), 0.3 * random.random(), random.uniform(-3, 3),
-              random.uniform(0.2, 4.0)) for _ in range(20)]
+    shots = [
+        (
+            *random.uniform(-0.4, 0.4, 2),
+            0.3 * random.random(),
+            random.uniform(-3, 3),
+            random.uniform(0.2, 4.0),
+        )
+        for _ in range(20)
+    ]
     for i, shot in enumerate(shots):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
@@ -185,8 +193,7 @@ def test_another_driver_is_a_fault(bench, state):
         bench.run(0.05)
     assert bench.controller.state is State.FAULT
     assert bench.states.count(State.FAULT) == 1
-    assert bench.controller.reason == (
-        'another node commands the mechanism: /other/cue_driver')
+    assert bench.controller.reason == ('another node commands the mechanism: /other/cue_driver')
     assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
     bench.controller.hear_rivals([], bench.now)
     assert bench.controller.clear(bench.now).accepted
@@ -238,13 +245,16 @@ def test_disarm(bench, state):
     assert bench.controller.state is State.DISARMED
 
 
-@pytest.mark.parametrize(('faults', 'state', 'words'), [
-    (Faults(stuck_incline=True), State.AIMING, 'incline: -0.'),
-    (Faults(lost_encoder=True), State.AIMED, 'joint_states: base_x is at nan'),
-    (Faults(late_brake=0.05), State.ARMED, 'beyond where it should have stopped'),
-    (Faults(no_ball=True), State.ARMED, 'or there was no ball'),
-    (Faults(dropped=1.0), State.AIMED, 'has not come to the ball'),
-])
+@pytest.mark.parametrize(
+    ('faults', 'state', 'words'),
+    [
+        (Faults(stuck_incline=True), State.AIMING, 'incline: -0.'),
+        (Faults(lost_encoder=True), State.AIMED, 'joint_states: base_x is at nan'),
+        (Faults(late_brake=0.05), State.ARMED, 'beyond where it should have stopped'),
+        (Faults(no_ball=True), State.ARMED, 'or there was no ball'),
+        (Faults(dropped=1.0), State.AIMED, 'has not come to the ball'),
+    ],
+)
 def test_faults_are_found_and_named(bench, faults, state, words):
     in_state(bench, State.AIMING if state is State.AIMING else State.AIMED)
     bench.mechanism.faults = faults
@@ -325,10 +335,16 @@ def test_table_unknown():
     assert caught.value.outcome is Outcome.TABLE_UNKNOWN
 
 
-@pytest.mark.parametrize('imperfections', [
-    Imperfections(latency=0.01), Imperfections(noise=0.002), Imperfections(encoder_step=1e-5),
-    Imperfections(bandwidth=60.0), Imperfections(backlash=1e-4),
-])
+@pytest.mark.parametrize(
+    'imperfections',
+    [
+        Imperfections(latency=0.01),
+        Imperfections(noise=0.002),
+        Imperfections(encoder_step=1e-5),
+        Imperfections(bandwidth=60.0),
+        Imperfections(backlash=1e-4),
+    ],
+)
 def test_an_imperfect_mechanism_still_plays(imperfections):
     bench = Bench(imperfections)
     result = bench.play(SHOT)

@@ -16,8 +16,13 @@ def inclines(draw):
     least, most = abs(base - arm), base + arm
     low, high = sorted((draw(st.floats(0.01, 0.99)), draw(st.floats(0.01, 0.99))))
     assume(high - low > 0.01)
-    return Incline(base, arm, draw(st.floats(0.1, 2.0)),
-                   least + low * (most - least), least + high * (most - least))
+    return Incline(
+        base,
+        arm,
+        draw(st.floats(0.1, 2.0)),
+        least + low * (most - least),
+        least + high * (most - least),
+    )
 
 
 @given(inclines(), st.floats(0.0, 1.0))
@@ -57,7 +62,7 @@ def test_a_longer_actuator_raises_the_cue():
 def test_limits_say_which_and_by_how_much():
     with pytest.raises(LimitError, match='incline') as caught:
         DEFAULT.length(1.3)
-    excess, = caught.value.excesses
+    (excess,) = caught.value.excesses
     assert excess.limit == 'incline'
     assert excess.allowed == 0.72
     assert excess.by == pytest.approx(excess.value - 0.72)

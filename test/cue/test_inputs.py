@@ -1,4 +1,5 @@
 """Inputs that must be repeated: silence, old messages and wrong clocks are no permission."""
+
 from hypothesis import given
 from hypothesis import strategies as st
 import pytest
@@ -37,9 +38,9 @@ def test_nothing_is_fresh_after_a_pause_until_something_newer_is_heard(interlock
     interlock.hear_value(True, 1.0, 1.0)
     interlock.forget(1.2)
     assert interlock.complaint(1.1) == (
-        'interlock: not trusted for another 0.1 s, because this program paused')
-    assert interlock.complaint(1.3) == (
-        'interlock: not heard again since this program paused')
+        'interlock: not trusted for another 0.1 s, because this program paused'
+    )
+    assert interlock.complaint(1.3) == ('interlock: not heard again since this program paused')
     interlock.hear_value(True, 1.1, 1.3)  # was written before the pause ended
     assert 'paused' in interlock.complaint(1.3)
     interlock.hear_value(True, 1.25, 1.3)
@@ -50,7 +51,8 @@ def test_a_clock_that_is_ahead_is_named(interlock):
     interlock.hear_value(True, 1.0, 1.0)
     interlock.hear_value(True, 8.0, 1.1)
     assert interlock.complaint(1.1) == (
-        'interlock: written 6.9 s in the future: its clock and the clock of this machine differ')
+        'interlock: written 6.9 s in the future: its clock and the clock of this machine differ'
+    )
     interlock.hear_value(True, 1.2, 1.2)
     assert interlock.complaint(1.2) == ''
 

@@ -29,14 +29,16 @@ def test_placed_joints_put_the_tip_where_it_was_wanted(shot, x, y, stroke):
     # and moving the stroke alone moves the tip along its axis
     joints[STROKE] -= 0.1
     np.testing.assert_allclose(
-        tip_of(MECHANISM, joints).position, wanted.position - 0.1 * wanted.along, atol=1e-12)
+        tip_of(MECHANISM, joints).position, wanted.position - 0.1 * wanted.along, atol=1e-12
+    )
 
 
 @given(SHOTS)
 def test_quaternion_points_along_the_stroke(shot):
     tip = contact_of(shot)
-    stroke = Stroke.from_pose(tip.position - 0.1 * tip.along, tip.quaternion, 1.0, (
-        0.0, 0.0, 0.0286))
+    stroke = Stroke.from_pose(
+        tip.position - 0.1 * tip.along, tip.quaternion, 1.0, (0.0, 0.0, 0.0286)
+    )
     np.testing.assert_allclose(np.array(stroke.velocity), tip.along, atol=1e-12)
 
 
@@ -81,8 +83,11 @@ def test_a_move_over_nothing_takes_no_time():
 
 
 def test_paths_are_joined_without_jumps():
-    path = aim_path(MECHANISM, place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
-                    place(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0))
+    path = aim_path(
+        MECHANISM,
+        place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
+        place(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0),
+    )
     for i, knot in enumerate(path.times[:-1]):
         before = path.at(knot - 1e-9)
         np.testing.assert_allclose(before[0], path.positions[i], atol=1e-7)
@@ -104,8 +109,11 @@ def test_settings_are_checked(tmp_path):
     path.write_text('force: 80\nspeed: 3\nstroke: {least: 0, most: -1}')
     with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)
         Mechanism.load(path)
-    for words in ('mine.yaml: 5 mistakes', 'line 2: speed: unknown key',
-                  'line 3: stroke.speed: missing'):
+    for words in (
+        'mine.yaml: 5 mistakes',
+        'line 2: speed: unknown key',
+        'line 3: stroke.speed: missing',
+    ):
         assert words in str(caught.value)
     path.write_text('force: 80\n')
     assert Mechanism.load(str(path)) == Mechanism(force=80)

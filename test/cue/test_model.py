@@ -1,4 +1,5 @@
 """The robot model and the transforms put the tip where the mechanism has it."""
+
 from dataclasses import replace
 import math
 import xml.etree.ElementTree as ET
@@ -18,8 +19,12 @@ from billiard_shot.cue.placing import tip_of
 from billiard_shot.cue.urdf import urdf_of
 
 OTHER = Mechanism(
-    reach=0.2, drop=0.11, incline=Axis(0.35, 0.6, 0.1, 0.5, 5.0), most_elevation=0.8,
-    triangle=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6))
+    reach=0.2,
+    drop=0.11,
+    incline=Axis(0.35, 0.6, 0.1, 0.5, 5.0),
+    most_elevation=0.8,
+    triangle=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6),
+)
 MECHANISMS = pytest.mark.parametrize('mechanism', [Mechanism(), OTHER])
 
 
@@ -62,16 +67,22 @@ def poses_of(urdf, positions):
         if joint.get('type') != 'fixed':
             value, axis = positions[joint.get('name')], numbers(axis.get('xyz'))
             fixed = fixed @ (
-                matrix(rotation(axis, value), np.zeros(3)) if joint.get('type') == 'revolute'
-                else matrix(np.eye(3), value * axis))
+                matrix(rotation(axis, value), np.zeros(3))
+                if joint.get('type') == 'revolute'
+                else matrix(np.eye(3), value * axis)
+            )
         return pose(joint.find('parent').get('link')) @ fixed
 
     return {link.get('name'): pose(link.get('name')) for link in robot.findall('link')}
 
 
 def joint_positions(mechanism, fractions):
-    return np.array([axis.least + fraction * (axis.most - axis.least)
-                     for axis, fraction in zip(mechanism.axes, fractions, strict=True)])
+    return np.array(
+        [
+            axis.least + fraction * (axis.most - axis.least)
+            for axis, fraction in zip(mechanism.axes, fractions, strict=True)
+        ]
+    )
 
 
 @MECHANISMS
@@ -89,7 +100,8 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
     found = {'table': np.eye(4)}
     for each in transforms(mechanism, joints):
         found[each.child] = found[each.parent] @ matrix(
-            rotation_of(each.quaternion), each.translation)
+            rotation_of(each.quaternion), each.translation
+        )
     assert set(found) == set(poses)
     for frame, pose in found.items():
         np.testing.assert_allclose(pose, poses[frame], atol=1e-12)
@@ -109,23 +121,36 @@ def test_limits_are_those_of_the_mechanism(mechanism):
     fastest = (np.diff(angles) / np.diff(lengths)).max() * mechanism.incline.speed
     assert incline.speed == pytest.approx(fastest, rel=2e-3)
     assert joints[-1].effort == mechanism.force
-    limits = [joint.find('limit').attrib for joint in
-              ET.fromstring(urdf_of(mechanism)).findall('joint') if joint.get('type') != 'fixed']
-    assert [(float(each['lower']), float(each['upper']), float(each['velocity']),
-             float(each['effort'])) for each in limits] == [
-        (joint.least, joint.most, joint.speed, joint.effort) for joint in joints]
+    limits = [
+        joint.find('limit').attrib
+        for joint in ET.fromstring(urdf_of(mechanism)).findall('joint')
+        if joint.get('type') != 'fixed'
+    ]
+    assert [
+        (
+            float(each['lower']),
+            float(each['upper']),
+            float(each['velocity']),
+            float(each['effort']),
+        )
+        for each in limits
+    ] == [(joint.least, joint.most, joint.speed, joint.effort) for joint in joints]
 
 
 def test_masses_come_from_the_mechanism():
     part = Part(mass=2.0, length=0.3, width=0.2, height=0.1)
     np.testing.assert_allclose(part.inertia, np.array([0.05, 0.1, 0.13]) / 6)
     mechanism = Mechanism(parts=replace(Mechanism().parts, incline=part))
-    link = next(link for link in ET.fromstring(urdf_of(mechanism)).findall('link')
-                if link.get('name') == 'incline')
+    link = next(
+        link
+        for link in ET.fromstring(urdf_of(mechanism)).findall('link')
+        if link.get('name') == 'incline'
+    )
     assert float(link.find('inertial/mass').get('value')) == 2.0
     inertia = link.find('inertial/inertia')
-    np.testing.assert_allclose([float(inertia.get(name)) for name in ('ixx', 'iyy', 'izz')],
-                               part.inertia)
+    np.testing.assert_allclose(
+        [float(inertia.get(name)) for name in ('ixx', 'iyy', 'izz')], part.inertia
+    )
     assert inertia.get('ixy') == inertia.get('ixz') == inertia.get('iyz') == '0.0'
     np.testing.assert_allclose(numbers(link.find('visual/geometry/box').get('size')), part.size)
 
@@ -143,26 +168,37 @@ def test_the_cue_ends_at_its_tip():
 def test_a_level_cue_can_play_a_ball_on_the_cloth():
     """No part reaches below the cloth where the tip is at the height of the ball's centre."""
     mechanism, radius = Mechanism(), Scene.load('paper').ball.radius
-    joints = np.array([0.0, 0.0, radius + mechanism.drop, 0.0,
-                       mechanism.triangle.length(0.0), mechanism.stroke.most])
+    joints = np.array(
+        [
+            0.0,
+            0.0,
+            radius + mechanism.drop,
+            0.0,
+            mechanism.triangle.length(0.0),
+            mechanism.stroke.most,
+        ]
+    )
     heights = {'table': 0.0}
     for each in transforms(mechanism, joints):
         heights[each.child] = heights[each.parent] + each.translation[2]
     assert heights['base_link'] + transforms(mechanism, joints)[-1].translation[2] == (
-        pytest.approx(radius))
+        pytest.approx(radius)
+    )
     for joint in chain(mechanism):
         assert heights[joint.child] + joint.centre[2] - 0.5 * joint.part.height > 0.0
 
 
-@pytest.mark.parametrize(('frame', 'prefix'), [
-    ('table', ''), ('cell1/table', 'cell1/'), ('a/b/pool', 'a/b/')])
+@pytest.mark.parametrize(
+    ('frame', 'prefix'), [('table', ''), ('cell1/table', 'cell1/'), ('a/b/pool', 'a/b/')]
+)
 def test_frames_of_two_robots_have_different_names(frame, prefix):
     names = frame_names(frame)
     assert names[0] == frame
     assert names[3] == f'{prefix}base_link'
     assert names[-1] == f'{prefix}tip'
-    links = [link.get('name') for link in
-             ET.fromstring(urdf_of(Mechanism(), frame)).findall('link')]
+    links = [
+        link.get('name') for link in ET.fromstring(urdf_of(Mechanism(), frame)).findall('link')
+    ]
     assert sorted(links) == sorted(names)
 
 
@@ -171,8 +207,20 @@ def test_the_command_prints_the_model(capsys, tmp_path):
     assert capsys.readouterr().out == urdf_of(Mechanism())
     (tmp_path / 'mine.yaml').write_text('reach: 0.25\n')
     file = tmp_path / 'cue.urdf'
-    assert main(['urdf', '--mechanism', str(tmp_path / 'mine.yaml'), '--frame', 'cell1/table',
-                 '--output', str(file)]) == 0
+    assert (
+        main(
+            [
+                'urdf',
+                '--mechanism',
+                str(tmp_path / 'mine.yaml'),
+                '--frame',
+                'cell1/table',
+                '--output',
+                str(file),
+            ]
+        )
+        == 0
+    )
     assert file.read_text() == urdf_of(Mechanism(reach=0.25), 'cell1/table')
 
 

@@ -27,10 +27,15 @@ def test_a_nonce_is_good_for_one_order():
     assert refusal(book, order_of(PLAN, '')) is Outcome.INVALID_PLAN
 
 
-@pytest.mark.parametrize(('remaining', 'outcome'), [
-    (0.0, Outcome.ALREADY_EXPIRED), (-5.0, Outcome.ALREADY_EXPIRED),
-    (float('nan'), Outcome.ALREADY_EXPIRED), (600.1, Outcome.INVALID_PLAN),
-])
+@pytest.mark.parametrize(
+    ('remaining', 'outcome'),
+    [
+        (0.0, Outcome.ALREADY_EXPIRED),
+        (-5.0, Outcome.ALREADY_EXPIRED),
+        (float('nan'), Outcome.ALREADY_EXPIRED),
+        (600.1, Outcome.INVALID_PLAN),
+    ],
+)
 def test_expiry(remaining, outcome):
     assert refusal(OrderBook(600.0), order_of(PLAN, remaining=remaining)) is outcome
 
@@ -52,14 +57,17 @@ def test_memory_is_bounded():
     book.enter(order_of(PLAN, '9'))
 
 
-@pytest.mark.parametrize(('seen', 'words'), [
-    ({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, ''),
-    ({'cue': (0.0005, 0.0), '8': (0.5, -0.0009)}, ''),
-    ({'cue': (0.0, 0.0), '8': (0.5, 0.0011)}, "'8' lies 1.1 mm"),
-    ({'cue': (0.0, 0.0)}, "'8' of the plan is not on the table"),
-    ({'cue': (0.0, 0.0), '8': (0.5, 0.0), '9': (0, 1)}, "'9' is on the table, but not in"),
-    ({'cue': (float('nan'), 0.0), '8': (0.5, 0.0)}, "'cue' lies nan"),
-])
+@pytest.mark.parametrize(
+    ('seen', 'words'),
+    [
+        ({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, ''),
+        ({'cue': (0.0005, 0.0), '8': (0.5, -0.0009)}, ''),
+        ({'cue': (0.0, 0.0), '8': (0.5, 0.0011)}, "'8' lies 1.1 mm"),
+        ({'cue': (0.0, 0.0)}, "'8' of the plan is not on the table"),
+        ({'cue': (0.0, 0.0), '8': (0.5, 0.0), '9': (0, 1)}, "'9' is on the table, but not in"),
+        ({'cue': (float('nan'), 0.0), '8': (0.5, 0.0)}, "'cue' lies nan"),
+    ],
+)
 def test_a_table_that_moved(seen, words):
     said = moved({'cue': (0.0, 0.0), '8': (0.5, 0.0)}, seen, 0.001)
     assert words in said

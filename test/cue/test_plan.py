@@ -1,4 +1,5 @@
 """Whole plans: what is accepted is safe, by a check of its own; what is not is refused by name."""
+
 from dataclasses import replace
 import math
 
@@ -29,7 +30,8 @@ def strokes(path, times):
     i = np.clip(np.searchsorted(t, times, side='right') - 1, 0, len(jerk) - 1)
     dt = np.minimum(times, path.duration) - t[i]
     return path.positions[i, STROKE] + dt * (
-        path.velocities[i, STROKE] + dt * (a[i] / 2 + dt * jerk[i] / 6))
+        path.velocities[i, STROKE] + dt * (a[i] / 2 + dt * jerk[i] / 6)
+    )
 
 
 def distances(prepared, times):
@@ -57,8 +59,9 @@ def check_brake(count, seed):
         outcomes[Outcome.OK] = outcomes.get(Outcome.OK, 0) + 1
         stroke = prepared.stroke
         braked, gone = stroke.stop - stroke.leave, stroke.path.duration - stroke.leave
-        times = np.concatenate((
-            np.geomspace(1e-5, max(braked, 2e-5), 30), np.linspace(braked, gone, 30)[1:]))
+        times = np.concatenate(
+            (np.geomspace(1e-5, max(braked, 2e-5), 30), np.linspace(braked, gone, 30)[1:])
+        )
         assert (distances(prepared, times) > RADIUS - 1e-12).all(), plan
         assert abs(stroke.path.at(stroke.stop)[1][STROKE]) < 1e-9
         # nor has the tip gone through the cloth
@@ -165,35 +168,58 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
     centre = tip.position - dome * tip.along
     assert np.linalg.norm(centre - (0.0, 0.0, RADIUS)) == pytest.approx(RADIUS + dome)
     position = tuple((tip.position - 0.05 * tip.along).tolist())
-    prepared = prepare(MECHANISM, scene, ShotPlan(
-        'shot', position, tip.quaternion, 1.0, tip.elevation, {'cue': (0.0, 0.0)}))
+    prepared = prepare(
+        MECHANISM,
+        scene,
+        ShotPlan('shot', position, tip.quaternion, 1.0, tip.elevation, {'cue': (0.0, 0.0)}),
+    )
     np.testing.assert_allclose(prepared.contact.position, tip.position, atol=1e-12)
 
 
-@pytest.mark.parametrize(('changes', 'outcome', 'words'), [
-    ({'speed': 6.1}, Outcome.SPEED_OUT_OF_LIMITS, r'0\.1 m/s above the limit of 6 m/s'),
-    ({'speed': -1.0}, Outcome.INVALID_PLAN, 'speed: -1.0'),
-    ({'speed': math.nan}, Outcome.INVALID_PLAN, 'speed: nan'),
-    ({'elevation': 0.3}, Outcome.INVALID_PLAN, 'elevation: 0.3 is not allowed; the quaternion'),
-    ({'elevation': math.nan}, Outcome.INVALID_PLAN, 'elevation: nan'),
-    ({'shot_id': ''}, Outcome.INVALID_PLAN, 'shot_id'),
-    ({'balls': {}}, Outcome.INVALID_PLAN, "a ball 'cue'"),
-    ({'balls': {'cue': (0.0, 0.0), '8': (math.inf, 0.0)}}, Outcome.INVALID_PLAN, "'8'"),
-    ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, Outcome.INVALID_PLAN, 'quaternion'),
-    ({'position': (-1.0, 1.0, 0.02)}, Outcome.NOT_PREDICTED, 'MISS: position, quaternion'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'outcome', 'words'),
+    [
+        ({'speed': 6.1}, Outcome.SPEED_OUT_OF_LIMITS, r'0\.1 m/s above the limit of 6 m/s'),
+        ({'speed': -1.0}, Outcome.INVALID_PLAN, 'speed: -1.0'),
+        ({'speed': math.nan}, Outcome.INVALID_PLAN, 'speed: nan'),
+        (
+            {'elevation': 0.3},
+            Outcome.INVALID_PLAN,
+            'elevation: 0.3 is not allowed; the quaternion',
+        ),
+        ({'elevation': math.nan}, Outcome.INVALID_PLAN, 'elevation: nan'),
+        ({'shot_id': ''}, Outcome.INVALID_PLAN, 'shot_id'),
+        ({'balls': {}}, Outcome.INVALID_PLAN, "a ball 'cue'"),
+        ({'balls': {'cue': (0.0, 0.0), '8': (math.inf, 0.0)}}, Outcome.INVALID_PLAN, "'8'"),
+        ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, Outcome.INVALID_PLAN, 'quaternion'),
+        ({'position': (-1.0, 1.0, 0.02)}, Outcome.NOT_PREDICTED, 'MISS: position, quaternion'),
+    ],
+)
 def test_refused_by_name(changes, outcome, words):
     with pytest.raises(RefusedError, match=words) as caught:
         prepare(MECHANISM, SCENE, replace(plan_of((0.1, 0.1, 0.1, 0.0, 2.0)), **changes))
     assert caught.value.outcome is outcome
 
 
-@pytest.mark.parametrize(('shot', 'ball', 'outcome', 'words'), [
-    ((0.0, 0.3, 1.21, 0.0, 2.0), (0, 0), Outcome.ELEVATION_OUT_OF_LIMITS, 'elevation: 1.21 rad'),
-    ((0.0, 0.0, 0.1, 0.0, 2.0), (3.5, 0), Outcome.OUT_OF_REACH, 'base_x: 3.'),
-    ((0.0, 0.0, 0.9, 0.0, 5.0), (0, 0), Outcome.STROKE_OUT_OF_LIMITS, 'cloth: 0.1'),
-    ((0.02, 0.35, 0.97, 0.0, 1.12), (0, 0), Outcome.TOUCHES_AGAIN, 'ms after the strike, as it'),
-])
+@pytest.mark.parametrize(
+    ('shot', 'ball', 'outcome', 'words'),
+    [
+        (
+            (0.0, 0.3, 1.21, 0.0, 2.0),
+            (0, 0),
+            Outcome.ELEVATION_OUT_OF_LIMITS,
+            'elevation: 1.21 rad',
+        ),
+        ((0.0, 0.0, 0.1, 0.0, 2.0), (3.5, 0), Outcome.OUT_OF_REACH, 'base_x: 3.'),
+        ((0.0, 0.0, 0.9, 0.0, 5.0), (0, 0), Outcome.STROKE_OUT_OF_LIMITS, 'cloth: 0.1'),
+        (
+            (0.02, 0.35, 0.97, 0.0, 1.12),
+            (0, 0),
+            Outcome.TOUCHES_AGAIN,
+            'ms after the strike, as it',
+        ),
+    ],
+)
 def test_refused_by_limit(shot, ball, outcome, words):
     with pytest.raises(RefusedError, match=words) as caught:
         prepare(MECHANISM, SCENE, plan_of(shot, ball))
@@ -203,8 +229,10 @@ def test_refused_by_limit(shot, ball, outcome, words):
 def test_seal_tells_every_change():
     plan = plan_of((0.1, 0.1, 0.1, 0.0, 2.0), others={'8': (0.5, 0.0)})
     changed = [
-        replace(plan, shot_id='other'), replace(plan, speed=2.0000001),
-        replace(plan, position=(*plan.position[:2], 0.0)), replace(plan, elevation=0.1000001),
+        replace(plan, shot_id='other'),
+        replace(plan, speed=2.0000001),
+        replace(plan, position=(*plan.position[:2], 0.0)),
+        replace(plan, elevation=0.1000001),
         replace(plan, quaternion=(0.0, 0.0, 0.0, 1.0)),
         replace(plan, balls={'cue': (0.0, 0.0)}),
         replace(plan, balls={'cue': (0.0, 0.0), '8': (0.5, 1e-12)}),

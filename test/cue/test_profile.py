@@ -46,9 +46,11 @@ def test_constant_speed_before_the_ball_and_rest_in_the_end(speed, after):
         assert velocity[STROKE] == pytest.approx(speed, rel=1e-12)
         assert acceleration[STROKE] == pytest.approx(0.0, abs=1e-9)
     for time, where, how_fast in (
-            (stroke.contact, profile.contact_at, speed),
-            (stroke.leave, profile.leave_at, after * speed),
-            (stroke.stop, profile.stop_at, 0.0), (stroke.home, 0.0, 0.0)):
+        (stroke.contact, profile.contact_at, speed),
+        (stroke.leave, profile.leave_at, after * speed),
+        (stroke.stop, profile.stop_at, 0.0),
+        (stroke.home, 0.0, 0.0),
+    ):
         position, velocity, _ = stroke.path.at(time)
         assert position[STROKE] == pytest.approx(where, abs=1e-12)
         assert velocity[STROKE] == pytest.approx(how_fast, abs=1e-6)
@@ -65,15 +67,22 @@ def test_ramp_uses_what_it_may(change, acceleration, jerk):
         assert rise * jerk == pytest.approx(acceleration)
 
 
-@pytest.mark.parametrize(('arguments', 'limit', 'words'), [
-    ({'speed': 6.5}, 'stroke.speed', r'6\.5 m/s is 0\.5 m/s above the limit of 6 m/s'),
-    ({'speed': 0.01}, 'stroke.speed', r'0\.01 m/s is 0\.04 m/s below the limit of 0\.05 m/s'),
-    ({'room': 0.01}, 'cloth', r'above the limit of 0\.01 m \(braking from 3 m/s at 150 m/s\^2, as '
-                              r'far as stroke\.acceleration allows'),
-    ({'mechanism': Mechanism(force=20.0), 'speed': 5.0}, 'travel', 'as far as force allows'),
-    ({'mechanism': Mechanism(force=4.0), 'elevation': 1.1}, 'force', r'4\.386 N is 0\.386 N'),
-    ({'after': -5.0}, 'travel', 'the cue recoils'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'limit', 'words'),
+    [
+        ({'speed': 6.5}, 'stroke.speed', r'6\.5 m/s is 0\.5 m/s above the limit of 6 m/s'),
+        ({'speed': 0.01}, 'stroke.speed', r'0\.01 m/s is 0\.04 m/s below the limit of 0\.05 m/s'),
+        (
+            {'room': 0.01},
+            'cloth',
+            r'above the limit of 0\.01 m \(braking from 3 m/s at 150 m/s\^2, as '
+            r'far as stroke\.acceleration allows',
+        ),
+        ({'mechanism': Mechanism(force=20.0), 'speed': 5.0}, 'travel', 'as far as force allows'),
+        ({'mechanism': Mechanism(force=4.0), 'elevation': 1.1}, 'force', r'4\.386 N is 0\.386 N'),
+        ({'after': -5.0}, 'travel', 'the cue recoils'),
+    ],
+)
 def test_what_it_cannot_do_says_which_limit_and_by_how_much(arguments, limit, words):
     with pytest.raises(LimitError, match=words) as caught:
         profile_of(**arguments)

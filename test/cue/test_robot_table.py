@@ -1,4 +1,5 @@
 """The scene `robot_table`: a pool table at which the mechanical cue plays."""
+
 from billiard_shot import plan, Scene, Status
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
@@ -23,5 +24,15 @@ def test_the_mechanism_can_play_what_is_planned():
         stroke = planned.stroke
         tip = tip_at(stroke, SCENE.balls['cue'], SCENE)
         before = tuple((tip.position - RUN_UP * tip.along).tolist())
-        prepare(Mechanism(), SCENE, ShotPlan(  # raises where it cannot
-            planned.kind, before, tip.quaternion, stroke.speed, tip.elevation, dict(SCENE.balls)))
+        prepare(
+            Mechanism(),
+            SCENE,
+            ShotPlan(  # raises where it cannot
+                planned.kind,
+                before,
+                tip.quaternion,
+                stroke.speed,
+                tip.elevation,
+                dict(SCENE.balls),
+            ),
+        )

@@ -1,4 +1,5 @@
 """The table of the safety states, looked at exhaustively."""
+
 from itertools import chain, combinations
 
 import pytest
@@ -7,8 +8,12 @@ from billiard_shot.cue.safety import Condition, decide, Event, MOVING, SAFE, Sta
 
 ALL = frozenset(Condition)
 LATCHED = (State.ESTOP, State.FAULT)
-EVERY_SET = [frozenset(chosen) for chosen in chain.from_iterable(
-    combinations(Condition, count) for count in range(len(Condition) + 1))]
+EVERY_SET = [
+    frozenset(chosen)
+    for chosen in chain.from_iterable(
+        combinations(Condition, count) for count in range(len(Condition) + 1)
+    )
+]
 
 # What is written here is what people rely on; whatever is not, is refused.
 LEGAL = {

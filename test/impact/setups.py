@@ -1,4 +1,5 @@
 """Collisions that the tests share, as dictionaries: for `collide` and for the slow check alike."""
+
 import numpy as np
 
 from billiard_shot import Scene, Stroke
@@ -104,6 +105,7 @@ def touching(places, within, restitution, friction):
 
 def cluster(rng, count=6, restitution=0.95, friction=0.1, speed=1.8):
     """Balls on a plane that touch as they come, and one more that strikes the last of them."""
+
     def beside(place):
         angle = rng.uniform(0, 2 * np.pi)
         return place + 2 * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -216,15 +218,25 @@ def random_shot(rng, end_mass=False, hard=False):
 
 def guided_scene(mass, ratio, law, friction, restitution):
     """A guided cue of so many ball masses; friction and restitution at tip and table."""
-    return Scene.from_dict({
-        'ball': {'mass': 0.17, 'radius': 0.03}, 'cue': {'mass': mass * 0.17, 'guided': True},
-        'law': law, 'contacts': {
-            'cue_ball': {'restitution': restitution[0], 'friction': friction[0],
-                         'stiffness': ratio},
-            'ball_table': {'restitution': restitution[1], 'friction': friction[1],
-                           'stiffness': 1.0},
-        },
-    })
+    return Scene.from_dict(
+        {
+            'ball': {'mass': 0.17, 'radius': 0.03},
+            'cue': {'mass': mass * 0.17, 'guided': True},
+            'law': law,
+            'contacts': {
+                'cue_ball': {
+                    'restitution': restitution[0],
+                    'friction': friction[0],
+                    'stiffness': ratio,
+                },
+                'ball_table': {
+                    'restitution': restitution[1],
+                    'friction': friction[1],
+                    'stiffness': 1.0,
+                },
+            },
+        }
+    )
 
 
 def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, normal):
@@ -245,8 +257,10 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
 def solved(problem, tolerance):
     """Impulses, status and steps of a problem that is solved, its energy ledger closed."""
     done = solve_in_contact_space(
-        contact_properties(problem.model), problem.response[np.newaxis],
-        problem.velocity[np.newaxis], [tolerance],
+        contact_properties(problem.model),
+        problem.response[np.newaxis],
+        problem.velocity[np.newaxis],
+        [tolerance],
     )
     impulse, status, steps = done.impulses.ravel(), done.status[0], done.steps[0]
     assert status in (Status.OK, Status.INFINITE_SEQUENCE)

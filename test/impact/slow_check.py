@@ -7,6 +7,7 @@ Ends of compression and restitution and new contacts are bisected within the ste
 are extrapolated (Richardson); their spread says how good the result is. Nothing here is shared
 with the library.
 """
+
 from dataclasses import dataclass
 
 import numba
@@ -50,11 +51,13 @@ def inverse_mass(body):
 def rotation(quaternion):
     """Rotation matrix of a quaternion x y z w."""
     x, y, z, w = np.asarray(quaternion, float) / np.linalg.norm(quaternion)
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def frame(n):

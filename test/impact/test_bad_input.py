@@ -1,4 +1,5 @@
 """Input that makes no sense is refused by name, value and range."""
+
 import numpy as np
 import pytest
 

@@ -1,4 +1,5 @@
 """Bodies that are pressed together and lose a share of their motion in every cycle of impacts."""
+
 import numpy as np
 import pytest
 from setups import guided_strike, solved
@@ -14,16 +15,56 @@ from billiard_shot.status import Status
 # As of `guided_strike`. Step by step each takes more than 50,000 steps to come to nothing: cycles
 # of one section and of several, slip that fades and slip that does not.
 STROKES = {
-    'bistiffness': (3.9698, 1.6893, 'bistiffness', (0.667811, 0.414364), (0.319557, 0.872115),
-                    0.415723, 0.0, (-0.415723, 0.0981968, 0.904175)),
-    'energetic': (6.4654, 8.48738, 'energetic', (0.44868, 0.219278), (0.337391, 0.762341),
-                  0.339312, 0.0, (-0.339312, 0.0375052, 0.939926)),
-    'near the top': (3.4782, 2.07108, 'energetic', (0.704991, 0.242991), (0.792055, 0.328708),
-                     0.377529, 0.0, (-0.377529, 0.0220178, 0.925736)),
-    'from the side': (8.051, 3.20615, 'energetic', (0.878461, 0.540594), (0.366016, 0.468503),
-                      0.412183, 0.0, (-0.412183, 0.463215, 0.784562)),
-    'light cue': (2.8324, 1.49378, 'energetic', (0.820307, 0.685111), (0.54644, 0.308641),
-                  0.603912, 0.0, (-0.603912, 0.402232, 0.688113)),
+    'bistiffness': (
+        3.9698,
+        1.6893,
+        'bistiffness',
+        (0.667811, 0.414364),
+        (0.319557, 0.872115),
+        0.415723,
+        0.0,
+        (-0.415723, 0.0981968, 0.904175),
+    ),
+    'energetic': (
+        6.4654,
+        8.48738,
+        'energetic',
+        (0.44868, 0.219278),
+        (0.337391, 0.762341),
+        0.339312,
+        0.0,
+        (-0.339312, 0.0375052, 0.939926),
+    ),
+    'near the top': (
+        3.4782,
+        2.07108,
+        'energetic',
+        (0.704991, 0.242991),
+        (0.792055, 0.328708),
+        0.377529,
+        0.0,
+        (-0.377529, 0.0220178, 0.925736),
+    ),
+    'from the side': (
+        8.051,
+        3.20615,
+        'energetic',
+        (0.878461, 0.540594),
+        (0.366016, 0.468503),
+        0.412183,
+        0.0,
+        (-0.412183, 0.463215, 0.784562),
+    ),
+    'light cue': (
+        2.8324,
+        1.49378,
+        'energetic',
+        (0.820307, 0.685111),
+        (0.54644, 0.308641),
+        0.603912,
+        0.0,
+        (-0.603912, 0.402232, 0.688113),
+    ),
 }
 
 
@@ -55,15 +96,22 @@ def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     twice = np.zeros(SECTION)
     twice[7:9] = -0.25, -0.05  # energies: the part that goes with the square
     first, last, now = (
-        (limit + ratio**n * once + ratio ** (2 * n) * twice).tolist() for n in range(3))
+        (limit + ratio**n * once + ratio ** (2 * n) * twice).tolist() for n in range(3)
+    )
     size = geometric_tail.amplitude(model, [contact], ws, last, first)
     found = geometric_tail.amplitude(model, [contact], ws, now, last) / size
     assert found == pytest.approx(ratio, rel=1e-14)
     assert geometric_tail.is_geometric(model, [contact], ws, now, last, first, ratio)
     geometric_tail.add_cycles([contact], now, last, first, ratio)
     reached = (
-        contact.velocity[0], contact.slip_1[0], contact.slip_2[0], contact.impulse,
-        contact.impulse_1, contact.impulse_2, contact.restitution_loss, contact.friction_loss,
+        contact.velocity[0],
+        contact.slip_1[0],
+        contact.slip_2[0],
+        contact.impulse,
+        contact.impulse_1,
+        contact.impulse_2,
+        contact.restitution_loss,
+        contact.friction_loss,
         contact.final_slip,
     )
     np.testing.assert_allclose(reached, np.delete(limit, [3, 10]), rtol=0, atol=1e-11)

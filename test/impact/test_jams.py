@@ -1,4 +1,5 @@
 """Strokes that graze and jam: what presses comes to be billions of times faster than it met."""
+
 import numpy as np
 import pytest
 from setups import guided_strike, solved
@@ -8,23 +9,70 @@ from billiard_shot.status import Status
 
 # As of `guided_strike`.
 STROKES = {
-    'heavy cue': (80.0, 0.0165, 'bistiffness', (8.2, 0.47), (0.54, 0.98), 1e-11, 0.32,
-                  (0.24, 0.65, 0.72)),
-    'light cue': (1e-4, 0.003, 'bistiffness', (4.9, 4.2), (0.79, 0.62), 9e-11, 0.59,
-                  (-0.46, -0.56, -0.69)),
-    'cue of a millionth': (1.8e-6, 1.9, 'bistiffness', (7.9, 0.28), (0.49, 0.61), 2.5e-11, 1.03,
-                           (0.59, -0.73, 0.35)),
-    'steep': (4.5e-4, 0.075, 'bistiffness', (9.6, 2.9), (0.37, 0.88), 7e-10, 1.29,
-              (0.96, 0.0, 0.28)),
-    'energetic': (770.0, 0.13, 'energetic', (2.8, 1.5), (0.6, 0.4), 1e-10, 0.5,
-                  (0.5, 0.86, 0.09)),
+    'heavy cue': (
+        80.0,
+        0.0165,
+        'bistiffness',
+        (8.2, 0.47),
+        (0.54, 0.98),
+        1e-11,
+        0.32,
+        (0.24, 0.65, 0.72),
+    ),
+    'light cue': (
+        1e-4,
+        0.003,
+        'bistiffness',
+        (4.9, 4.2),
+        (0.79, 0.62),
+        9e-11,
+        0.59,
+        (-0.46, -0.56, -0.69),
+    ),
+    'cue of a millionth': (
+        1.8e-6,
+        1.9,
+        'bistiffness',
+        (7.9, 0.28),
+        (0.49, 0.61),
+        2.5e-11,
+        1.03,
+        (0.59, -0.73, 0.35),
+    ),
+    'steep': (
+        4.5e-4,
+        0.075,
+        'bistiffness',
+        (9.6, 2.9),
+        (0.37, 0.88),
+        7e-10,
+        1.29,
+        (0.96, 0.0, 0.28),
+    ),
+    'energetic': (770.0, 0.13, 'energetic', (2.8, 1.5), (0.6, 0.4), 1e-10, 0.5, (0.5, 0.86, 0.09)),
 }
 # It was taken to leave its cone of friction at once, whatever it had just been found to do.
-AT_ITS_CONE = (82.4998, 0.0164986, 'bistiffness', (8.20919, 0.465922), (0.543221, 0.978531),
-               1.06972e-11, 0.320556, (0.23833352, 0.65412259, 0.71785846))
+AT_ITS_CONE = (
+    82.4998,
+    0.0164986,
+    'bistiffness',
+    (8.20919, 0.465922),
+    (0.543221, 0.978531),
+    1.06972e-11,
+    0.320556,
+    (0.23833352, 0.65412259, 0.71785846),
+)
 # Its slip stopped and began again for ever, where hardly anything is left of the motion.
-DEAD_TIP = (1.4e-4, 5.88342, 'bistiffness', (0.687788, 0.0189014), (0.0, 0.094228), 0.124068,
-            0.403421, (0.2754, 0.0, 0.9613))
+DEAD_TIP = (
+    1.4e-4,
+    5.88342,
+    'bistiffness',
+    (0.687788, 0.0189014),
+    (0.0, 0.094228),
+    0.124068,
+    0.403421,
+    (0.2754, 0.0, 0.9613),
+)
 
 
 # With a light cue and n.c of 1e-11 the sequence of events changes all the time.

@@ -1,4 +1,5 @@
 """The reference values of the paper's examples, and of other published collisions."""
+
 import numpy as np
 import pytest
 from setups import (

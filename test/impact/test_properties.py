@@ -1,4 +1,5 @@
 """What holds for every collision: the paper's theorems, balances, bounds and symmetries."""
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np

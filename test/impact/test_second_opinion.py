@@ -1,4 +1,5 @@
 """`collide` against the slow check, and against itself at other tolerances."""
+
 import os
 import subprocess
 import sys

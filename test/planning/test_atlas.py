@@ -1,4 +1,5 @@
 """An atlas: the same whoever makes it, and never the same work twice."""
+
 from concurrent.futures import ThreadPoolExecutor
 import json
 import math
@@ -31,7 +32,7 @@ from billiard_shot.planning.atlas import (
 from billiard_shot.planning.atlas.places import borders, grid, scene_at
 from billiard_shot.scene import Noise
 
-SCENE = table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.3))
+SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
 SMALL = AtlasRequest(ball='8', cue_grid=(3, 2), budget=120)
 
 
@@ -64,12 +65,18 @@ def test_places_are_all_those_where_the_balls_have_room():
     request = AtlasRequest(ball='8', cue_grid=(31, 17), ball_grid=(3, 3))
     places = set(places_of(SCENE, request))
     own = grid(SCENE.table, SCENE.ball.radius, (3, 3))
-    every = {Place('8', there, here) for there in own
-             for here in grid(SCENE.table, SCENE.ball.radius, (31, 17))}
+    every = {
+        Place('8', there, here)
+        for there in own
+        for here in grid(SCENE.table, SCENE.ball.radius, (31, 17))
+    }
     assert 0 < len(every - places) < 0.05 * len(every)
     for place in list(places)[::40]:
         assert scene_at(SCENE, place).balls == {
-            'cue': place.cue_place, '8': place.ball_place, '1': (.2, -.3)}
+            'cue': place.cue_place,
+            '8': place.ball_place,
+            '1': (0.2, -0.3),
+        }
     for place in every - places:
         with pytest.raises(ValueError, match='overlaps'):
             scene_at(SCENE, place)
@@ -77,16 +84,20 @@ def test_places_are_all_those_where_the_balls_have_room():
 
 def test_racked_balls_stay_where_they_are():
     scene = Scene.load('nine_ball')
-    request = AtlasRequest(ball='1', ball_at=[(-.5, .3)], cue_grid=(2, 2))
+    request = AtlasRequest(ball='1', ball_at=[(-0.5, 0.3)], cue_grid=(2, 2))
     moved = scene_at(scene, places_of(scene, request)[0])
-    assert moved.balls['1'] == (-.5, .3)
+    assert moved.balls['1'] == (-0.5, 0.3)
     assert moved.balls['9'] == scene.balls['9']
 
 
 def test_a_place_is_a_plan(alone):
     place = next(place for place, chance in alone.items() if chance.stroke)
-    result = plan(scene_at(SCENE, place), {'pot': '8'}, budget=SMALL.budget,
-                  seed=survey._seed(SMALL.seed, place))
+    result = plan(
+        scene_at(SCENE, place),
+        {'pot': '8'},
+        budget=SMALL.budget,
+        seed=survey._seed(SMALL.seed, place),
+    )
     chance = alone[place]
     assert chance.stroke == result.best.stroke.offsets
     assert (chance.success, chance.interval) == (result.best.success, result.best.interval)
@@ -113,7 +124,7 @@ def test_seeds_and_places_draw_different_numbers(alone):
 
 
 def test_who_plays_counts():
-    place = Place('8', (.5, .2), (-.9, -.3))
+    place = Place('8', (0.5, 0.2), (-0.9, -0.3))
 
     def success(**changes):
         chances = atlas(SCENE, AtlasRequest(ball='8', budget=600, **changes), [place])
@@ -124,9 +135,9 @@ def test_who_plays_counts():
 
 
 def test_near_and_straight_is_surer_than_far_and_thin():
-    request = AtlasRequest(ball='8', ball_at=[(1., .4)], budget=600, pocket='foot_left')
+    request = AtlasRequest(ball='8', ball_at=[(1.0, 0.4)], budget=600, pocket='foot_left')
     scene = table_with(cue=(0, 0))
-    near, far = (Place('8', (1., .4), here) for here in ((.75, .21), (1.1, -.5)))
+    near, far = (Place('8', (1.0, 0.4), here) for here in ((0.75, 0.21), (1.1, -0.5)))
     best, worst = atlas(scene, request, [near, far])
     assert best.interval[0] > worst.interval[1]
 
@@ -135,7 +146,7 @@ def test_where_the_cue_has_no_room():
     data = SCENE.to_dict()
     data['robot'] = {'elevation_max_deg': 3, 'azimuth_deg': 0, 'azimuth_range_deg': 20}
     low = Scene.from_dict(data)
-    near, free = (Place('8', (.5, .2), (x, 0.)) for x in (-1.2, 0.))
+    near, free = (Place('8', (0.5, 0.2), (x, 0.0)) for x in (-1.2, 0.0))
     chances = as_set(atlas(low, SMALL, [near, free]))
     assert chances[near].status == Status.INVALID_REQUEST
     assert 'elevation_max_deg' in chances[near].message
@@ -155,7 +166,9 @@ def test_threads_and_processes_make_the_same(alone):
 def test_a_dask_cluster_makes_the_same(alone):
     distributed = pytest.importorskip('distributed', reason='needs Dask, an extra')
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None,
+        n_workers=2,
+        threads_per_worker=1,
+        dashboard_address=None,
     ) as cluster:
         with working(1, cluster.scheduler_address) as executor:
             assert as_set(atlas(SCENE, SMALL, executor=executor)) == alone
@@ -167,8 +180,10 @@ def test_a_dask_cluster_makes_the_same(alone):
 
 def test_without_dask_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
-    with pytest.raises(ValueError, match=r"pip install 'billiard_shot\[dask\]'"), \
-            working(1, 'local'):
+    with (
+        pytest.raises(ValueError, match=r"pip install 'billiard_shot\[dask\]'"),
+        working(1, 'local'),
+    ):
         pass
 
 
@@ -187,7 +202,7 @@ class Threads(ThreadPoolExecutor):
 def test_what_is_handed_out_ahead_is_bounded_and_given_back(alone, monkeypatch):
     monkeypatch.setattr(survey, 'AHEAD', 3)
     monkeypatch.setattr(survey, 'chance_at', lambda scene, request, place: place)
-    places = [Place('8', (.5, .2), (0., .01 * i)) for i in range(20)]
+    places = [Place('8', (0.5, 0.2), (0.0, 0.01 * i)) for i in range(20)]
     with Threads() as threads:
         results = atlas(SCENE, SMALL, places, threads)
         first = [next(results) for _ in range(5)]
@@ -205,39 +220,62 @@ def test_what_goes_wrong_in_a_worker_is_said(monkeypatch):
         list(atlas(SCENE, SMALL, executor=threads))
 
 
-@pytest.mark.parametrize(('changes', 'named'), [
-    ({'ball': 'cue'}, "ball: 'cue' is not allowed"), ({'ball': ['8', '8']}, 'ball: .*different'),
-    ({'ball': 8}, 'ball: 8'), ({'pocket': 'middle'}, 'pocket: .*foot_left'),
-    ({'cue_grid': (0, 3)}, 'cue_grid: .*at least 1'), ({'cue_grid': None}, 'cue_grid: None'),
-    ({'cue_grid': (2.5, 3)}, 'cue_grid'), ({'ball_grid': 3}, 'ball_grid: 3'),
-    ({'ball_at': [(0, math.nan)]}, 'ball_at: .*finite'), ({'ball_at': 1}, 'ball_at: 1'),
-    ({'ball_at': [(0, 0)], 'ball_grid': (2, 2)}, 'ball_grid: .*not allowed together'),
-    ({'budget': 0}, 'budget: 0'), ({'seed': -1}, 'seed: -1'), ({'noise': 'loud'}, 'noise'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'named'),
+    [
+        ({'ball': 'cue'}, "ball: 'cue' is not allowed"),
+        ({'ball': ['8', '8']}, 'ball: .*different'),
+        ({'ball': 8}, 'ball: 8'),
+        ({'pocket': 'middle'}, 'pocket: .*foot_left'),
+        ({'cue_grid': (0, 3)}, 'cue_grid: .*at least 1'),
+        ({'cue_grid': None}, 'cue_grid: None'),
+        ({'cue_grid': (2.5, 3)}, 'cue_grid'),
+        ({'ball_grid': 3}, 'ball_grid: 3'),
+        ({'ball_at': [(0, math.nan)]}, 'ball_at: .*finite'),
+        ({'ball_at': 1}, 'ball_at: 1'),
+        ({'ball_at': [(0, 0)], 'ball_grid': (2, 2)}, 'ball_grid: .*not allowed together'),
+        ({'budget': 0}, 'budget: 0'),
+        ({'seed': -1}, 'seed: -1'),
+        ({'noise': 'loud'}, 'noise'),
+    ],
+)
 def test_a_request_that_makes_no_sense(changes, named):
     with pytest.raises(ValueError, match=named):
         AtlasRequest(**changes)
 
 
-@pytest.mark.parametrize(('scene', 'changes', 'named'), [
-    (SCENE, {}, 'ball: missing; there are: 8, 1'),
-    (SCENE, {'ball': '7'}, "ball: there is no ball '7'; there are: 8, 1; ball_at or ball_grid"),
-    (Scene.load('pool_table'), {}, 'ball: missing; the scene has none'),
-    (cloth_with(cue=(0, 0), b8=(1, 0)), {'ball': '8'}, 'pocket: the scene has no pockets'),
-    (Scene.load('carom'), {'ball': 'red'}, 'pocket: the scene has no pockets'),
-    (SCENE, {'ball': '8', 'ball_at': [(2, 0)]}, r'ball_at: \(2.0, 0.0\) .*cushions'),
-    (SCENE, {'ball': '8', 'ball_at': [(.2, -.29)]},
-     r"ball_at: \(0.2, -0.29\) .*overlaps ball '1' by 47.1 mm"),
-    (table_with(cue=(-.5, 0), b8=(0, .03)), {'ball': '8', 'cue_grid': (1, 1)},
-     r'cue_grid: \(1, 1\) is not allowed'),
-])
+@pytest.mark.parametrize(
+    ('scene', 'changes', 'named'),
+    [
+        (SCENE, {}, 'ball: missing; there are: 8, 1'),
+        (
+            SCENE,
+            {'ball': '7'},
+            "ball: there is no ball '7'; there are: 8, 1; ball_at or ball_grid",
+        ),
+        (Scene.load('pool_table'), {}, 'ball: missing; the scene has none'),
+        (cloth_with(cue=(0, 0), b8=(1, 0)), {'ball': '8'}, 'pocket: the scene has no pockets'),
+        (Scene.load('carom'), {'ball': 'red'}, 'pocket: the scene has no pockets'),
+        (SCENE, {'ball': '8', 'ball_at': [(2, 0)]}, r'ball_at: \(2.0, 0.0\) .*cushions'),
+        (
+            SCENE,
+            {'ball': '8', 'ball_at': [(0.2, -0.29)]},
+            r"ball_at: \(0.2, -0.29\) .*overlaps ball '1' by 47.1 mm",
+        ),
+        (
+            table_with(cue=(-0.5, 0), b8=(0, 0.03)),
+            {'ball': '8', 'cue_grid': (1, 1)},
+            r'cue_grid: \(1, 1\) is not allowed',
+        ),
+    ],
+)
 def test_a_request_that_does_not_fit_the_scene(scene, changes, named):
     with pytest.raises(ValueError, match=named):
         places_of(scene, AtlasRequest(**changes))
 
 
 def test_the_only_ball_need_not_be_named():
-    scene = table_with(cue=(0, 0), b3=(.5, .2))
+    scene = table_with(cue=(0, 0), b3=(0.5, 0.2))
     assert {place.ball for place in places_of(scene, AtlasRequest(cue_grid=(2, 2)))} == {'3'}
 
 
@@ -254,8 +292,9 @@ def test_a_file_gives_back_what_was_put_into_it(alone, tmp_path):
     # Others read it without this library.
     lines = [json.loads(line) for line in file.read_text().splitlines()]
     assert lines[0]['cue_grid'] == [3, 2]
-    assert all(low <= line['success'] <= high
-               for line in lines[1:] for low, high in [line['interval']])
+    assert all(
+        low <= line['success'] <= high for line in lines[1:] for low, high in [line['interval']]
+    )
 
 
 def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
@@ -270,16 +309,23 @@ def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
     assert file.read_bytes() == kept
 
 
-@pytest.mark.parametrize(('scene', 'request_', 'named'), [
-    (SCENE, {'budget': 500}, 'budget: there it is 120, asked for is 500'),
-    (SCENE, {'seed': 3}, 'seed: there it is 1, asked for is 3'),
-    (SCENE, {'cue_grid': (4, 4)}, r'cue_grid: there it is \[3, 2\], asked for is \[4, 4\]'),
-    (SCENE, {'pocket': 'foot_left'}, 'pocket: there it is'), (SCENE, {'ball': '1'}, 'ball: '),
-    (SCENE, {'ball_grid': (1, 1)}, r'ball_grid: there it is not given, asked for is \[1, 1\]'),
-    (SCENE, {'noise': Noise(a=0.001)}, 'noise.a: there it is 0.0005, asked for is 0.001'),
-    (table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.25)), {},
-     r'scene.balls.1: there it is \[0.2, -0.3\], asked for is \[0.2, -0.25\]'),
-])
+@pytest.mark.parametrize(
+    ('scene', 'request_', 'named'),
+    [
+        (SCENE, {'budget': 500}, 'budget: there it is 120, asked for is 500'),
+        (SCENE, {'seed': 3}, 'seed: there it is 1, asked for is 3'),
+        (SCENE, {'cue_grid': (4, 4)}, r'cue_grid: there it is \[3, 2\], asked for is \[4, 4\]'),
+        (SCENE, {'pocket': 'foot_left'}, 'pocket: there it is'),
+        (SCENE, {'ball': '1'}, 'ball: '),
+        (SCENE, {'ball_grid': (1, 1)}, r'ball_grid: there it is not given, asked for is \[1, 1\]'),
+        (SCENE, {'noise': Noise(a=0.001)}, 'noise.a: there it is 0.0005, asked for is 0.001'),
+        (
+            table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.25)),
+            {},
+            r'scene.balls.1: there it is \[0.2, -0.3\], asked for is \[0.2, -0.25\]',
+        ),
+    ],
+)
 def test_a_file_of_another_atlas_is_refused(scene, request_, named, tmp_path):
     file = tmp_path / 'atlas.jsonl'
     begin(file, SCENE, SMALL)
@@ -311,8 +357,11 @@ def test_a_broken_line_is_named(tmp_path):
 
 def test_files_that_cannot_be(tmp_path, alone):
     missing = tmp_path / 'nowhere' / 'atlas.jsonl'
-    for act in (lambda: begin(missing, SCENE, SMALL), lambda: load_atlas(missing),
-                lambda: append(missing, next(iter(alone.values())))):
+    for act in (
+        lambda: begin(missing, SCENE, SMALL),
+        lambda: load_atlas(missing),
+        lambda: append(missing, next(iter(alone.values()))),
+    ):
         with pytest.raises(ValueError, match='nowhere'):
             act()
 
@@ -333,11 +382,26 @@ def test_maps_stand_as_on_the_table():
     request = AtlasRequest(ball='8', cue_grid=(2, 1), ball_grid=(2, 2))
     corners = [each.ball_place for each in Atlas(SCENE, request, []).maps]
     assert [(x > 0, y > 0) for x, y in corners] == [
-        (False, True), (True, True), (False, False), (True, False)]
+        (False, True),
+        (True, True),
+        (False, False),
+        (True, False),
+    ]
 
 
-COMMAND = ['atlas', 'pool_table', '--ball', '8', '--ball-at', '.6', '0', '--cue-grid', '3x2',
-           '--budget', '120']
+COMMAND = [
+    'atlas',
+    'pool_table',
+    '--ball',
+    '8',
+    '--ball-at',
+    '.6',
+    '0',
+    '--cue-grid',
+    '3x2',
+    '--budget',
+    '120',
+]
 
 
 def test_the_command_goes_on_where_it_was(tmp_path, capsys):
@@ -362,14 +426,17 @@ def test_the_command_goes_on_where_it_was(tmp_path, capsys):
     assert 'seed: there it is 1, asked for is 2' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [
-    (['--workers', '0'], '--workers: 0 is not allowed'),
-    (['--noise-times', '-1'], '--noise-times: -1.0 is not allowed'),
-    (['--budget', '0'], 'budget: 0 is not allowed'),
-    (['--ball', 'cue'], "ball: ('8', 'cue') is not allowed"),
-    (['--dask', 'tcp://'], '--dask: '),
-    (['--picture', 'nowhere/a.png'], '--picture: nowhere/a.png: there is no such folder'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        (['--workers', '0'], '--workers: 0 is not allowed'),
+        (['--noise-times', '-1'], '--noise-times: -1.0 is not allowed'),
+        (['--budget', '0'], 'budget: 0 is not allowed'),
+        (['--ball', 'cue'], "ball: ('8', 'cue') is not allowed"),
+        (['--dask', 'tcp://'], '--dask: '),
+        (['--picture', 'nowhere/a.png'], '--picture: nowhere/a.png: there is no such folder'),
+    ],
+)
 def test_wrong_input_of_the_command(arguments, text, capsys):
     assert main([*COMMAND, *arguments]) == 2
     out, err = capsys.readouterr()
@@ -399,10 +466,23 @@ def heeds_interrupts():
 def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
     """Ctrl-C to a whole process group, as a terminal sends it; or one process killed."""
     file = tmp_path / 'a.jsonl'
-    command = [sys.executable, '-m', 'billiard_shot.cli', *COMMAND, '--cue-grid', '5x4',
-               '--output', str(file)]
-    first = subprocess.Popen([*command, '--workers', '2'], stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, text=True, start_new_session=True)
+    command = [
+        sys.executable,
+        '-m',
+        'billiard_shot.cli',
+        *COMMAND,
+        '--cue-grid',
+        '5x4',
+        '--output',
+        str(file),
+    ]
+    first = subprocess.Popen(
+        [*command, '--workers', '2'],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
     while first.poll() is None and (not file.exists() or file.read_bytes().count(b'\n') < 4):
         time.sleep(0.02)
     if end == signal.SIGINT:
@@ -417,8 +497,9 @@ def test_whatever_ends_it_leaves_a_file_to_go_on_with(end, tmp_path):
         assert err.count('\n') == 1
     kept = file.read_bytes()
     assert 4 <= kept.count(b'\n') < 21
-    again = subprocess.run([*command, '--workers', '1'], capture_output=True, text=True,
-                           check=True)
+    again = subprocess.run(
+        [*command, '--workers', '1'], capture_output=True, text=True, check=True
+    )
     assert 'of them from' in again.stdout
     assert file.read_bytes().startswith(kept)
     fresh = tmp_path / 'b.jsonl'

@@ -1,4 +1,5 @@
 """The guesses' geometry, intervals, limits: what must be true of them."""
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from layouts import cloth_with, table_with
@@ -16,23 +17,33 @@ from billiard_shot.planning.targets import target_of
 from billiard_shot.planning.waypoints import clear, reflected, sequences, waypoints
 
 NOISE = NOISES['tournament']
-SCENE = table_with(cue=(-.4, .1), b8=(.5, .2), b1=(.2, -.3))
+SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))
 
 
 def problem_in(scene, target, **constraints):
-    return problem_of(
-        scene, target_of(scene, target), limits_of(scene, constraints, NOISE), NOISE)
+    return problem_of(scene, target_of(scene, target), limits_of(scene, constraints, NOISE), NOISE)
 
 
-@pytest.mark.parametrize(('successes', 'trials', 'low', 'high'), [
-    (81, 263, .2553, .3662),  # Newcombe, Statistics in Medicine 17 (1998), table I, method 3
-    (15, 148, .0624, .1605), (0, 20, .0, .1611), (1, 29, .0061, .1718)])
+@pytest.mark.parametrize(
+    ('successes', 'trials', 'low', 'high'),
+    [
+        (81, 263, 0.2553, 0.3662),  # Newcombe, Statistics in Medicine 17 (1998), table I, method 3
+        (15, 148, 0.0624, 0.1605),
+        (0, 20, 0.0, 0.1611),
+        (1, 29, 0.0061, 0.1718),
+    ],
+)
 def test_wilson_intervals_are_the_published_ones(successes, trials, low, high):
     assert wilson(successes, trials) == pytest.approx((low, high), abs=5e-5)
 
 
-@given(st.floats(-1.1, 1.1), st.floats(-.5, .5), st.floats(-1.1, 1.1), st.floats(-.5, .5),
-       st.sampled_from([via for via in sequences(3) if via]))
+@given(
+    st.floats(-1.1, 1.1),
+    st.floats(-0.5, 0.5),
+    st.floats(-1.1, 1.1),
+    st.floats(-0.5, 0.5),
+    st.sampled_from([via for via in sequences(3) if via]),
+)
 @settings(max_examples=60, deadline=None)
 def test_cushions_are_mirrors(x, y, u, v, via):
     """Equal angles at every nose, corners on the noses, and no shorter way by the same ones."""
@@ -42,7 +53,8 @@ def test_cushions_are_mirrors(x, y, u, v, via):
         return
     assert len(path) == len(via) + 2
     for corner, nose, before, after in zip(
-            path[1:-1], via, np.diff(path, axis=0)[:-1], np.diff(path, axis=0)[1:], strict=True):
+        path[1:-1], via, np.diff(path, axis=0)[:-1], np.diff(path, axis=0)[1:], strict=True
+    ):
         axis = nose // 2
         wall = problem.half_sizes[axis] * (1 - 2 * (nose % 2))
         assert corner[axis] == pytest.approx(wall)
@@ -63,23 +75,28 @@ def test_ghost_balls_touch_and_push_to_the_pocket():
 
 
 def test_ways_do_not_go_through_balls():
-    blocked = table_with(cue=(-.4, 0), b8=(.5, 0), b1=(.1, 0))
+    blocked = table_with(cue=(-0.4, 0), b8=(0.5, 0), b1=(0.1, 0))
     problem = problem_in(blocked, {'hit': '8'})
     full = waypoints(problem, 0)[0]
     assert ways_to(problem, full, 0) == []
-    assert not clear(problem, np.array([[-.4, 0], [.4, 0]]), (0, 1))
+    assert not clear(problem, np.array([[-0.4, 0], [0.4, 0]]), (0, 1))
     assert len(ways_to(problem, full, 1)) == 2  # by the two long cushions
 
 
 def test_guesses_keep_to_the_limits():
-    limits = {'speed_max': 1.5, 'offset_max': .3, 'azimuth_deg': 10.0, 'azimuth_range_deg': 30.0,
-              'elevation_max_deg': 40.0}
+    limits = {
+        'speed_max': 1.5,
+        'offset_max': 0.3,
+        'azimuth_deg': 10.0,
+        'azimuth_range_deg': 30.0,
+        'elevation_max_deg': 40.0,
+    }
     problem = problem_in(SCENE, {'pot': '8'}, **limits)
     ways = [way for point in waypoints(problem, 0) for way in ways_to(problem, point, 0)]
     for guesses in (guesses_along(problem, ways), random_guesses(problem, 200, 0)):
         a, b, elevation, azimuth, speed = guesses.strokes.T
         assert len(a) > 0
-        assert (np.hypot(a, b) <= .3 + 1e-9).all()
+        assert (np.hypot(a, b) <= 0.3 + 1e-9).all()
         assert (speed <= 1.5 + 1e-9).all()
         assert (elevation <= np.radians(40.0) + 1e-9).all()
         assert (np.abs(np.degrees(azimuth) - 10.0) <= 30.0 + 1.0).all()  # squirt is allowed for
@@ -100,12 +117,14 @@ def test_one_path_serves_all_speeds():
 
 
 def test_curved_guesses_pass_the_ball_in_the_way():
-    scene = cloth_with(cue=(-.5, 0), b8=(.5, 0), b1=(0, 0))
+    scene = cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0))
     problem = problem_in(scene, {'hit': '8'})
     guesses = curved_guesses(problem, library(problem), waypoints(problem, 0)[0], 40)
     assert len(guesses.way) > 5
-    free = [predict(scene, Stroke.from_offsets(*each)).table.first_met.get('cue') != '1'
-            for each in guesses.strokes]
+    free = [
+        predict(scene, Stroke.from_offsets(*each)).table.first_met.get('cue') != '1'
+        for each in guesses.strokes
+    ]
     assert np.mean(free) > 0.8
 
 
@@ -113,5 +132,6 @@ def test_errors_have_the_noise_that_was_asked_for():
     problem = problem_in(SCENE, {'pot': '8'})
     drawn = errors(problem, np.random.default_rng(1), 40_000)
     assert drawn.std(axis=0) == pytest.approx(
-        [.0005 / .028575, .0005 / .028575, np.radians(.1), np.radians(.125), .075], rel=0.02)
+        [0.0005 / 0.028575, 0.0005 / 0.028575, np.radians(0.1), np.radians(0.125), 0.075], rel=0.02
+    )
     assert np.abs(np.corrcoef(drawn.T) - np.eye(5)).max() < 0.02

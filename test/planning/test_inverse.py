@@ -1,4 +1,5 @@
 """The inverse strike: the stroke that gives a ball what it is to have."""
+
 import numpy as np
 import pytest
 
@@ -12,9 +13,15 @@ def random_strokes(count, seed):
     draw = np.random.default_rng(seed)
     radius, angle = 0.5 * np.sqrt(draw.random(count)), 2.0 * np.pi * draw.random(count)
     elevation = np.where(draw.random(count) < 0.3, 0.0, np.radians(80.0) * draw.random(count))
-    return np.column_stack([
-        radius * np.cos(angle), radius * np.sin(angle), elevation,
-        np.pi * (2.0 * draw.random(count) - 1.0), draw.uniform(0.3, 5.0, count)])
+    return np.column_stack(
+        [
+            radius * np.cos(angle),
+            radius * np.sin(angle),
+            elevation,
+            np.pi * (2.0 * draw.random(count) - 1.0),
+            draw.uniform(0.3, 5.0, count),
+        ]
+    )
 
 
 def round_trips(scene, strokes):
@@ -24,8 +31,9 @@ def round_trips(scene, strokes):
         shot = predict(scene, Stroke.from_offsets(*numbers), tolerance=1e-10)
         stroke, residual = invert_strike(scene, shot.velocity, shot.spin)
         again = predict(scene, stroke, tolerance=1e-10)
-        error = np.concatenate([again.velocity - shot.velocity,
-                                scene.ball.radius * (again.spin - shot.spin)])
+        error = np.concatenate(
+            [again.velocity - shot.velocity, scene.ball.radius * (again.spin - shot.spin)]
+        )
         assert residual == pytest.approx(np.linalg.norm(error), abs=1e-9)
         residuals.append(residual / numbers[4])
         away = np.array(stroke.offsets) - numbers
@@ -53,7 +61,7 @@ def test_what_no_stroke_gives_has_a_residual():
     assert 0.0 < residual < 0.1
     # no stroke of a small change of this one is nearer
     r = Scene.load('pool').ball.radius
-    for change in np.vstack([np.diag([.01, .01, .01, .01, .01]), np.diag([-.01] * 5)]):
+    for change in np.vstack([np.diag([0.01, 0.01, 0.01, 0.01, 0.01]), np.diag([-0.01] * 5)]):
         numbers = np.array(stroke.offsets) + change
         if numbers[2] >= 0.0:
             other = predict(Scene.load('pool'), Stroke.from_offsets(*numbers))
@@ -88,10 +96,15 @@ def test_strikes_are_those_of_predict():
         assert found[3:] == pytest.approx(scene.ball.radius * shot.spin, abs=1e-7)
 
 
-@pytest.mark.parametrize(('arguments', 'named'), [
-    ({'velocity': (0, 0, 0)}, 'velocity'), ({'velocity': (1, 0)}, 'velocity'),
-    ({'velocity': (1, 0, 0), 'spin': (0, float('nan'), 0)}, 'spin'),
-    ({'velocity': 'fast'}, 'velocity')])
+@pytest.mark.parametrize(
+    ('arguments', 'named'),
+    [
+        ({'velocity': (0, 0, 0)}, 'velocity'),
+        ({'velocity': (1, 0)}, 'velocity'),
+        ({'velocity': (1, 0, 0), 'spin': (0, float('nan'), 0)}, 'spin'),
+        ({'velocity': 'fast'}, 'velocity'),
+    ],
+)
 def test_what_makes_no_sense_is_named(arguments, named):
     with pytest.raises(ValueError, match=f'^{named}: .* is not allowed; it must'):
         invert_strike(Scene.load('pool'), **arguments)

@@ -1,4 +1,5 @@
 """Every kind of shot is found where nothing else leads to the target."""
+
 from layouts import KINDS, table_with
 import numpy as np
 import pytest
@@ -27,11 +28,17 @@ def test_without_it_there_is_no_way(kind):
     assert result.best is None
 
 
-@pytest.mark.parametrize(('numbers', 'target', 'kind'), [
-    ((0, 0, .05, 0, 2), Hit('8'), 'direct'), ((0, 0, .05, .045, 2), Hit('8'), 'cut'),
-    ((0, 0, .05, 2.3, 4), Hit('8'), 'kick'), ((0, 0, .05, .01, 2), Pot('1'), 'combination')])
+@pytest.mark.parametrize(
+    ('numbers', 'target', 'kind'),
+    [
+        ((0, 0, 0.05, 0, 2), Hit('8'), 'direct'),
+        ((0, 0, 0.05, 0.045, 2), Hit('8'), 'cut'),
+        ((0, 0, 0.05, 2.3, 4), Hit('8'), 'kick'),
+        ((0, 0, 0.05, 0.01, 2), Pot('1'), 'combination'),
+    ],
+)
 def test_names(numbers, target, kind):
-    scene = table_with(cue=(0, 0), b8=(.6, 0), b1=(.9, 0))
+    scene = table_with(cue=(0, 0), b8=(0.6, 0), b1=(0.9, 0))
     assert kind in kind_of(predict(scene, Stroke.from_offsets(*numbers)), target)
 
 
@@ -42,8 +49,9 @@ def test_a_jump_flies_over_and_a_massé_goes_around():
         met = next(e.time for e in shot.table.events if len(e.balls) > 1)
         path = shot.trajectory.at(np.linspace(0.0, met - 1e-6, 500)).position
         height = path[:, 2].max() - scene.ball.radius
-        others = [place for name, place in scene.balls.items()
-                  if name not in ('cue', target['hit'])]
+        others = [
+            place for name, place in scene.balls.items() if name not in ('cue', target['hit'])
+        ]
         apart = min(np.hypot(*(path[:, :2] - place).T).min() for place in others)
         if kind == 'jump':
             assert height > 2.0 * scene.ball.radius * 0.9

@@ -1,4 +1,5 @@
 """`billiard-shot plan`, as people call it."""
+
 import json
 
 import pytest
@@ -20,24 +21,52 @@ def test_ranking(capsys):
 
 
 def test_json_says_what_plan_says(capsys):
-    assert main(['plan', 'blocked', '--hit', '8', '--seed', '3', '--json', *FAST,
-                 '--noise', 'tournament', '--noise-times', '0.5']) == 0
+    assert (
+        main(
+            [
+                'plan',
+                'blocked',
+                '--hit',
+                '8',
+                '--seed',
+                '3',
+                '--json',
+                *FAST,
+                '--noise',
+                'tournament',
+                '--noise-times',
+                '0.5',
+            ]
+        )
+        == 0
+    )
     said = json.loads(capsys.readouterr().out)
     scene = Scene.load('blocked')
     alone = plan(scene, {'hit': '8'}, scene.noise.times(0.5), 1500, 3)
     assert said['status'] == 'OK'
     assert said['simulations'] == alone.simulations
     assert [each['success'] for each in said['ranking']] == [
-        each.success for each in alone.ranking]
+        each.success for each in alone.ranking
+    ]
     best = said['ranking'][0]
-    assert (best['a'], best['b'], best['elevation'], best['azimuth'],
-            best['speed']) == pytest.approx(alone.best.stroke.offsets)
+    assert (
+        best['a'],
+        best['b'],
+        best['elevation'],
+        best['azimuth'],
+        best['speed'],
+    ) == pytest.approx(alone.best.stroke.offsets)
     assert said['noise']['azimuth_deg'] == pytest.approx(0.0625)
 
 
-@pytest.mark.parametrize('target', [
-    ['--rest', '0.3', '0.2', '--radius', '0.2'], ['--pass', '0.3', '0.2'],
-    ['--gate', '0', '-0.1', '0', '0.1']])
+@pytest.mark.parametrize(
+    'target',
+    [
+        ['--rest', '0.3', '0.2', '--radius', '0.2'],
+        ['--pass', '0.3', '0.2'],
+        ['--gate', '0', '-0.1', '0', '0.1'],
+    ],
+)
 def test_pictures(target, tmp_path, capsys):
     picture = tmp_path / 'plan.png'
     assert main(['plan', 'pool_table', *target, *FAST, '--picture', str(picture)]) == 0
@@ -45,16 +74,34 @@ def test_pictures(target, tmp_path, capsys):
     assert capsys.readouterr().err == ''
 
 
-@pytest.mark.parametrize(('words', 'code', 'said'), [
-    (['pool_table'], 2, 'must have one of the keys rest, pass, gate, hit, pot'),
-    (['pool_table', '--pot', '8'], 2, "there is no ball '8'"),
-    (['blocked', '--pot', '8', '--budget', '0'], 2, 'budget: 0 is not allowed'),
-    (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
-    (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-times: -1'),
-    (['blocked', '--pot', '8', '--pass', '0.1', '0.1'], 2, 'one of the keys'),
-    (['blocked', '--hit', '8', '--azimuth-deg', '180', '--azimuth-range-deg', '1', '--budget',
-      '200', '--speed-max', '0.2'], 1, 'NO_PLAN: no stroke that reaches the target'),
-])
+@pytest.mark.parametrize(
+    ('words', 'code', 'said'),
+    [
+        (['pool_table'], 2, 'must have one of the keys rest, pass, gate, hit, pot'),
+        (['pool_table', '--pot', '8'], 2, "there is no ball '8'"),
+        (['blocked', '--pot', '8', '--budget', '0'], 2, 'budget: 0 is not allowed'),
+        (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
+        (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-times: -1'),
+        (['blocked', '--pot', '8', '--pass', '0.1', '0.1'], 2, 'one of the keys'),
+        (
+            [
+                'blocked',
+                '--hit',
+                '8',
+                '--azimuth-deg',
+                '180',
+                '--azimuth-range-deg',
+                '1',
+                '--budget',
+                '200',
+                '--speed-max',
+                '0.2',
+            ],
+            1,
+            'NO_PLAN: no stroke that reaches the target',
+        ),
+    ],
+)
 def test_what_cannot_be_is_said(words, code, said, capsys):
     assert main(['plan', *words]) == code
     assert said in capsys.readouterr().err

@@ -1,4 +1,5 @@
 """plan(): it reaches its targets, says how surely, and is the same again."""
+
 from concurrent.futures import ThreadPoolExecutor
 import pickle
 import re
@@ -17,7 +18,7 @@ from billiard_shot.planning.targets import target_of
 from billiard_shot.shot.clearance import clearance_status
 from billiard_shot.table.run import POCKET_NAMES
 
-SCENE = table_with(cue=(-.4, 0), b8=(.5, .2), b1=(.2, -.3))
+SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
 BUDGET = 4000
 
 
@@ -60,10 +61,15 @@ def reached(scene, target, shot):
 
 
 TARGETS = [
-    {'pot': '8', 'pocket': 'any'}, {'pot': '8', 'pocket': 'foot_left'},
-    {'pot': '8', 'leave': (.6, 0.), 'radius': .4}, {'rest': (.3, .3), 'radius': .15},
-    {'pass': (.3, .3), 'radius': .03}, {'gate': ((.3, .3), (.3, .4))}, {'hit': '8'},
-    {'hit': '8', 'direction': (1., .3)}, {'hit': '8', 'at': (.46, .2)},
+    {'pot': '8', 'pocket': 'any'},
+    {'pot': '8', 'pocket': 'foot_left'},
+    {'pot': '8', 'leave': (0.6, 0.0), 'radius': 0.4},
+    {'rest': (0.3, 0.3), 'radius': 0.15},
+    {'pass': (0.3, 0.3), 'radius': 0.03},
+    {'gate': ((0.3, 0.3), (0.3, 0.4))},
+    {'hit': '8'},
+    {'hit': '8', 'direction': (1.0, 0.3)},
+    {'hit': '8', 'at': (0.46, 0.2)},
 ]
 
 
@@ -80,12 +86,18 @@ def test_every_target_is_reached(target):
     # played with fresh errors, it does as well as it says
     draw = np.random.default_rng(99)
     noise = result.noise
-    sigmas = [noise.a / SCENE.ball.radius, noise.b / SCENE.ball.radius,
-              np.radians(noise.elevation_deg), np.radians(noise.azimuth_deg), noise.speed]
+    sigmas = [
+        noise.a / SCENE.ball.radius,
+        noise.b / SCENE.ball.radius,
+        np.radians(noise.elevation_deg),
+        np.radians(noise.azimuth_deg),
+        noise.speed,
+    ]
     trials = 150
     strokes = np.array(best.stroke.offsets) + draw.standard_normal((trials, 5)) * sigmas
-    hits = sum(reached(SCENE, target, predict(SCENE, Stroke.from_offsets(*each)))
-               for each in strokes)
+    hits = sum(
+        reached(SCENE, target, predict(SCENE, Stroke.from_offsets(*each))) for each in strokes
+    )
     least, most = wilson(hits, trials, 3.5)
     assert least <= high
     assert most >= low
@@ -146,24 +158,34 @@ def test_progress_goes_up_to_the_end():
     assert 0.0 <= seen[-1].success <= 1.0
 
 
-@pytest.mark.parametrize(('changes', 'named'), [
-    ({'target': {'pot': '9'}}, "pot: there is no ball '9'; there are: 8, 1"),
-    ({'target': {'pot': 'cue'}}, 'pot:'),
-    ({'target': {'rest': (3, 0)}}, 'rest: .*on the table'),
-    ({'target': {'rest': (.5, .2)}}, "rest: .*overlaps ball '8'"),
-    ({'target': {'pot': '8', 'leave': (.2, -.3)}}, "leave: .*overlaps ball '1'"),
-    ({'target': {'pot': '8', 'pocket': 'middle'}}, 'pocket: .*foot_left'),
-    ({'target': {'sink': '8'}}, 'must have one of the keys'),
-    ({'target': {'pot': '8', 'rest': (0, 0)}}, 'one of the keys'),
-    ({'target': {'hit': '8', 'directon': (1, 0)}}, 'directon: .*nearest known one is direction'),
-    ({'target': {'hit': '8', 'direction': (0, 0)}}, 'direction: .*must not be zero'),
-    ({'target': {'gate': (1, 2)}}, 'gate: .*two points'), ({'target': 'win'}, 'mapping'),
-    ({'budget': 0}, 'budget: 0'), ({'budget': 2.5}, 'budget'), ({'seed': -1}, 'seed: -1'),
-    ({'noise': 'loud'}, 'noise: .*tournament'), ({'noise': {'a': -1}}, 'noise: a'),
-    ({'constraints': {'speed_min': 3, 'speed_max': 2}}, 'speed_max: 2 .* at least speed_min'),
-    ({'constraints': {'speed': 2}}, 'speed: unknown key'),
-    ({'constraints': {'first_contact': '7'}}, "first_contact: there is no ball '7'"),
-])
+@pytest.mark.parametrize(
+    ('changes', 'named'),
+    [
+        ({'target': {'pot': '9'}}, "pot: there is no ball '9'; there are: 8, 1"),
+        ({'target': {'pot': 'cue'}}, 'pot:'),
+        ({'target': {'rest': (3, 0)}}, 'rest: .*on the table'),
+        ({'target': {'rest': (0.5, 0.2)}}, "rest: .*overlaps ball '8'"),
+        ({'target': {'pot': '8', 'leave': (0.2, -0.3)}}, "leave: .*overlaps ball '1'"),
+        ({'target': {'pot': '8', 'pocket': 'middle'}}, 'pocket: .*foot_left'),
+        ({'target': {'sink': '8'}}, 'must have one of the keys'),
+        ({'target': {'pot': '8', 'rest': (0, 0)}}, 'one of the keys'),
+        (
+            {'target': {'hit': '8', 'directon': (1, 0)}},
+            'directon: .*nearest known one is direction',
+        ),
+        ({'target': {'hit': '8', 'direction': (0, 0)}}, 'direction: .*must not be zero'),
+        ({'target': {'gate': (1, 2)}}, 'gate: .*two points'),
+        ({'target': 'win'}, 'mapping'),
+        ({'budget': 0}, 'budget: 0'),
+        ({'budget': 2.5}, 'budget'),
+        ({'seed': -1}, 'seed: -1'),
+        ({'noise': 'loud'}, 'noise: .*tournament'),
+        ({'noise': {'a': -1}}, 'noise: a'),
+        ({'constraints': {'speed_min': 3, 'speed_max': 2}}, 'speed_max: 2 .* at least speed_min'),
+        ({'constraints': {'speed': 2}}, 'speed: unknown key'),
+        ({'constraints': {'first_contact': '7'}}, "first_contact: there is no ball '7'"),
+    ],
+)
 def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
     goal = {'target': {'pot': '8'}, 'noise': 'tournament', 'budget': 100, **changes}
     result = plan(SCENE, **goal)
@@ -174,16 +196,24 @@ def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
 
 
 def test_limits_that_leave_no_stroke():
-    low = plan(table_with(cue=(-1.2, 0), b8=(0, 0)), {'pot': '8'},
-               constraints={'elevation_max_deg': 1, 'azimuth_range_deg': 30})
+    low = plan(
+        table_with(cue=(-1.2, 0), b8=(0, 0)),
+        {'pot': '8'},
+        constraints={'elevation_max_deg': 1, 'azimuth_range_deg': 30},
+    )
     assert low.status == Status.INVALID_REQUEST
     assert 'elevation_max_deg: 1 is not allowed' in low.message
     assert 'at least' in low.message
 
 
 def test_constraints_hold_for_the_plan():
-    limits = {'speed_max': 1.2, 'offset_max': 0.2, 'elevation_min_deg': 8.0,
-              'azimuth_deg': 10.0, 'azimuth_range_deg': 15.0}
+    limits = {
+        'speed_max': 1.2,
+        'offset_max': 0.2,
+        'elevation_min_deg': 8.0,
+        'azimuth_deg': 10.0,
+        'azimuth_range_deg': 15.0,
+    }
     result = plan(SCENE, {'pot': '8'}, budget=BUDGET, constraints=limits)
     assert result.status == Status.OK
     for each in result.ranking:
@@ -196,7 +226,7 @@ def test_constraints_hold_for_the_plan():
 
 def test_first_contact_is_legal():
     """The 8 could be potted at once; if the 1 has to be met first, another way is found."""
-    scene = table_with(cue=(0, -.3), b8=(.5, .2), b1=(.1, .03))
+    scene = table_with(cue=(0, -0.3), b8=(0.5, 0.2), b1=(0.1, 0.03))
     free = plan(scene, {'pot': '8'}, budget=BUDGET)
     bound = plan(scene, {'pot': '8'}, budget=BUDGET, constraints={'first_contact': '1'})
     assert free.best.shot.table.first_met['cue'] == '8'
@@ -206,21 +236,27 @@ def test_first_contact_is_legal():
 
 def test_a_goal_that_cannot_be_reached_is_no_plan():
     """A ball in the ring of six others cannot be hit first by a cue that stays low."""
-    ring = {f'b{i}': (.5 + .0572 * np.cos(i * np.pi / 3), .0572 * np.sin(i * np.pi / 3))
-            for i in range(1, 7)}
-    result = plan(table_with(cue=(-.5, 0), b9=(.5, 0), **ring), {'hit': '9'}, budget=1500,
-                  constraints={'elevation_max_deg': 5})
+    ring = {
+        f'b{i}': (0.5 + 0.0572 * np.cos(i * np.pi / 3), 0.0572 * np.sin(i * np.pi / 3))
+        for i in range(1, 7)
+    }
+    result = plan(
+        table_with(cue=(-0.5, 0), b9=(0.5, 0), **ring),
+        {'hit': '9'},
+        budget=1500,
+        constraints={'elevation_max_deg': 5},
+    )
     assert result.status == Status.NO_PLAN
     assert result.best is None
     assert 'no stroke' in result.message
 
 
 def test_raised_cues_have_room_for_their_errors():
-    scene = table_with(cue=(-1.1, .3), b8=(-.9, .3), b1=(-1.1, -.2))
+    scene = table_with(cue=(-1.1, 0.3), b8=(-0.9, 0.3), b1=(-1.1, -0.2))
     limits = limits_of(scene, None, NOISES['tournament'])
     draw = np.random.default_rng(1)
     strokes = np.zeros((200, 5))
-    strokes[:, :2] = draw.uniform(-.35, .35, (200, 2))
+    strokes[:, :2] = draw.uniform(-0.35, 0.35, (200, 2))
     strokes[:, AZIMUTH], strokes[:, SPEED] = draw.uniform(-np.pi, np.pi, 200), 1.0
     found = raised(scene, limits, strokes)
     assert np.isfinite(found).all()
@@ -235,8 +271,12 @@ def test_raised_cues_have_room_for_their_errors():
 
 
 def test_a_problem_can_be_sent_to_another_process():
-    problem = problem_of(SCENE, target_of(SCENE, {'pot': '8'}),
-                         limits_of(SCENE, None, NOISES['tournament']), NOISES['tournament'])
+    problem = problem_of(
+        SCENE,
+        target_of(SCENE, {'pot': '8'}),
+        limits_of(SCENE, None, NOISES['tournament']),
+        NOISES['tournament'],
+    )
     again = pickle.loads(pickle.dumps(problem))
     assert again.names == problem.names == ('cue', '8', '1')
     assert again.target == problem.target
@@ -246,9 +286,9 @@ def test_a_problem_can_be_sent_to_another_process():
 def test_without_a_table():
     """An endless cloth: still a place to come to rest, or a ball to hit."""
     data = Scene.load('pool').to_dict()
-    data['balls'] = {'cue': (0, 0), '3': (.6, .1)}
+    data['balls'] = {'cue': (0, 0), '3': (0.6, 0.1)}
     scene = Scene.from_dict(data)
-    assert plan(scene, {'rest': (1.0, .5)}, budget=BUDGET).status == Status.OK
+    assert plan(scene, {'rest': (1.0, 0.5)}, budget=BUDGET).status == Status.OK
     assert plan(scene, {'hit': '3', 'direction': (1, 0)}, budget=BUDGET).best.success > 0.9
     nothing = plan(scene, {'pot': '3'})
     assert nothing.status == Status.INVALID_REQUEST

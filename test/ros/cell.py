@@ -1,4 +1,5 @@
 """A cell of real processes: driver, simulated mechanism and simulated table, and a player."""
+
 import re
 from threading import Thread
 from typing import NamedTuple
@@ -55,21 +56,30 @@ class Cell:
         self.joints, self.commands, self.angles = [], [], []
         self.diagnostics, self.shots, self.log = [], [], []
         for kind, topic, heard in (
-                (JointState, f'{space}/joint_states', self.joints),
-                (JointTrajectory, f'{space}/cue_driver/actuation', self.commands),
-                (Float64, f'{space}/cue_driver/incline_angle', self.angles),
-                (String, f'{space}/table_sim/shot', self.shots),
-                (DiagnosticArray, '/diagnostics', self.diagnostics)):
+            (JointState, f'{space}/joint_states', self.joints),
+            (JointTrajectory, f'{space}/cue_driver/actuation', self.commands),
+            (Float64, f'{space}/cue_driver/incline_angle', self.angles),
+            (String, f'{space}/table_sim/shot', self.shots),
+            (DiagnosticArray, '/diagnostics', self.diagnostics),
+        ):
             self.player.create_subscription(kind, topic, heard.append, 100)
         # A node may log before it is discovered: the log is latched for ten seconds.
         self.player.create_subscription(
-            Log, '/rosout', self.log.append,
-            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+            Log,
+            '/rosout',
+            self.log.append,
+            QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        )
         self.estop = self.player.create_publisher(Bool, 'estop', 10)
         self.services = {
             name: self.player.create_client(Trigger, f'{space}/{name}')
-            for name in ('cue_driver/arm', 'cue_driver/disarm', 'cue_driver/clear_fault',
-                         'table_sim/reset')}
+            for name in (
+                'cue_driver/arm',
+                'cue_driver/disarm',
+                'cue_driver/clear_fault',
+                'table_sim/reset',
+            )
+        }
         self.player.wait_for_all()
         self.wait_for_services()
 
@@ -108,7 +118,8 @@ class Cell:
         """Whether any joint moved in the last joint_states of the mechanism."""
         self.joints.clear()
         known = self.player.until(
-            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), 2.0)
+            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), 2.0
+        )
         assert known, 'the mechanism is silent'
         last = next(each for each in self.joints[::-1] if len(each.name) == len(JOINTS))
         return any(abs(velocity) > 1e-6 for velocity in last.velocity)
@@ -118,10 +129,17 @@ class Cell:
         name = f'{self.space}/cue_driver'
         self.diagnostics.clear()
         assert self.player.until(
-            lambda: any(status.name == name for each in self.diagnostics
-                        for status in each.status), 20.0), 'no diagnostics of the driver'
-        status = next(status for each in self.diagnostics[::-1] for status in each.status
-                      if status.name == name)
+            lambda: any(
+                status.name == name for each in self.diagnostics for status in each.status
+            ),
+            20.0,
+        ), 'no diagnostics of the driver'
+        status = next(
+            status
+            for each in self.diagnostics[::-1]
+            for status in each.status
+            if status.name == name
+        )
         return {each.key: each.value for each in status.values}
 
     def logged(self, node):
@@ -132,8 +150,11 @@ class Cell:
     def stops(self):
         """Stops that the mechanism has recorded."""
         found = [STOPPED.fullmatch(line) for line in self.logged('cue_sim')]
-        return [Stop(None if each[1] == 'command' else float(each[2]), float(each[3]))
-                for each in found if each]
+        return [
+            Stop(None if each[1] == 'command' else float(each[2]), float(each[3]))
+            for each in found
+            if each
+        ]
 
     def stands_still(self):
         """Wait until the mechanism has stopped; its own record shows that it did so in time."""
@@ -152,7 +173,8 @@ class Cell:
         self.player.all_is_well = True
         assert self.player.until(
             lambda: self.state is State.DISARMED or self.call('cue_driver/clear_fault').success,
-            30.0)
+            30.0,
+        )
         snapshot = int(self.call('table_sim/reset').message.split()[1])
         assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, 10.0)
         self.reach(State.DISARMED)

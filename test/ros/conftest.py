@@ -1,4 +1,5 @@
 """Real processes and the real middleware, in a ROS domain of their own."""
+
 from collections.abc import Callable, Iterator
 import contextlib
 from functools import partial
@@ -29,6 +30,7 @@ def domain() -> Iterator[None]:
     from domain_coordinator import domain_id
 
     from billiard_shot.ros.demo import quiet_environment
+
     with domain_id() as number, pytest.MonkeyPatch.context() as patch:
         for name, value in quiet_environment(number).items():
             patch.setenv(name, value)
@@ -39,12 +41,17 @@ def domain() -> Iterator[None]:
 def launching() -> Iterator[Start]:
     """Start nodes, and stop them in the end."""
     with contextlib.ExitStack() as stack:
+
         def start_node(name: str, *arguments: str) -> subprocess.Popen[str]:
             process = subprocess.Popen(
                 [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
-                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
             stack.callback(stop, process)
             return process
+
         yield start_node
 
 
@@ -85,6 +92,7 @@ def node(domain: None) -> Iterator[Any]:
     import rclpy
 
     from billiard_shot.ros.running import initialized
+
     with initialized():
         yield rclpy.create_node('tester')
 
@@ -101,6 +109,7 @@ def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
     """Return a function that sends a request to the predictor and returns its answer."""
     from billiard_shot_msgs.srv import PredictShot
     from waiting import call, PATIENCE
+
     client = node.create_client(PredictShot, 'predict_shot')
     assert client.wait_for_service(timeout_sec=PATIENCE), 'the predictor did not come up'
     return lambda request: call(node, client, request, repeatable=True)
@@ -110,6 +119,7 @@ def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
 def whole_cell(request: pytest.FixtureRequest, node: Any, launch: Start) -> Any:
     """Return the cell of a file, in the namespace SPACE and with the nodes NODES of that file."""
     from cell import Cell, PATIENT
+
     gc.freeze()  # a long look for garbage would be a silence
     return Cell(launch, request.module.SPACE, getattr(request.module, 'NODES', PATIENT))
 

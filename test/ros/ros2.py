@@ -3,6 +3,7 @@ The verbs of the `ros2` command that the pages use, for tests on machines withou
 
 They fill in messages from YAML and print them as the real ones do.
 """
+
 import argparse
 import contextlib
 from importlib import import_module
@@ -74,8 +75,10 @@ def send_goal(node, options):
     time.sleep(1.0)
     sent = client.send_goal_async(
         fill(kind.Goal(), yaml.safe_load(options.values)),
-        lambda message: options.feedback and print(
-            f'Feedback:\n{as_yaml(message.feedback)}', flush=True))
+        lambda message: (
+            options.feedback and print(f'Feedback:\n{as_yaml(message.feedback)}', flush=True)
+        ),
+    )
     rclpy.spin_until_future_complete(node, sent)
     ended = sent.result().get_result_async()
     rclpy.spin_until_future_complete(node, ended)
@@ -95,8 +98,10 @@ def main():
     parser = argparse.ArgumentParser()
     verbs = parser.add_subparsers(required=True)
     for group, verb, action, default in (
-            ('topic', 'pub', publish, None), ('service', 'call', call_service, '{}'),
-            ('action', 'send_goal', send_goal, None)):
+        ('topic', 'pub', publish, None),
+        ('service', 'call', call_service, '{}'),
+        ('action', 'send_goal', send_goal, None),
+    ):
         each = verbs.add_parser(group).add_subparsers(required=True).add_parser(verb)
         each.add_argument('-r', '--rate', type=float)
         each.add_argument('-f', '--feedback', action='store_true')

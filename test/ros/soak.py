@@ -3,6 +3,7 @@ Run the tests of the nodes again and again, every other time with all cores busy
 
     python test/ros/soak.py [RUNS] [ARGUMENTS FOR PYTEST...]
 """
+
 from collections.abc import Iterator
 import contextlib
 import os
@@ -35,11 +36,18 @@ def main(runs: str = '20', *arguments: str) -> None:
         cores = 0 if run % 2 else os.cpu_count()
         with busy_cores(cores), log.open('w') as file:
             code = subprocess.run(
-                [sys.executable, '-m', 'pytest', '-m', 'ros', 'test/ros', *arguments], cwd=ROOT,
-                stdout=file, stderr=subprocess.STDOUT, check=False).returncode
+                [sys.executable, '-m', 'pytest', '-m', 'ros', 'test/ros', *arguments],
+                cwd=ROOT,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                check=False,
+            ).returncode
         failures += code != 0
-        print(f'run {run} of {runs}, {cores} cores busy: {log.read_text().splitlines()[-1]}'
-              + (f' ({log})' if code else ''), flush=True)
+        print(
+            f'run {run} of {runs}, {cores} cores busy: {log.read_text().splitlines()[-1]}'
+            + (f' ({log})' if code else ''),
+            flush=True,
+        )
     sys.exit(failures)
 
 

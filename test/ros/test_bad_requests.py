@@ -1,4 +1,5 @@
 """Every kind of bad request: its status, a message that names the field, and a node that lives."""
+
 import math
 import time
 
@@ -90,8 +91,14 @@ def test_absurd_speeds_get_finite_answers(ask, value):
     request = request_for(*PAPER_SHOTS['massé'], RADIUS)
     request.speed = value
     answer = ask(request)
-    numbers = [answer.velocity.x, answer.spin.y, answer.cue_speed, answer.error_estimate,
-               *answer.trajectory.positions, *answer.trajectory.velocities]
+    numbers = [
+        answer.velocity.x,
+        answer.spin.y,
+        answer.cue_speed,
+        answer.error_estimate,
+        *answer.trajectory.positions,
+        *answer.trajectory.velocities,
+    ]
     assert all(map(math.isfinite, numbers))
     assert answer.message
     time.sleep(2 * SHOW_DELAY)

@@ -1,4 +1,5 @@
 """A shot is recorded to an MCAP bag and replayed, by the topics that docs/ros.md names."""
+
 import contextlib
 import gc
 from importlib import import_module
@@ -51,9 +52,9 @@ RATE = 4.0
 
 def topics_of(command):
     """Topics in the line of docs/ros.md that begins with a command, in the namespace SPACE."""
-    line, = re.findall(rf'^{command} .*$', PAGE.replace('\\\n', ' '), re.MULTILINE)
+    (line,) = re.findall(rf'^{command} .*$', PAGE.replace('\\\n', ' '), re.MULTILINE)
     words = shlex.split(line)
-    names = [word for word in words[words.index('--topics') + 1:] if word.startswith('/')]
+    names = [word for word in words[words.index('--topics') + 1 :] if word.startswith('/')]
     return [name if name in SHARED else SPACE + name for name in names]
 
 
@@ -74,6 +75,7 @@ def types():
 # ros2 bag cannot be installed from PyPI. The two functions below treat QoS as it does: it asks for
 # what the publishers offer, keeps that in the bag, and publishes with it.
 
+
 @contextlib.contextmanager
 def recording(bag, topics):
     """Record topics that have publishers."""
@@ -85,20 +87,38 @@ def recording(bag, topics):
     with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic in topics:
             offers = recorder.get_publishers_info_by_topic(topic)
-            durability, = {offer.qos_profile.durability for offer in offers}
-            reliability, = {offer.qos_profile.reliability for offer in offers}
-            kind, = {offer.topic_type for offer in offers}
+            (durability,) = {offer.qos_profile.durability for offer in offers}
+            (reliability,) = {offer.qos_profile.reliability for offer in offers}
+            (kind,) = {offer.topic_type for offer in offers}
             connection = writer.add_connection(
-                topic, kind, typestore=store, offered_qos_profiles=[Qos(
-                    QosHistory.KEEP_LAST, 1, QosReliability[reliability.name],
-                    QosDurability[durability.name], forever, forever, QosLiveliness.AUTOMATIC,
-                    forever, avoid_ros_namespace_conventions=False)])
+                topic,
+                kind,
+                typestore=store,
+                offered_qos_profiles=[
+                    Qos(
+                        QosHistory.KEEP_LAST,
+                        1,
+                        QosReliability[reliability.name],
+                        QosDurability[durability.name],
+                        forever,
+                        forever,
+                        QosLiveliness.AUTOMATIC,
+                        forever,
+                        avoid_ros_namespace_conventions=False,
+                    )
+                ],
+            )
 
             def write(data, connection=connection):
                 writer.write(connection, time.time_ns(), data)
 
-            recorder.create_subscription(kind_of(kind), topic, write, QoSProfile(
-                depth=1000, durability=durability, reliability=reliability), raw=True)
+            recorder.create_subscription(
+                kind_of(kind),
+                topic,
+                write,
+                QoSProfile(depth=1000, durability=durability, reliability=reliability),
+                raw=True,
+            )
         thread = threading.Thread(target=executor.spin)
         thread.start()
         try:
@@ -116,13 +136,20 @@ def replay(bag, topics, node, copies):
     with Reader(bag) as reader:
         connections = [each for each in reader.connections if each.topic in topics]
         for each in connections:
-            offered, = each.ext.offered_qos_profiles
+            (offered,) = each.ext.offered_qos_profiles
             publishers[each.topic] = node.create_publisher(
-                kind_of(each.msgtype), copies(each.topic), QoSProfile(
-                    depth=offered.depth, reliability=ReliabilityPolicy[offered.reliability.name],
-                    durability=DurabilityPolicy[offered.durability.name]))
-        assert until(node, lambda: all(
-            each.get_subscription_count() for each in (clock, *publishers.values())))
+                kind_of(each.msgtype),
+                copies(each.topic),
+                QoSProfile(
+                    depth=offered.depth,
+                    reliability=ReliabilityPolicy[offered.reliability.name],
+                    durability=DurabilityPolicy[offered.durability.name],
+                ),
+            )
+        assert until(
+            node,
+            lambda: all(each.get_subscription_count() for each in (clock, *publishers.values())),
+        )
         last = None
         for connection, stamp, data in reader.messages(connections):
             time.sleep((stamp - (last or stamp)) / 1e9 / RATE)
@@ -147,9 +174,11 @@ def until(node, condition, seconds=180.0):
 def content(bag, topic):
     """Messages on a topic of a bag."""
     with Reader(bag) as reader:
-        connection, = [each for each in reader.connections if each.topic == topic]
-        return [deserialize_message(bytes(data), kind_of(connection.msgtype))
-                for _, _, data in reader.messages([connection])]
+        (connection,) = [each for each in reader.connections if each.topic == topic]
+        return [
+            deserialize_message(bytes(data), kind_of(connection.msgtype))
+            for _, _, data in reader.messages([connection])
+        ]
 
 
 @pytest.fixture(scope='module')
@@ -157,8 +186,11 @@ def recorded(node, launch, tmp_path_factory):
     """Return a bag with a shot of nodes that have ended by now, and the QoS of their topics."""
     gc.freeze()  # a long collection would be a silence of the emergency stop
     path = tmp_path_factory.mktemp('bags') / 'shot'
-    processes = [launch(name, '-r', f'__ns:={SPACE}', *arguments)
-                 for name, arguments in NODES.items() if name != 'planner']
+    processes = [
+        launch(name, '-r', f'__ns:={SPACE}', *arguments)
+        for name, arguments in NODES.items()
+        if name != 'planner'
+    ]
     player = Player(SPACE, simulate_safety_inputs=True)
     player.wait_for_all()
     topics = topics_of('ros2 bag record')
@@ -166,10 +198,15 @@ def recorded(node, launch, tmp_path_factory):
     topics = [topic for topic in topics if not ELSEWHERE.search(topic)]
     for topic in topics:
         assert player.until(lambda topic=topic: player.count_publishers(topic), 120.0), (
-            f'docs/ros.md: nobody publishes {topic}')
-    qos = {topic: (player.get_publishers_info_by_topic(topic),
-                   player.get_subscriptions_info_by_topic(topic))
-           for topic, _ in player.get_topic_names_and_types()}
+            f'docs/ros.md: nobody publishes {topic}'
+        )
+    qos = {
+        topic: (
+            player.get_publishers_info_by_topic(topic),
+            player.get_subscriptions_info_by_topic(topic),
+        )
+        for topic, _ in player.get_topic_names_and_types()
+    }
     with recording(path, topics):
         goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
         assert play(player, 'follow', goal, arm=True)
@@ -192,11 +229,16 @@ def test_qos_is_as_documented(recorded):
     """Every topic of the nodes is in the table of docs/ros.md, with what each end asks for."""
     _, ends = recorded
     rows = re.findall(
-        r'^\| (`.*?) \| .* \| (reliable) \| (volatile|transient local) \|$', PAGE, re.MULTILINE)
-    documented = {topic if topic in SHARED else f'{SPACE}/{topic}': (
-                      reliability.upper(), durability.upper().replace(' ', '_'))
-                  for names, reliability, durability in rows
-                  for topic in re.findall(r'`(.*?)`', names)}
+        r'^\| (`.*?) \| .* \| (reliable) \| (volatile|transient local) \|$', PAGE, re.MULTILINE
+    )
+    documented = {
+        topic if topic in SHARED else f'{SPACE}/{topic}': (
+            reliability.upper(),
+            durability.upper().replace(' ', '_'),
+        )
+        for names, reliability, durability in rows
+        for topic in re.findall(r'`(.*?)`', names)
+    }
     found = {}
     for topic, (publishers, listeners) in ends.items():
         for end in (*publishers, *listeners):
@@ -205,8 +247,9 @@ def test_qos_is_as_documented(recorded):
             if ours and not re.search(r'/_|/rosout|/parameter_events', topic):
                 qos = end.qos_profile
                 found.setdefault(topic, set()).add((qos.reliability.name, qos.durability.name))
-    assert found == {topic: {qos} for topic, qos in documented.items()
-                     if not ELSEWHERE.search(topic)}
+    assert found == {
+        topic: {qos} for topic, qos in documented.items() if not ELSEWHERE.search(topic)
+    }
 
 
 def test_a_bag_has_what_a_shot_is_made_of(bag):
@@ -214,15 +257,22 @@ def test_a_bag_has_what_a_shot_is_made_of(bag):
     assert {file.suffix for file in bag.iterdir()} == {'.mcap', '.yaml'}
     with Reader(bag) as reader:
         latched = {
-            each.topic.removeprefix(SPACE) for each in reader.connections
-            if each.ext.offered_qos_profiles[0].durability is QosDurability.TRANSIENT_LOCAL}
-        empty = {each.topic.removeprefix(SPACE) for each in reader.connections
-                 if not each.msgcount}
+            each.topic.removeprefix(SPACE)
+            for each in reader.connections
+            if each.ext.offered_qos_profiles[0].durability is QosDurability.TRANSIENT_LOCAL
+        }
+        empty = {
+            each.topic.removeprefix(SPACE) for each in reader.connections if not each.msgcount
+        }
     assert not empty, 'nothing was recorded'
-    assert {'/table_state', '/cue_driver/state', '/table_display/table', '/predictor/markers'
-            } <= latched
+    assert {
+        '/table_state',
+        '/cue_driver/state',
+        '/table_display/table',
+        '/predictor/markers',
+    } <= latched
     assert not latched & {'/joint_states', '/estop', '/interlock', '/cue_driver/actuation'}
-    strike, = content(bag, f'{SPACE}/cue_driver/strike')
+    (strike,) = content(bag, f'{SPACE}/cue_driver/strike')
     assert strike.speed == pytest.approx(STROKE.speed, rel=0.01)
 
 
@@ -234,12 +284,14 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
     shown = {'balls': [], 'cue': [], 'table': []}
     for name, arrays in shown.items():
         node.create_subscription(
-            MarkerArray, f'{COPY}/table_display/{name}', arrays.append, LATCHED)
+            MarkerArray, f'{COPY}/table_display/{name}', arrays.append, LATCHED
+        )
     replay(bag, topics, node, lambda topic: topic.replace(SPACE, COPY))
     for name, arrays in shown.items():
         wanted = content(bag, f'{SPACE}/table_display/{name}')[-1].markers
-        assert until(node, lambda wanted=wanted, arrays=arrays: (
-            arrays and alike(arrays[-1].markers, wanted))), f'{name}: the last markers differ'
+        assert until(
+            node, lambda wanted=wanted, arrays=arrays: arrays and alike(arrays[-1].markers, wanted)
+        ), f'{name}: the last markers differ'
     with Reader(bag) as reader:
         begin, end = reader.start_time // 10**9, reader.end_time // 10**9
     assert begin <= shown['cue'][-1].markers[0].header.stamp.sec <= end
@@ -248,15 +300,27 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
 def alike(some, others):
     """Whether markers are the same, within what a display neglects of the motion of a cue."""
     return [described(each) for each in some] == [described(each) for each in others] and all(
-        abs(a - b) < 1e-4 for one, other in zip(some, others, strict=True)
-        for a, b in zip(places(one), places(other), strict=True))
+        abs(a - b) < 1e-4
+        for one, other in zip(some, others, strict=True)
+        for a, b in zip(places(one), places(other), strict=True)
+    )
 
 
 def described(marker):
-    return (marker.ns, marker.id, marker.type, marker.text, marker.color, marker.scale,
-            len(marker.points))
+    return (
+        marker.ns,
+        marker.id,
+        marker.type,
+        marker.text,
+        marker.color,
+        marker.scale,
+        len(marker.points),
+    )
 
 
 def places(marker):
-    return [number for point in (marker.pose.position, *marker.points)
-            for number in (point.x, point.y, point.z)]
+    return [
+        number
+        for point in (marker.pose.position, *marker.points)
+        for number in (point.x, point.y, point.z)
+    ]

@@ -1,4 +1,5 @@
 """Asking a service that does not answer."""
+
 import threading
 
 import pytest

@@ -1,4 +1,5 @@
 """Messages to the library and back, without any middleware."""
+
 import dataclasses
 from pathlib import Path
 from types import SimpleNamespace
@@ -25,8 +26,14 @@ RADIUS = SCENE.ball.radius
 unit = st.floats(-1.0, 1.0)
 
 
-@given(azimuth=st.floats(-3.0, 3.0), elevation=st.floats(0.1, 1.5), a=st.floats(-0.4, 0.4),
-       x=unit, y=unit, speed=st.floats(0.05, 10.0))
+@given(
+    azimuth=st.floats(-3.0, 3.0),
+    elevation=st.floats(0.1, 1.5),
+    a=st.floats(-0.4, 0.4),
+    x=unit,
+    y=unit,
+    speed=st.floats(0.05, 10.0),
+)
 def test_stroke_survives_the_round_trip(azimuth, elevation, a, x, y, speed):
     """Normal and velocity -> cue pose in a message -> the same normal and velocity."""
     first = Stroke.from_offsets(a=a, b=0.1, elevation=elevation, azimuth=azimuth, speed=speed)
@@ -56,24 +63,38 @@ def test_the_demos_shots_are_those_of_the_strokes_file():
     file = Path(__file__).resolve().parents[2] / 'config' / 'strokes' / 'paper.yaml'
     assert read_strokes(file, (0.0, 0.0, RADIUS)) == {
         name: Stroke(normal=normal, velocity=velocity)
-        for name, (normal, velocity) in PAPER_SHOTS.items()}
+        for name, (normal, velocity) in PAPER_SHOTS.items()
+    }
 
 
 def test_request_round_trip():
     request = conversions.make_request(
-        (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(.1, .2, 0), tolerance=1e-5, sample_count=9)
+        (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(0.1, 0.2, 0), tolerance=1e-5, sample_count=9
+    )
     conversions.check_common(request, 'table')
-    assert conversions.ball_of(request, RADIUS, None, 'table') == (.1, .2, RADIUS)
+    assert conversions.ball_of(request, RADIUS, None, 'table') == (0.1, 0.2, RADIUS)
     assert (request.speed, request.tolerance, request.sample_count) == (1.5, 1e-5, 9)
     assert request.cue_pose.orientation.w == 2.0
 
 
 def test_numbers_that_are_not_finite_never_leave():
     shot = predict(SCENE, Stroke(normal=(-1, 0, 0), velocity=(1, 0, 0)))
-    broken = SimpleNamespace(**{
-        name: getattr(shot, name) for name in (
-            'status', 'message', 'spin', 'cue_speed', 'trajectory', 'effects', 'error_estimate',
-            'wall_time')}, velocity=np.array([np.nan, 0.0, 0.0]))
+    broken = SimpleNamespace(
+        **{
+            name: getattr(shot, name)
+            for name in (
+                'status',
+                'message',
+                'spin',
+                'cue_speed',
+                'trajectory',
+                'effects',
+                'error_estimate',
+                'wall_time',
+            )
+        },
+        velocity=np.array([np.nan, 0.0, 0.0]),
+    )
     answer = conversions.response_of(broken, 5)
     assert answer.status == Status.INVALID_REQUEST
     assert answer.velocity.x == 0.0
@@ -92,8 +113,10 @@ def test_path_stamps_carry_over_seconds():
 def test_the_answer_lists_every_effect_and_why():
     scene = dataclasses.replace(SCENE, effects=Effects(flight='off'))
     normal, velocity = PAPER_SHOTS['massé']
-    effects = {effect.name: effect for effect in
-               conversions.response_of(predict(scene, Stroke(normal, velocity)), 2).effects}
+    effects = {
+        effect.name: effect
+        for effect in conversions.response_of(predict(scene, Stroke(normal, velocity)), 2).effects
+    }
     assert list(effects) == [gate.name for gate in GATES]
     assert effects['table_contact'].simulated
     assert effects['end_mass'].reason == 'the cue is guided: its tip cannot move sideways'

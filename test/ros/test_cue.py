@@ -1,4 +1,5 @@
 """The mechanical cue as real processes: driver, simulated mechanism and simulated table."""
+
 import math
 import signal
 from time import monotonic
@@ -62,12 +63,19 @@ def test_what_it_publishes(cell):
     assert cell.angles[-1].data == pytest.approx(0.2, abs=1e-9)
     cell.diagnostics.clear()
     assert cell.player.until(lambda: cell.diagnostics, 3.0)
-    status, = cell.diagnostics[-1].status
+    (status,) = cell.diagnostics[-1].status
     assert status.name == '/cell/cue_driver'
     assert status.message == 'AIMED: waits to be armed'
     assert {each.key: each.value for each in status.values} == {
-        'shot_id': 'topics', 'node': 'ok', 'estop': 'ok', 'interlock': 'ok', 'mechanism': 'ok',
-        'table': 'ok', 'clock': 'ok', 'other drivers': 'ok'}
+        'shot_id': 'topics',
+        'node': 'ok',
+        'estop': 'ok',
+        'interlock': 'ok',
+        'mechanism': 'ok',
+        'table': 'ok',
+        'clock': 'ok',
+        'other drivers': 'ok',
+    }
     measured = [each for each in cell.joints if each.name == ['incline_angle']]
     assert measured[-1].position[0] == pytest.approx(0.2, abs=math.radians(0.02))
     cell.call('cue_driver/disarm')
@@ -103,7 +111,8 @@ def test_refused_by_name(cell):
     steep = Stroke.from_offsets(a=0.0, b=0.0, elevation=1.3, azimuth=0.0, speed=1.0)
     assert outcome(cell.goal('fast', fast)) == (
         Outcome.SPEED_OUT_OF_LIMITS,
-        'stroke.speed: 6.5 m/s is 0.5 m/s above the limit of 6 m/s')
+        'stroke.speed: 6.5 m/s is 0.5 m/s above the limit of 6 m/s',
+    )
     assert outcome(cell.goal('steep', steep))[0] is Outcome.ELEVATION_OUT_OF_LIMITS
     moved = cell.goal('moved')
     cell.player.execute(cell.goal('before it'))
@@ -191,8 +200,12 @@ def test_a_late_brake_is_a_fault(cell):
 
     def late_brake(seconds):
         value = ParameterValue(type=3, double_value=seconds)
-        answer = call(cell.player, put, SetParameters.Request(
-            parameters=[Parameter(name='late_brake', value=value)]), repeatable=True)
+        answer = call(
+            cell.player,
+            put,
+            SetParameters.Request(parameters=[Parameter(name='late_brake', value=value)]),
+            repeatable=True,
+        )
         return answer.results[0].successful
 
     assert not late_brake(-1.0)
@@ -263,20 +276,24 @@ def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
 
 def wait_for_node(node, name, namespace):
     import rclpy
+
     deadline = monotonic() + 60.0
     while (name, namespace) not in node.get_node_names_and_namespaces():
         assert monotonic() < deadline
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
-@pytest.mark.parametrize(('name', 'setting', 'words'), [
-    ('cue_driver', 'scene:=pool', 'its cue must be guided'),
-    ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
-    ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
-    ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),
-    ('cue_sim', 'dropped:=2.0', 'dropped'),
-    ('table_sim', 'haste:=0.0', 'haste'),
-])
+@pytest.mark.parametrize(
+    ('name', 'setting', 'words'),
+    [
+        ('cue_driver', 'scene:=pool', 'its cue must be guided'),
+        ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
+        ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
+        ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),
+        ('cue_sim', 'dropped:=2.0', 'dropped'),
+        ('table_sim', 'haste:=0.0', 'haste'),
+    ],
+)
 def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
     process = launch(name, '-p', setting)
     said, _ = process.communicate(timeout=60)

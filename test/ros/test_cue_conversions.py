@@ -1,4 +1,5 @@
 """The mechanical cue's messages to the library and back, without any middleware."""
+
 import math
 
 import pytest
@@ -34,8 +35,13 @@ def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
     return conversions.plan_of(stroke, BALLS, SCENE, 'shot')
 
 
-@given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(0.0, 1.2), st.floats(-3.1, 3.1),
-       st.floats(0.1, 6.0))
+@given(
+    st.floats(-0.5, 0.5),
+    st.floats(-0.5, 0.5),
+    st.floats(0.0, 1.2),
+    st.floats(-3.1, 3.1),
+    st.floats(0.1, 6.0),
+)
 def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
     sent = plan(a, b, elevation, azimuth, speed)
     goal = conversions.goal_of(sent, 'once', Time(sec=5), Time(sec=70, nanosec=500_000_000))
@@ -86,8 +92,9 @@ def test_paths_that_make_no_sense():
 
     assert 'joint_names' in refused(lambda m: m.joint_names.pop())
     assert 'velocities' in refused(lambda m: setattr(m.points[3], 'velocities', []))
-    assert 'ascend' in refused(lambda m: setattr(
-        m.points[1], 'time_from_start', m.points[4].time_from_start))
+    assert 'ascend' in refused(
+        lambda m: setattr(m.points[1], 'time_from_start', m.points[4].time_from_start)
+    )
     assert 'finite' in refused(lambda m: setattr(m.points[1], 'positions', [math.nan] * 6))
     assert 'points' in refused(lambda m: m.points.clear())
 
@@ -96,11 +103,11 @@ def test_zero_command():
     stop = conversions.stop_message(np.arange(6.0), JOINTS, 'driver/8')
     assert conversions.is_stop(stop)
     assert list(stop.points[0].velocities) == [0.0] * 6
-    assert conversions.is_stop(
-        conversions.stop_message(np.full(6, math.nan), JOINTS, 'driver/9'))
+    assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS, 'driver/9'))
     path = prepare(Mechanism(), SCENE, plan()).stroke.path
     assert not conversions.is_stop(
-        conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7'))
+        conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
+    )
 
 
 def test_commands_are_named():
@@ -141,8 +148,11 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
 
 
 def constants(interface):
-    return {name: getattr(interface, name) for name in dir(interface)
-            if name.isupper() and isinstance(getattr(interface, name), int)}
+    return {
+        name: getattr(interface, name)
+        for name in dir(interface)
+        if name.isupper() and isinstance(getattr(interface, name), int)
+    }
 
 
 def test_constants_are_the_enumerations():

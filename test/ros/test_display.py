@@ -1,4 +1,5 @@
 """What RViz and Foxglove get to see: the sizes of the scene, over the real middleware."""
+
 import json
 from pathlib import Path
 import re
@@ -71,10 +72,10 @@ def check_table(array, scene):
     drawn(array)
     nose, depth = scene.ball.radius * 2 * scene.table.cushion.height, scene.table.cushion.depth
     half = 0.5 * np.array([scene.table.length, scene.table.width])
-    bed, = named(array, 'bed')
+    (bed,) = named(array, 'bed')
     np.testing.assert_allclose(size(bed)[:2], 2 * (half + depth))
     assert centre(bed)[2] + size(bed)[2] / 2 == pytest.approx(0.0), 'the cloth is at z = 0'
-    cushions, = named(array, 'cushions')
+    (cushions,) = named(array, 'cushions')
     points = corners(cushions)
     for axis in 0, 1:
         assert np.abs(points[:, axis]).max() == pytest.approx(half[axis] + depth)
@@ -94,20 +95,24 @@ def test_furniture_has_the_sizes_of_the_scene(name):
 
 
 def test_cloth_without_end_is_a_cloth():
-    bed, = drawn(table_markers.furniture_markers(Scene.load('pool'), NOW))
+    (bed,) = drawn(table_markers.furniture_markers(Scene.load('pool'), NOW))
     assert bed.ns == 'bed'
 
 
 def test_balls_lie_where_they_do_in_their_colours():
-    state = TableState(balls=[
-        BallState(id='cue', position=Point(x=0.1, y=0.2)),
-        BallState(id='3', position=Point(x=-0.4, y=0.0, z=0.2)),
-        BallState(id='8', pocketed=True)])
+    state = TableState(
+        balls=[
+            BallState(id='cue', position=Point(x=0.1, y=0.2)),
+            BallState(id='3', position=Point(x=-0.4, y=0.0, z=0.2)),
+            BallState(id='8', pocketed=True),
+        ]
+    )
     array = table_markers.ball_markers(table_markers.places_of(state, 0.028), 0.028, NOW)
     drawn(array)
     balls = named(array, 'balls')
-    np.testing.assert_allclose([centre(ball) for ball in balls],
-                               [(0.1, 0.2, 0.028), (-0.4, 0.0, 0.2)])
+    np.testing.assert_allclose(
+        [centre(ball) for ball in balls], [(0.1, 0.2, 0.028), (-0.4, 0.0, 0.2)]
+    )
     assert [label.text for label in named(array, 'labels')] == ['cue', '3']
     for ball, name in zip(balls, ('cue', '3'), strict=True):
         np.testing.assert_allclose(size(ball), 0.056)
@@ -120,13 +125,13 @@ def test_the_mechanical_cue_is_where_its_joints_put_it():
     array = table_markers.cue_markers(mechanism, joints, NOW)
     drawn(array)
     tip = tip_of(mechanism, joints)
-    cue, = named(array, 'mechanical cue')
+    (cue,) = named(array, 'mechanical cue')
     along = (corners(cue) - tip.position) @ tip.along
     assert along.max() == pytest.approx(0.0, abs=1e-12)
     assert along.min() == pytest.approx(-0.9)
     aside = corners(cue) - tip.position - np.outer(along, tip.along)
     assert np.linalg.norm(aside, axis=1).max() == pytest.approx(table_markers.SHAFT)
-    pivot, = named(array, 'pivot')
+    (pivot,) = named(array, 'pivot')
     np.testing.assert_allclose(centre(pivot), joints[:3])
     for wrong in np.nan, 5.0:
         joints[4] = wrong
@@ -137,7 +142,8 @@ def test_the_mechanical_cue_is_where_its_joints_put_it():
 def test_a_shot_shows_the_cue_and_every_ball_that_moves():
     there = np.subtract(COMBINATION.balls['1'], COMBINATION.cue_ball[:2])
     stroke = Stroke.from_offsets(
-        a=0.1, b=0.2, elevation=0.1, azimuth=np.arctan2(there[1], there[0]), speed=2.0)
+        a=0.1, b=0.2, elevation=0.1, azimuth=np.arctan2(there[1], there[0]), speed=2.0
+    )
     shot = predict(COMBINATION, stroke)
     array = display.shot_markers(shot, NOW)
     drawn(array)
@@ -151,9 +157,14 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
         np.testing.assert_allclose(points[0], trajectory.at(0.0).position)
         np.testing.assert_allclose(points[-1], trajectory.rest)
         seen = {(each.r, each.g, each.b) for each in path.colors}
-        assert len(seen) == len({segment.motion for segment in trajectory.segments
-                                 if segment.start < trajectory.duration})
-    cue, = named(array, 'cue')
+        assert len(seen) == len(
+            {
+                segment.motion
+                for segment in trajectory.segments
+                if segment.start < trajectory.duration
+            }
+        )
+    (cue,) = named(array, 'cue')
     ends = corners(cue)
     along = np.array(stroke.velocity) / stroke.speed
     length = COMBINATION.cue.length
@@ -170,14 +181,16 @@ def test_a_line_goes_where_the_ball_does():
     a, b = line[:-1], line[1:]
     for time in np.linspace(0.0, shot.trajectory.duration, 500):
         point = shot.trajectory.at(time).position
-        t = ((point - a) * (b - a)).sum(axis=1) / np.maximum(((b - a)**2).sum(axis=1), 1e-30)
+        t = ((point - a) * (b - a)).sum(axis=1) / np.maximum(((b - a) ** 2).sum(axis=1), 1e-30)
         nearest = a + np.clip(t, 0.0, 1.0)[:, np.newaxis] * (b - a)
         assert np.linalg.norm(nearest - point, axis=1).min() < 1e-3
 
 
 def test_a_plan_shows_the_best_stroke_best():
-    strokes = [Stroke.from_offsets(a=0.0, b=0.2, elevation=0.1, azimuth=azimuth, speed=2.0)
-               for azimuth in (0.2, 0.21, 0.25)]
+    strokes = [
+        Stroke.from_offsets(a=0.0, b=0.2, elevation=0.1, azimuth=azimuth, speed=2.0)
+        for azimuth in (0.2, 0.21, 0.25)
+    ]
     shots = [predict(COMBINATION, stroke) for stroke in strokes]
     array = display.plan_markers(shots, ['91 %', '80 %', '40 %'], NOW)
     drawn(array)
@@ -189,20 +202,24 @@ def test_a_plan_shows_the_best_stroke_best():
 
 
 def test_every_motion_on_the_way_has_a_colour_of_its_own():
-    ways = {motion for motion in Motion
-            if motion not in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)}
+    ways = {
+        motion
+        for motion in Motion
+        if motion not in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
+    }
     assert set(MOTIONS) == ways
     assert len(set(MOTIONS.values())) == len(ways)
 
 
 # --- over the middleware ------------------------------------------------------------------------
 
+
 def arrives(node, topic, condition=bool):
     """Return the first message on a latched topic for which a condition is true."""
     fitting = []
     subscription = node.create_subscription(
-        MarkerArray, topic,
-        lambda message: condition(message) and fitting.append(message), LATCHED)
+        MarkerArray, topic, lambda message: condition(message) and fitting.append(message), LATCHED
+    )
     arrived = spin_until(node, lambda: fitting)
     node.destroy_subscription(subscription)
     assert arrived, f'{topic}: nothing like that came'
@@ -214,13 +231,15 @@ def test_latched_markers_have_the_sizes_of_the_scene(launch, node):
     check_table(arrives(node, '/shown/table_display/table'), NINE)
     balls = named(arrives(node, '/shown/table_display/balls'), 'balls')
     assert len(balls) == 10
-    np.testing.assert_allclose(sorted(centre(ball)[0] for ball in balls),
-                               sorted(x for x, _ in NINE.balls.values()))
+    np.testing.assert_allclose(
+        sorted(centre(ball)[0] for ball in balls), sorted(x for x, _ in NINE.balls.values())
+    )
 
     publisher = node.create_publisher(TableState, '/shown/table_state', LATCHED)
     publisher.publish(TableState(balls=[BallState(id='9', position=Point(x=0.25))]))
-    moved = arrives(node, '/shown/table_display/balls',
-                    lambda message: len(named(message, 'balls')) == 1)
+    moved = arrives(
+        node, '/shown/table_display/balls', lambda message: len(named(message, 'balls')) == 1
+    )
     assert centre(named(moved, 'balls')[0])[0] == 0.25
     node.destroy_publisher(publisher)
 
@@ -229,8 +248,12 @@ def test_a_moving_cue_is_shown_where_it_is(launch, node):
     launch('table_display', '-r', '__ns:=/moving')
     joints = np.array([0.1, -0.2, 0.5, 0.3, 0.6, 0.25])
     publisher = node.create_publisher(JointState, '/moving/joint_states', 10)
-    timer = node.create_timer(0.05, lambda: publisher.publish(JointState(
-        name=list(JOINTS), position=joints.tolist(), velocity=[0.0] * 6)))
+    timer = node.create_timer(
+        0.05,
+        lambda: publisher.publish(
+            JointState(name=list(JOINTS), position=joints.tolist(), velocity=[0.0] * 6)
+        ),
+    )
     for stroke in 0.25, 0.4:
         joints[5] = stroke
         tip = tip_of(Mechanism(), joints).position
@@ -247,6 +270,7 @@ def test_a_moving_cue_is_shown_where_it_is(launch, node):
 def test_another_scene_is_shown_once_it_is_set(launch, node):
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
+
     launch('table_display', '-r', '__ns:=/other')
     client = node.create_client(SetParameters, '/other/table_display/set_parameters')
     assert client.wait_for_service(timeout_sec=PATIENCE)
@@ -276,8 +300,13 @@ def test_rviz_listens_to_what_the_nodes_publish():
 def published():
     """Topics of markers and paths that the nodes publish, without their namespace."""
     nodes = (ROOT / 'billiard_shot' / 'ros').glob('*.py')
-    return {f'{file.stem}/{topic}' for file in nodes for topic in re.findall(
-        r"create_publisher\((?:MarkerArray|Path), '~/(\w+)', LATCHED\)", file.read_text())}
+    return {
+        f'{file.stem}/{topic}'
+        for file in nodes
+        for topic in re.findall(
+            r"create_publisher\((?:MarkerArray|Path), '~/(\w+)', LATCHED\)", file.read_text()
+        )
+    }
 
 
 def test_foxglove_shows_what_the_nodes_publish():

@@ -1,4 +1,5 @@
 """What the driver refuses and reports beside its states: rivals, settings, clocks, silence."""
+
 from pathlib import Path
 
 import pytest
@@ -30,22 +31,38 @@ def setter(cell, node):
         kind = {bool: 'bool', int: 'integer', float: 'double', str: 'string'}[type(value)]
         number = {'bool': 1, 'integer': 2, 'double': 3, 'string': 4}[kind]
         parameter = Parameter(
-            name=name, value=ParameterValue(type=number, **{f'{kind}_value': value}))
-        answer = call(cell.player, client, SetParameters.Request(parameters=[parameter]),
-                      repeatable=True)
-        result, = answer.results
+            name=name, value=ParameterValue(type=number, **{f'{kind}_value': value})
+        )
+        answer = call(
+            cell.player, client, SetParameters.Request(parameters=[parameter]), repeatable=True
+        )
+        (result,) = answer.results
         return '' if result.successful else result.reason
+
     return put
 
 
 def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
-    second = launch_once('cue_driver', '-r', f'__ns:={SPACE}', '-r', '__node:=second_driver',
-                         '-p', 'autostart:=true', '-p', 'actuation_topic:=cue_driver/actuation')
+    second = launch_once(
+        'cue_driver',
+        '-r',
+        f'__ns:={SPACE}',
+        '-r',
+        '__node:=second_driver',
+        '-p',
+        'autostart:=true',
+        '-p',
+        'actuation_topic:=cue_driver/actuation',
+    )
     cell.reach(State.FAULT, 60.0)
     assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
-    assert cell.player.until(lambda: any(
-        'FAULT: another node commands the mechanism: ' in line
-        for line in cell.logged('second_driver')), 60.0)
+    assert cell.player.until(
+        lambda: any(
+            'FAULT: another node commands the mechanism: ' in line
+            for line in cell.logged('second_driver')
+        ),
+        60.0,
+    )
     rival = f'another node commands the mechanism: {SPACE}/second_driver'
     assert cell.player.until(lambda: cell.health()['other drivers'] == rival, 30.0)
     refused = cell.call('cue_driver/clear_fault')
@@ -74,19 +91,29 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     assert 'read-only' in put('period', 0.05)
     assert put('joints_timeout', 0.05) == ''
     assert not transition(Transition.TRANSITION_CONFIGURE).success
-    assert cell.player.until(lambda: any(
-        'configure failed: estop_timeout, interlock_timeout, joints_timeout: 0.05 s is not '
-        'allowed; each must be at least four times the period of 0.02 s' in line
-        for line in cell.logged('cue_driver')), 20.0)
+    assert cell.player.until(
+        lambda: any(
+            'configure failed: estop_timeout, interlock_timeout, joints_timeout: 0.05 s is not '
+            'allowed; each must be at least four times the period of 0.02 s' in line
+            for line in cell.logged('cue_driver')
+        ),
+        20.0,
+    )
     assert put('joints_timeout', 2.0) == ''
     assert transition(Transition.TRANSITION_CONFIGURE).success
     assert transition(Transition.TRANSITION_ACTIVATE).success
     cell.reach(State.DISARMED)
 
 
-@pytest.mark.parametrize(('owner', 'name', 'value'), [
-    ('cue_driver', 'niceness', 0), ('cue_sim', 'deadline', 0.3), ('cue_sim', 'rate', 100.0),
-    ('table_sim', 'haste', 2.0)])
+@pytest.mark.parametrize(
+    ('owner', 'name', 'value'),
+    [
+        ('cue_driver', 'niceness', 0),
+        ('cue_sim', 'deadline', 0.3),
+        ('cue_sim', 'rate', 100.0),
+        ('table_sim', 'haste', 2.0),
+    ],
+)
 def test_what_is_read_once_is_read_only(cell, owner, name, value):
     assert 'read-only' in setter(cell, owner)(name, value)
 
@@ -96,33 +123,53 @@ def test_it_says_what_it_waits_for(cell, launch_once):
     launch_once('cue_driver', '-r', '__ns:=/lonely', '-p', 'autostart:=true')
 
     def status():
-        return [each for message in cell.diagnostics for each in message.status
-                if each.name == '/lonely/cue_driver']
+        return [
+            each
+            for message in cell.diagnostics
+            for each in message.status
+            if each.name == '/lonely/cue_driver'
+        ]
 
     assert cell.player.until(status, 60.0)
     assert status()[-1].level == DiagnosticStatus.WARN
     assert 'estop: never heard; interlock: never heard' in status()[-1].message
-    assert cell.player.until(lambda: any(
-        'not ready: estop: never heard' in each.msg
-        for each in cell.log if each.name == 'lonely.cue_driver'), 30.0)
+    assert cell.player.until(
+        lambda: any(
+            'not ready: estop: never heard' in each.msg
+            for each in cell.log
+            if each.name == 'lonely.cue_driver'
+        ),
+        30.0,
+    )
 
 
 def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
     launch_once('cue_driver', '-r', '__ns:=/idle')
-    assert cell.player.until(lambda: any(
-        'not ready: the node is not active: configure it' in each.msg
-        for each in cell.log if each.name == 'idle.cue_driver'), 60.0)
+    assert cell.player.until(
+        lambda: any(
+            'not ready: the node is not active: configure it' in each.msg
+            for each in cell.log
+            if each.name == 'idle.cue_driver'
+        ),
+        60.0,
+    )
 
 
 def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_once):
     """A driver of its own, which lives on simulated time."""
-    launch_once('cue_driver', '-r', '__ns:=/timeless', '-p', 'autostart:=true',
-                '-p', 'use_sim_time:=true')
+    launch_once(
+        'cue_driver', '-r', '__ns:=/timeless', '-p', 'autostart:=true', '-p', 'use_sim_time:=true'
+    )
 
     def clock():
-        said = [value.value for message in cell.diagnostics for each in message.status
-                if each.name == '/timeless/cue_driver' for value in each.values
-                if value.key == 'clock']
+        said = [
+            value.value
+            for message in cell.diagnostics
+            for each in message.status
+            if each.name == '/timeless/cue_driver'
+            for value in each.values
+            if value.key == 'clock'
+        ]
         return said[-1] if said else ''
 
     assert cell.player.until(lambda: 'nothing was heard on /clock' in clock(), 60.0)
@@ -151,8 +198,17 @@ def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_on
 def test_a_command_without_a_number_is_refused(cell, launch_once):
     """The refusal is logged once, not at every repetition."""
     publisher = cell.player.create_publisher(JointTrajectory, f'{SPACE}/elsewhere', 1)
-    launch_once('cue_sim', '-r', f'__ns:={SPACE}', '-r', '__node:=second_sim',
-                '-r', 'joint_states:=other_joint_states', '-p', 'actuation_topic:=elsewhere')
+    launch_once(
+        'cue_sim',
+        '-r',
+        f'__ns:={SPACE}',
+        '-r',
+        '__node:=second_sim',
+        '-r',
+        'joint_states:=other_joint_states',
+        '-p',
+        'actuation_topic:=elsewhere',
+    )
     assert cell.player.until(publisher.get_subscription_count, 60.0)
     for _ in range(5):
         publisher.publish(JointTrajectory())
@@ -162,8 +218,10 @@ def test_a_command_without_a_number_is_refused(cell, launch_once):
         return [line for line in cell.logged('second_sim') if line.startswith('ignored')]
 
     assert cell.player.until(said, 20.0)
-    assert said() == ["ignored a command: header.frame_id: '' is not allowed; it must be the name "
-                      'of the driver, a slash, and the number of the command']
+    assert said() == [
+        "ignored a command: header.frame_id: '' is not allowed; it must be the name "
+        'of the driver, a slash, and the number of the command'
+    ]
 
 
 def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):

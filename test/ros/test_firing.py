@@ -1,4 +1,5 @@
 """The page docs/firing.md, carried out: its commands, its program, and both players."""
+
 from collections.abc import Iterator
 import contextlib
 import os
@@ -24,12 +25,24 @@ PAGE = ROOT / 'docs' / 'firing.md'
 BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL)
 PLAYER, PLAN_PLAYER, SEAL_SHOT = (
     [sys.executable, '-m', f'billiard_shot.ros.{name}']
-    for name in ('player', 'plan_player', 'seal_shot'))
+    for name in ('player', 'plan_player', 'seal_shot')
+)
 # Patient with a machine that is busy with other tests.
 NODES = {
-    'cue_driver': ('-p', 'autostart:=true', '-p', 'joints_timeout:=2.0', '-p', 'late:=10.0',
-                   '-p', 'estop_timeout:=2.0', '-p', 'interlock_timeout:=2.0',
-                   '-p', 'arm_timeout:=30.0'),
+    'cue_driver': (
+        '-p',
+        'autostart:=true',
+        '-p',
+        'joints_timeout:=2.0',
+        '-p',
+        'late:=10.0',
+        '-p',
+        'estop_timeout:=2.0',
+        '-p',
+        'interlock_timeout:=2.0',
+        '-p',
+        'arm_timeout:=30.0',
+    ),
     'cue_sim': ('-p', 'deadline:=2.0'),
     'table_sim': ('-p', 'haste:=100.0'),
     'predictor': (),
@@ -51,8 +64,13 @@ class Shell(NamedTuple):
     def begin(self, command: str | list[str]) -> subprocess.Popen[str]:
         return subprocess.Popen(
             ['bash', '-c', command] if isinstance(command, str) else command,
-            env=self.environment, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT, start_new_session=True)
+            env=self.environment,
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
 
     def run(self, command: str | list[str], seconds: float = 120.0) -> tuple[int, str]:
         process = self.begin(command)
@@ -74,22 +92,37 @@ def read_until(process: subprocess.Popen[str], words: str) -> str:
 def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
     """Return a shell in a ROS domain of its own, with every node of the page running."""
     from domain_coordinator import domain_id
+
     folder = tmp_path_factory.mktemp('bin')
     command = folder / 'ros2'
     command.write_text(
-        f'#!/bin/sh\nexec {sys.executable} {Path(__file__).with_name("ros2.py")} "$@"\n')
+        f'#!/bin/sh\nexec {sys.executable} {Path(__file__).with_name("ros2.py")} "$@"\n'
+    )
     command.chmod(0o755)
     with domain_id() as number, contextlib.ExitStack() as stack:
-        shell = Shell({**quiet_environment(number),
-                       'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'})
+        shell = Shell(
+            {**quiet_environment(number), 'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'}
+        )
         processes = [
-            subprocess.Popen([sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args',
-                              *settings, '--log-level', 'warn'], env=shell.environment)
-            for name, settings in NODES.items()]
+            subprocess.Popen(
+                [
+                    sys.executable,
+                    '-m',
+                    f'billiard_shot.ros.{name}',
+                    '--ros-args',
+                    *settings,
+                    '--log-level',
+                    'warn',
+                ],
+                env=shell.environment,
+            )
+            for name, settings in NODES.items()
+        ]
         stack.callback(stop, processes, signal.SIGINT)
         safety = block('ros2 topic pub')
         publishers = subprocess.Popen(
-            ['bash', '-c', safety + 'wait'], env=shell.environment, start_new_session=True)
+            ['bash', '-c', safety + 'wait'], env=shell.environment, start_new_session=True
+        )
         stack.callback(lambda: os.killpg(publishers.pid, signal.SIGKILL))
         yield shell
 
@@ -110,7 +143,8 @@ def ball_in_its_place(shell: Shell) -> None:
     """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
     code, said = shell.run(
         'ros2 service call /table_sim/reset std_srvs/srv/Trigger &&'
-        'ros2 service call /cue_driver/clear_fault std_srvs/srv/Trigger')
+        'ros2 service call /cue_driver/clear_fault std_srvs/srv/Trigger'
+    )
     assert code == 0, said
 
 
@@ -152,7 +186,8 @@ def test_step_by_step_with_the_ros2_command(shell):
 def test_a_stroke_of_ones_own_is_sealed(shell):
     code, said = shell.run(
         'ros2 service call /seal_shot billiard_shot_msgs/srv/SealShot '
-        '"{use_stroke: true, speed: 0.5, cue_pose: {position: {x: -0.2, z: 0.03}}}"')
+        '"{use_stroke: true, speed: 0.5, cue_pose: {position: {x: -0.2, z: 0.03}}}"'
+    )
     assert code == 0, said
     assert 'SealShot_Response(status=0' in said
     assert "sealed the given stroke as shot 'stroke " in said
@@ -181,18 +216,27 @@ def test_both_players_from_a_file_and_for_several_targets(shell, tmp_path):
     assert 'target      not judged' in said
 
 
-@pytest.mark.parametrize(('arguments', 'code', 'words'), [
-    ([*PLAYER, '--speed', '6.5', '--arm'], 1, 'SPEED_OUT_OF_LIMITS: stroke.speed: 6.5 m/s'),
-    ([*PLAYER, '--speed', '1', '--wait', '1', '--ros-args', '-r', '__ns:=/nobody'], 3,
-     'no service /nobody/predict_shot within 1 s'),
-    ([*PLAYER, '--speed', '1', '--simulate-safety-inputs'], 3,
-     # of 'estop' or 'interlock', whichever is discovered first
-     'this cell has safety equipment'),
-    ([*PLAN_PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
-    ([*PLAN_PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
-    ([*PLAN_PLAYER, '{rest: [0.1, 0]}', '--speed-min', '9'], 1, 'at least speed_min, 9'),
-    ([*SEAL_SHOT, '--plan-id', 'x'], 1, 'plan_id'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'words'),
+    [
+        ([*PLAYER, '--speed', '6.5', '--arm'], 1, 'SPEED_OUT_OF_LIMITS: stroke.speed: 6.5 m/s'),
+        (
+            [*PLAYER, '--speed', '1', '--wait', '1', '--ros-args', '-r', '__ns:=/nobody'],
+            3,
+            'no service /nobody/predict_shot within 1 s',
+        ),
+        (
+            [*PLAYER, '--speed', '1', '--simulate-safety-inputs'],
+            3,
+            # of 'estop' or 'interlock', whichever is discovered first
+            'this cell has safety equipment',
+        ),
+        ([*PLAN_PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
+        ([*PLAN_PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
+        ([*PLAN_PLAYER, '{rest: [0.1, 0]}', '--speed-min', '9'], 1, 'at least speed_min, 9'),
+        ([*SEAL_SHOT, '--plan-id', 'x'], 1, 'plan_id'),
+    ],
+)
 def test_exit_codes_and_messages(shell, arguments, code, words):
     found, said = shell.run(arguments)
     assert found == code, said
@@ -200,17 +244,20 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
     assert 'Traceback' not in said
 
 
-@pytest.mark.parametrize(('program', 'arguments', 'words'), [
-    (player, '', 'stroke: missing'),
-    (player, '--speed 0', 'speed: 0.0'),
-    (player, '--speed fast', "'fast'"),
-    (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
-    (player, '--speed 1 --valid-for -1', 'must be above 0'),
-    (plan_player, "'{rest: 3}'", 'rest: 3'),
-    (plan_player, "'{rest: ['", 'TARGET'),
-    (plan_player, "'{rest: [0, 0]}' --budget -1", '-1 is not allowed'),
-    (seal_shot, '--rank 0', '--rank: 0'),
-])
+@pytest.mark.parametrize(
+    ('program', 'arguments', 'words'),
+    [
+        (player, '', 'stroke: missing'),
+        (player, '--speed 0', 'speed: 0.0'),
+        (player, '--speed fast', "'fast'"),
+        (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
+        (player, '--speed 1 --valid-for -1', 'must be above 0'),
+        (plan_player, "'{rest: 3}'", 'rest: 3'),
+        (plan_player, "'{rest: ['", 'TARGET'),
+        (plan_player, "'{rest: [0, 0]}' --budget -1", '-1 is not allowed'),
+        (seal_shot, '--rank 0', '--rank: 0'),
+    ],
+)
 def test_wrong_arguments_end_with_exit_code_2(program, arguments, words, capsys):
     with pytest.raises(SystemExit) as ended:
         program.main(shlex.split(arguments))

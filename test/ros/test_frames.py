@@ -1,4 +1,5 @@
 """Frames: their names, and the transforms from the table to the tip of the cue."""
+
 import os
 import signal
 
@@ -67,8 +68,11 @@ def test_balls_in_another_frame_are_refused(node, launch):
     publisher = node.create_publisher(TableState, '/cell2/table_state', LATCHED)
     client = node.create_client(PredictShot, '/cell2/predict_shot')
     assert client.wait_for_service(timeout_sec=PATIENCE)
-    publisher.publish(TableState(
-        header=Header(frame_id='map'), balls=[BallState(id='cue', position=Point(x=0.1))]))
+    publisher.publish(
+        TableState(
+            header=Header(frame_id='map'), balls=[BallState(id='cue', position=Point(x=0.1))]
+        )
+    )
     request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
     request.header.frame_id, request.use_table_state = '', True
 
@@ -77,12 +81,12 @@ def test_balls_in_another_frame_are_refused(node, launch):
         return '' if 'nothing has come in' in answer else answer
 
     assert spin_until(node, refusal)
-    assert refusal() == (
-        "table_state.header.frame_id is 'map': must be 'cell2/table' or empty")
+    assert refusal() == ("table_state.header.frame_id is 'map': must be 'cell2/table' or empty")
 
 
 def test_the_planner_refuses_balls_in_another_frame():
     from billiard_shot_msgs.action import PlanShot
+
     table = TableState(header=Header(frame_id='map'), balls=[BallState(id='cue')])
     with pytest.raises(ValueError, match=r"table_state\.header\.frame_id is 'map'"):
         plan_conversions.task_of(PlanShot.Goal(), None, table, 'table')
@@ -158,7 +162,8 @@ def test_joints_that_are_not_known_publish_no_transforms():
 
 
 def test_without_tf2_msgs_the_model_is_published_and_one_line_says_so(
-        node, launch, tmp_path, monkeypatch):
+    node, launch, tmp_path, monkeypatch
+):
     (tmp_path / 'tf2_msgs').mkdir()
     (tmp_path / 'tf2_msgs' / '__init__.py').write_text('raise ImportError("hidden by a test")\n')
     with monkeypatch.context() as patch:

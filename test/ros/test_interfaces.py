@@ -1,4 +1,5 @@
 """The constants of the interfaces say what the library says."""
+
 from pathlib import Path
 
 import pytest
@@ -16,36 +17,49 @@ from billiard_shot.table.motion import Motion
 
 
 def constants(interface):
-    return {name: getattr(interface, name) for name in dir(interface)
-            if name.isupper() and isinstance(getattr(interface, name), int)}
+    return {
+        name: getattr(interface, name)
+        for name in dir(interface)
+        if name.isupper() and isinstance(getattr(interface, name), int)
+    }
 
 
 def test_status_constants_are_the_status_enum():
     assert constants(PredictShot.Response) == {status.name: status.value for status in Status}
 
 
-@pytest.mark.parametrize(('node', 'declared'), [
-    ('predictor', parameters.PREDICTOR), ('planner', plan_parameters.PLANNER),
-    ('cue_driver', cue_parameters.CUE_DRIVER), ('cue_model', cue_parameters.CUE_MODEL),
-    ('cue_sim', cue_parameters.CUE_SIM), ('table_sim', cue_parameters.TABLE_SIM),
-    ('table_display', cue_parameters.TABLE_DISPLAY)])
+@pytest.mark.parametrize(
+    ('node', 'declared'),
+    [
+        ('predictor', parameters.PREDICTOR),
+        ('planner', plan_parameters.PLANNER),
+        ('cue_driver', cue_parameters.CUE_DRIVER),
+        ('cue_model', cue_parameters.CUE_MODEL),
+        ('cue_sim', cue_parameters.CUE_SIM),
+        ('table_sim', cue_parameters.TABLE_SIM),
+        ('table_display', cue_parameters.TABLE_DISPLAY),
+    ],
+)
 def test_parameter_files_hold_the_defaults(node, declared):
     """config/: every parameter, with the value that the node has without the file."""
     file = Path(__file__).resolve().parents[2] / 'config' / f'{node}.yaml'
     assert yaml.safe_load(file.read_text())['/**']['ros__parameters'] == {
-        parameter.name: parameter.default for parameter in declared}
+        parameter.name: parameter.default for parameter in declared
+    }
     for parameter in declared:
         assert parameter.description.endswith('.')
 
 
 def test_plan_constants_are_of_the_status_enum():
     assert constants(PlanShot.Result) == {
-        name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')}
+        name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')
+    }
 
 
 def test_seal_constants_are_of_the_status_enum():
     assert constants(SealShot.Response) == {
-        name: Status[name].value for name in ('OK', 'INVALID_STROKE', 'INVALID_REQUEST')}
+        name: Status[name].value for name in ('OK', 'INVALID_STROKE', 'INVALID_REQUEST')
+    }
 
 
 def test_a_sealed_goal_has_the_fields_of_a_goal():

@@ -1,4 +1,5 @@
 """The nodes on ROS 2 Jazzy: what rclpy cannot do there is taken away from the one that is here."""
+
 from pathlib import Path
 import signal
 import subprocess
@@ -10,8 +11,7 @@ rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2 and msg_defs')
 import billiard_shot.ros
 
-MODULES = sorted(
-    path.stem for path in Path(billiard_shot.ros.__file__).parent.glob('[a-z]*.py'))
+MODULES = sorted(path.stem for path in Path(billiard_shot.ros.__file__).parent.glob('[a-z]*.py'))
 
 AS_ON_JAZZY = """
 import importlib, sys
@@ -30,10 +30,13 @@ for generic in (
 
 
 def test_no_module_needs_more_than_jazzy():
-    program = AS_ON_JAZZY + f"""
+    program = (
+        AS_ON_JAZZY
+        + f"""
 for module in {MODULES}:
     importlib.import_module('billiard_shot.ros.' + module)
 """
+    )
     assert len(MODULES) > 15
     subprocess.run([sys.executable, '-c', program], check=True)
 
@@ -41,8 +44,11 @@ for module in {MODULES}:
 def test_a_node_starts_and_ends(domain):
     program = AS_ON_JAZZY + 'from billiard_shot.ros.cue_sim import main\nmain()\n'
     node = subprocess.Popen(
-        [sys.executable, '-c', program], stderr=subprocess.STDOUT, stdout=subprocess.PIPE,
-        text=True)
+        [sys.executable, '-c', program],
+        stderr=subprocess.STDOUT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     try:
         assert any('ready' in line for line in node.stdout)
     finally:

@@ -4,6 +4,7 @@ The launch file with the real launch: everything becomes ready, and everything e
 It needs an installed package and launch_testing, of which PyPI has no wheel: run it with
 `colcon test` in a workspace.
 """
+
 from contextlib import ExitStack
 import os
 from pathlib import Path
@@ -37,15 +38,21 @@ NODES = {'predictor', 'planner', 'table_display', 'cue_driver', 'cue_sim', 'tabl
 
 @pytest.mark.launch_test
 def generate_test_description():
-    return LaunchDescription([
-        SetEnvironmentVariable('ROS_DOMAIN_ID', str(DOMAIN)),
-        SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'),
-        IncludeLaunchDescription(
-            PythonLaunchDescriptionSource(str(FILE)),
-            launch_arguments={'simulate': 'true', 'namespace': 'cell1',
-                              'frame': 'cell1/table'}.items()),
-        ReadyToTest(),
-    ])
+    return LaunchDescription(
+        [
+            SetEnvironmentVariable('ROS_DOMAIN_ID', str(DOMAIN)),
+            SetEnvironmentVariable('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST'),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(str(FILE)),
+                launch_arguments={
+                    'simulate': 'true',
+                    'namespace': 'cell1',
+                    'frame': 'cell1/table',
+                }.items(),
+            ),
+            ReadyToTest(),
+        ]
+    )
 
 
 class TestRunning(unittest.TestCase):

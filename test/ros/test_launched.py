@@ -1,4 +1,5 @@
 """What the launch file starts works, as real processes; launch itself is recorded only."""
+
 import os
 import signal
 import subprocess
@@ -20,17 +21,36 @@ import yaml
 def launched(domain, launch_file, installed, tmp_path):
     """Processes of all nodes of a robot in a namespace, as launch would start them."""
     installed.remove(RSP)
-    nodes = started(launch_file, simulate='true', scene='robot_table', namespace='cell5',
-                    frame='cell5/table', log_level='info')
+    nodes = started(
+        launch_file,
+        simulate='true',
+        scene='robot_table',
+        namespace='cell5',
+        frame='cell5/table',
+        log_level='info',
+    )
     processes = {}
     for name, node in nodes.items():
         settings = tmp_path / f'{name}.yaml'
         settings.write_text(yaml.safe_dump({'/**': {'ros__parameters': settings_of(node)}}))
-        files = [word for file in (node.parameters[0], settings)
-                 for word in ('--params-file', str(file))]
-        processes[name] = subprocess.Popen([
-            *node.prefix[0].split(), sys.executable, '-m', f'billiard_shot.ros.{name}',
-            *node.arguments, '--ros-args', '-r', f'__ns:=/{node.namespace}', *files])
+        files = [
+            word
+            for file in (node.parameters[0], settings)
+            for word in ('--params-file', str(file))
+        ]
+        processes[name] = subprocess.Popen(
+            [
+                *node.prefix[0].split(),
+                sys.executable,
+                '-m',
+                f'billiard_shot.ros.{name}',
+                *node.arguments,
+                '--ros-args',
+                '-r',
+                f'__ns:=/{node.namespace}',
+                *files,
+            ]
+        )
     yield processes
     for process in processes.values():
         process.kill()
@@ -40,7 +60,8 @@ def launched(domain, launch_file, installed, tmp_path):
 def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
     diagnostics = []
     node.create_subscription(
-        DiagnosticArray, '/diagnostics', lambda message: diagnostics.extend(message.status), 10)
+        DiagnosticArray, '/diagnostics', lambda message: diagnostics.extend(message.status), 10
+    )
     client = node.create_client(GetState, '/cell5/cue_driver/get_state')
     assert client.wait_for_service(timeout_sec=PATIENCE)
 
@@ -49,17 +70,16 @@ def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
         return answer.current_state.id == State.PRIMARY_STATE_ACTIVE
 
     assert spin_until(node, is_active)
-    assert spin_until(
-        node, lambda: any(each.name == '/cell5/cue_driver' for each in diagnostics))
+    assert spin_until(node, lambda: any(each.name == '/cell5/cue_driver' for each in diagnostics))
     assert {each.hardware_id for each in diagnostics if each.name == '/cell5/cue_driver'} == {
-        '/cell5/mechanical_cue'}
+        '/cell5/mechanical_cue'
+    }
     wanted = {(name, '/cell5') for name in launched}
 
     def ended():
         return [name for name, process in launched.items() if process.poll() is not None]
 
-    assert spin_until(
-        node, lambda: ended() or wanted <= set(node.get_node_names_and_namespaces()))
+    assert spin_until(node, lambda: ended() or wanted <= set(node.get_node_names_and_namespaces()))
     assert not ended()
     for process in launched.values():
         os.kill(process.pid, signal.SIGINT)

@@ -1,4 +1,5 @@
 """How a predictor starts and how it ends."""
+
 import signal
 import subprocess
 import sys
@@ -27,14 +28,17 @@ def test_signals_end_it_with_exit_code_0(start, node, number):
     assert 'Traceback' not in said
 
 
-@pytest.mark.parametrize(('setting', 'words'), [
-    ('scene:=no_such_scene', 'no_such_scene'),
-    ('tolerance:=0.0', 'tolerance'),
-    ('tolerance:=.nan', 'tolerance'),
-    ('tolerance:=1', 'tolerance'),
-    ('sample_count:=-1', 'sample_count'),
-    ('path_samples:=1', 'path_samples'),
-])
+@pytest.mark.parametrize(
+    ('setting', 'words'),
+    [
+        ('scene:=no_such_scene', 'no_such_scene'),
+        ('tolerance:=0.0', 'tolerance'),
+        ('tolerance:=.nan', 'tolerance'),
+        ('tolerance:=1', 'tolerance'),
+        ('sample_count:=-1', 'sample_count'),
+        ('path_samples:=1', 'path_samples'),
+    ],
+)
 def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
     process = start('-p', setting)
     said, _ = process.communicate(timeout=PATIENCE)
@@ -45,6 +49,7 @@ def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
 
 def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
     from billiard_shot.scene.bundled import scene_path
+
     text = scene_path('paper').read_text()
     assert 'law: energetic' in text
     scene = tmp_path / 'scene.yaml'
@@ -71,6 +76,7 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
         parameter = ParameterMessage(name=name, value=ParameterValue(type=kind, **value))
         request = SetParameters.Request(parameters=[parameter])
         return call(node, set_them, request, repeatable=True).results[0]
+
     integer, double, string = 2, 3, 4
     assert not put('scene', string, string_value='no_such_scene').successful
     assert 'no_such_scene' in put('scene', string, string_value='no_such_scene').reason
@@ -79,6 +85,7 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
     assert not put('sample_count', integer, integer_value=10**9).successful
     assert put('sample_count', integer, integer_value=77).successful
     from billiard_shot.ros.client import PAPER_SHOTS, request_for
+
     request = request_for(*PAPER_SHOTS['horizontal'], 0.0286)
     assert len(ask(request).trajectory.times) == 77
     assert put('sample_count', integer, integer_value=0).successful
@@ -86,8 +93,12 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
 
 def test_demo_prints_the_four_shots(domain):
     done = subprocess.run(
-        [sys.executable, '-m', 'billiard_shot.ros.demo'], capture_output=True, text=True,
-        timeout=240, check=False)
+        [sys.executable, '-m', 'billiard_shot.ros.demo'],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
         assert f'{name}: cue velocity' in done.stdout

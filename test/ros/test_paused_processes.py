@@ -4,6 +4,7 @@ Processes that do not run for a while, as on a starved machine or a paused virtu
 Whatever is being done, and whatever waits to be delivered: a driver that paused does not fire, and
 clears no latch, until it has heard everything anew. ROUNDS=25 pauses the driver 200 times.
 """
+
 import os
 import signal
 from time import monotonic
@@ -22,10 +23,18 @@ from billiard_shot.cue.safety import BEFORE_STROKE, State
 
 ROUNDS = int(os.environ.get('ROUNDS', '1'))
 
-SHORT = ('estop_timeout:=0.6', 'interlock_timeout:=0.6', 'joints_timeout:=0.6',
-         'settle_time:=1.0', 'autostart:=true')
-NODES = {**PATIENT, 'cue_driver': tuple(word for each in SHORT for word in ('-p', each)),
-         'cue_sim': ('-p', 'deadline:=0.8')}
+SHORT = (
+    'estop_timeout:=0.6',
+    'interlock_timeout:=0.6',
+    'joints_timeout:=0.6',
+    'settle_time:=1.0',
+    'autostart:=true',
+)
+NODES = {
+    **PATIENT,
+    'cue_driver': tuple(word for each in SHORT for word in ('-p', each)),
+    'cue_sim': ('-p', 'deadline:=0.8'),
+}
 
 SPACE = '/paused'
 
@@ -67,8 +76,7 @@ def lead_to(cell, state):
         player.all_is_well = True
         return there
     if state is State.FAULT:
-        rival = player.create_publisher(
-            JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
+        rival = player.create_publisher(JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
         there = reached(state)
         player.destroy_publisher(rival)
         return there and player.until(lambda: cell.health()['other drivers'] == 'ok', 30.0)
@@ -96,8 +104,10 @@ def pause_the_driver(cell, state, silent):
     fired = cell.state is State.FIRING
     wait(cell, 0.2)  # messages from now on wait in the queues of the driver
     cell.player.all_is_well = not silent
-    requests = [cell.services[f'cue_driver/{name}'].call_async(Trigger.Request())
-                for name in ('arm', 'clear_fault', 'arm')]
+    requests = [
+        cell.services[f'cue_driver/{name}'].call_async(Trigger.Request())
+        for name in ('arm', 'clear_fault', 'arm')
+    ]
     wait(cell, PAUSE)
     cell.joints.clear()
     del cell.player.states[:-1]
@@ -112,8 +122,11 @@ def pause_the_driver(cell, state, silent):
         assert cell.player.states[1].state == State.DISARMED
         assert 'did not run for' in cell.player.states[1].reason
     if not fired and state is not State.RETRACTING:
-        moved = [dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
-                 for each in cell.joints if len(each.name) == len(JOINTS)]
+        moved = [
+            dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
+            for each in cell.joints
+            if len(each.name) == len(JOINTS)
+        ]
         assert moved
         assert max(moved) < DRAWN_BACK
 
@@ -154,6 +167,7 @@ def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
     cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.stands_still().silence is not None
     assert cell.player.until(
-        lambda: any('was written' in line for line in cell.logged('cue_sim')), 10.0)
+        lambda: any('was written' in line for line in cell.logged('cue_sim')), 10.0
+    )
     cell.processes['cue_driver'].send_signal(signal.SIGCONT)
     cell.reach(State.DISARMED)

@@ -1,4 +1,5 @@
 """The planner as a real process: goals, cancel, preemption, refusals, what it shows."""
+
 from dataclasses import asdict
 import math
 import re
@@ -31,17 +32,30 @@ HOPELESS = 3_000_000
 
 
 def balls(**places):
-    return [BallState(id=name.removeprefix('b'), position=Point(x=x, y=y))
-            for name, (x, y) in places.items()]
+    return [
+        BallState(id=name.removeprefix('b'), position=Point(x=x, y=y))
+        for name, (x, y) in places.items()
+    ]
 
 
-OPEN = balls(cue=(-.4, 0.), b8=(.5, .2))
+OPEN = balls(cue=(-0.4, 0.0), b8=(0.5, 0.2))
 # The 9 in a ring of others: low cues do not get to it, and the search goes on until it is stopped.
-RING = balls(cue=(-.5, 0.), b9=(.5, 0.), **{
-    f'b{i}': (.5 + .0572 * math.cos(i * math.pi / 3), .0572 * math.sin(i * math.pi / 3))
-    for i in range(1, 7)})
-LOW = {'use_limits': True, 'speed_min': .1, 'speed_max': 4.5, 'elevation_max': .09,
-       'azimuth_range': math.pi, 'offset_max': .5}
+RING = balls(
+    cue=(-0.5, 0.0),
+    b9=(0.5, 0.0),
+    **{
+        f'b{i}': (0.5 + 0.0572 * math.cos(i * math.pi / 3), 0.0572 * math.sin(i * math.pi / 3))
+        for i in range(1, 7)
+    },
+)
+LOW = {
+    'use_limits': True,
+    'speed_min': 0.1,
+    'speed_max': 4.5,
+    'elevation_max': 0.09,
+    'azimuth_range': math.pi,
+    'offset_max': 0.5,
+}
 
 
 class Asking:
@@ -55,7 +69,8 @@ class Asking:
 
     def begin(self, **goal):
         sent = self.client.send_goal_async(
-            PlanShot.Goal(**goal), lambda message: self.feedback.append(message.feedback))
+            PlanShot.Goal(**goal), lambda message: self.feedback.append(message.feedback)
+        )
         rclpy.spin_until_future_complete(self.node, sent, timeout_sec=PATIENCE)
         return sent.result(), sent.result().get_result_async()
 
@@ -74,8 +89,15 @@ class Asking:
 
 @pytest.fixture(scope='module')
 def asking(node, launch):
-    launch('planner', '-p', 'budget:=2000', '-p', 'plan_at_start:=true',
-           '-r', 'table_state:=seen_by_planner')
+    launch(
+        'planner',
+        '-p',
+        'budget:=2000',
+        '-p',
+        'plan_at_start:=true',
+        '-r',
+        'table_state:=seen_by_planner',
+    )
     return Asking(node)
 
 
@@ -83,7 +105,8 @@ def test_it_plans_for_its_parameters_as_it_starts(node, asking):
     seen = {}
     for kind, topic in ((RankedPlan, 'planner/best'), (MarkerArray, 'planner/markers')):
         node.create_subscription(
-            kind, topic, lambda message, topic=topic: seen.update({topic: message}), LATCHED)
+            kind, topic, lambda message, topic=topic: seen.update({topic: message}), LATCHED
+        )
     assert spin_until(node, lambda: len(seen) == 2), seen
     best = seen['planner/best']
     assert best.header.frame_id == 'table'
@@ -102,7 +125,8 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     assert result.found == len(alone.ranking) > 1
     assert len(result.plans[0].trajectory.times) <= conversions.TELLING
     _, longer = asking.ask(
-        target=POT, balls=OPEN, budget=3000, seed=4, plan_count=100, sample_count=50)
+        target=POT, balls=OPEN, budget=3000, seed=4, plan_count=100, sample_count=50
+    )
     assert [each.success for each in longer.plans] == [each.success for each in alone.ranking]
     assert all(len(each.trajectory.times) == 50 for each in longer.plans)
     assert longer.plan_id != result.plan_id
@@ -112,20 +136,25 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     stroke = Stroke.from_pose(
         (pose.position.x, pose.position.y, pose.position.z),
         (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w),
-        best.speed, scene.cue_ball)
+        best.speed,
+        scene.cue_ball,
+    )
     assert stroke.offsets == pytest.approx(alone.best.stroke.offsets, abs=1e-6)
     assert (best.a, best.b, best.elevation, best.azimuth, best.speed) == pytest.approx(
-        alone.best.stroke.offsets)
+        alone.best.stroke.offsets
+    )
     shot = predict(scene, stroke)
     assert '8' in shot.table.pocketed
     assert conversions.vectors(best.trajectory.positions)[-1] == pytest.approx(
-        shot.trajectory.rest, abs=1e-3)
+        shot.trajectory.rest, abs=1e-3
+    )
     assert {ball.id for ball in result.balls} == {'cue', '8'}
 
 
 def test_cancel_while_it_plans(asking):
-    handle, ended = asking.begin(target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW,
-                                 budget=HOPELESS)
+    handle, ended = asking.begin(
+        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=HOPELESS
+    )
     asking.until_it_plans()
     handle.cancel_goal_async()
     status, result = asking.end(ended)
@@ -138,8 +167,9 @@ def test_cancel_while_it_plans(asking):
 
 
 def test_a_new_goal_preempts_the_old_one(asking):
-    _, first = asking.begin(target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW,
-                            budget=HOPELESS)
+    _, first = asking.begin(
+        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=HOPELESS
+    )
     asking.until_it_plans()
     _, second = asking.begin(target=POT, balls=OPEN, budget=1500)
     status, result = asking.end(second)
@@ -150,27 +180,34 @@ def test_a_new_goal_preempts_the_old_one(asking):
 
 
 def test_a_plan_that_fails_aborts_with_its_reason(asking):
-    status, result = asking.ask(target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW,
-                                budget=1000)
+    status, result = asking.ask(
+        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=1000
+    )
     assert (status, result.status) == (GoalStatus.STATUS_ABORTED, Status.NO_PLAN)
     assert not result.plans
     assert 'no stroke' in result.message
 
 
-@pytest.mark.parametrize(('goal', 'named'), [
-    ({'target': Target(kind=Target.POT, ball='7')}, "target.ball: there is no ball '7'"),
-    ({'target': Target(kind=99)}, 'target.kind is 99'),
-    ({'target': Target(kind=Target.REST, point=Point(x=9.0))}, 'target.point: (9.0, 0.0)'),
-    ({'target': Target(kind=Target.REST, point=Point(x=math.nan))}, 'target.point: (nan, 0.0)'),
-    ({'target': POT, 'balls': balls(b8=(0., 0.))}, 'the cue ball'),
-    ({'target': POT, 'balls': balls(cue=(0., 0.), b8=(0.01, 0.))}, 'overlap'),
-    ({'target': POT, 'use_limits': True}, 'speed_min: 0.0'),
-    ({'target': POT, **LOW, 'elevation_max': -math.pi / 2}, 'elevation_max: -90.0'),
-    ({'target': POT, 'use_noise': True, 'sigma_a': -1.0}, 'sigma_a: -1'),
-    ({'target': POT, 'first_contact': '5'}, "first_contact: there is no ball '5'"),
-    ({'target': Target(kind=Target.POT, ball='8', radius=-1.0)}, 'target.radius: -1.0'),
-    ({'target': POT, 'sample_count': 20_000}, 'sample_count is 20000: must be at most 10000'),
-])
+@pytest.mark.parametrize(
+    ('goal', 'named'),
+    [
+        ({'target': Target(kind=Target.POT, ball='7')}, "target.ball: there is no ball '7'"),
+        ({'target': Target(kind=99)}, 'target.kind is 99'),
+        ({'target': Target(kind=Target.REST, point=Point(x=9.0))}, 'target.point: (9.0, 0.0)'),
+        (
+            {'target': Target(kind=Target.REST, point=Point(x=math.nan))},
+            'target.point: (nan, 0.0)',
+        ),
+        ({'target': POT, 'balls': balls(b8=(0.0, 0.0))}, 'the cue ball'),
+        ({'target': POT, 'balls': balls(cue=(0.0, 0.0), b8=(0.01, 0.0))}, 'overlap'),
+        ({'target': POT, 'use_limits': True}, 'speed_min: 0.0'),
+        ({'target': POT, **LOW, 'elevation_max': -math.pi / 2}, 'elevation_max: -90.0'),
+        ({'target': POT, 'use_noise': True, 'sigma_a': -1.0}, 'sigma_a: -1'),
+        ({'target': POT, 'first_contact': '5'}, "first_contact: there is no ball '5'"),
+        ({'target': Target(kind=Target.POT, ball='8', radius=-1.0)}, 'target.radius: -1.0'),
+        ({'target': POT, 'sample_count': 20_000}, 'sample_count is 20000: must be at most 10000'),
+    ],
+)
 def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
     status, result = asking.ask(**{'balls': OPEN, **goal})
     assert (status, result.status) == (GoalStatus.STATUS_ABORTED, Status.INVALID_REQUEST)
@@ -181,16 +218,23 @@ def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
 def test_every_mistake_of_a_goal_has_a_line_with_its_field():
     goal = PlanShot.Goal(
         target=Target(kind=Target.HIT, ball='8', use_direction=True, within=9.0),
-        use_noise=True, sigma_b=math.nan, sigma_elevation=-math.pi)
+        use_noise=True,
+        sigma_b=math.nan,
+        sigma_elevation=-math.pi,
+    )
     with pytest.raises(ValueError, match='2 mistakes') as refused:
         plan_conversions.task_of(goal, DEFAULT, None, 'table')
     assert re.findall(r'^  (\w+): (\S+)', str(refused.value), re.MULTILINE) == [
-        ('sigma_b', 'nan'), ('sigma_elevation', '-180.0')]
+        ('sigma_b', 'nan'),
+        ('sigma_elevation', '-180.0'),
+    ]
     goal.use_noise = False
     task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
     message = plan_conversions.in_fields(plan(SCENE, task.target).message, goal)
     assert re.findall(r'^  ([\w.]+): ', message, re.MULTILINE) == [
-        'target.within', 'target.direction']
+        'target.within',
+        'target.direction',
+    ]
     own = 'constraints: speed_max: 0.0 is not allowed'
     assert plan_conversions.in_fields(own, goal) == own.removeprefix('constraints: ')
     assert plan_conversions.in_fields("target: pot: 'x'", PlanShot.Goal()) == "target: pot: 'x'"
@@ -206,7 +250,7 @@ def test_frames_are_checked(asking):
 
 def test_the_table_comes_from_table_state(node, asking):
     publisher = node.create_publisher(TableState, 'seen_by_planner', LATCHED)  # by no one else
-    publisher.publish(TableState(snapshot_id=1, balls=balls(cue=(-.4, .1), b3=(.5, -.2))))
+    publisher.publish(TableState(snapshot_id=1, balls=balls(cue=(-0.4, 0.1), b3=(0.5, -0.2))))
     results = []
 
     def is_seen():
@@ -217,21 +261,47 @@ def test_the_table_comes_from_table_state(node, asking):
     assert {ball.id for ball in results[-1].balls} == {'cue', '3'}
 
 
-@pytest.mark.parametrize(('target', 'wanted'), [
-    (Target(), None),
-    (Target(kind=Target.REST, point=Point(x=.1, y=.2)), {'rest': (.1, .2)}),
-    (Target(kind=Target.PASS, point=Point(x=.1, y=.2), radius=.3),
-     {'pass': (.1, .2), 'radius': .3}),
-    (Target(kind=Target.GATE, point=Point(x=.1), other_point=Point(x=.2)),
-     {'gate': ((.1, .0), (.2, .0))}),
-    (Target(kind=Target.HIT, ball='3', direction=Vector3(x=1.0), use_direction=True,
-            within=math.pi / 18), {'hit': '3', 'direction': (1., 0.), 'within_deg': 10.0}),
-    (Target(kind=Target.HIT, ball='3', point=Point(x=.1), use_point=True),
-     {'hit': '3', 'at': (.1, 0.)}),
-    (Target(kind=Target.POT, ball='8', pockets=['side_left'], point=Point(x=.1), use_point=True,
-            radius=.2), {'pot': '8', 'pocket': ['side_left'], 'leave': (.1, 0.), 'radius': .2}),
-    (POT, {'pot': '8', 'pocket': 'any'}),
-])
+@pytest.mark.parametrize(
+    ('target', 'wanted'),
+    [
+        (Target(), None),
+        (Target(kind=Target.REST, point=Point(x=0.1, y=0.2)), {'rest': (0.1, 0.2)}),
+        (
+            Target(kind=Target.PASS, point=Point(x=0.1, y=0.2), radius=0.3),
+            {'pass': (0.1, 0.2), 'radius': 0.3},
+        ),
+        (
+            Target(kind=Target.GATE, point=Point(x=0.1), other_point=Point(x=0.2)),
+            {'gate': ((0.1, 0.0), (0.2, 0.0))},
+        ),
+        (
+            Target(
+                kind=Target.HIT,
+                ball='3',
+                direction=Vector3(x=1.0),
+                use_direction=True,
+                within=math.pi / 18,
+            ),
+            {'hit': '3', 'direction': (1.0, 0.0), 'within_deg': 10.0},
+        ),
+        (
+            Target(kind=Target.HIT, ball='3', point=Point(x=0.1), use_point=True),
+            {'hit': '3', 'at': (0.1, 0.0)},
+        ),
+        (
+            Target(
+                kind=Target.POT,
+                ball='8',
+                pockets=['side_left'],
+                point=Point(x=0.1),
+                use_point=True,
+                radius=0.2,
+            ),
+            {'pot': '8', 'pocket': ['side_left'], 'leave': (0.1, 0.0), 'radius': 0.2},
+        ),
+        (POT, {'pot': '8', 'pocket': 'any'}),
+    ],
+)
 def test_targets_of_messages(target, wanted):
     found = plan_conversions.target_of(target)
     if wanted:
@@ -244,11 +314,12 @@ def test_targets_of_messages(target, wanted):
 
 def test_limits_and_noise_of_messages():
     goal = PlanShot.Goal(
-        **LOW, use_noise=True, sigma_a=.001, sigma_azimuth=math.pi / 180, first_contact='1')
+        **LOW, use_noise=True, sigma_a=0.001, sigma_azimuth=math.pi / 180, first_contact='1'
+    )
     task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
-    assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(.09))
+    assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(0.09))
     assert task.constraints['azimuth_range_deg'] == pytest.approx(180.0)
     assert task.constraints['first_contact'] == '1'
     assert task.noise.azimuth_deg == pytest.approx(1.0)
-    assert (task.noise.a, task.noise.b) == (.001, 0.0)
+    assert (task.noise.a, task.noise.b) == (0.001, 0.0)
     assert (task.budget, task.seed, task.scene) == (2000, 1, SCENE)

@@ -1,4 +1,5 @@
 """Publishers whose quality of service does not match that of a node's subscription."""
+
 import threading
 
 import pytest
@@ -13,12 +14,16 @@ BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 VOLATILE = QoSProfile(depth=1)
 
 
-@pytest.mark.parametrize(('name', 'kind', 'topic', 'offered', 'policy'), [
-    ('cue_driver', Bool, 'estop', BEST_EFFORT, 'RELIABILITY'),
-    ('table_display', TableState, 'table_state', VOLATILE, 'DURABILITY'),
-])
+@pytest.mark.parametrize(
+    ('name', 'kind', 'topic', 'offered', 'policy'),
+    [
+        ('cue_driver', Bool, 'estop', BEST_EFFORT, 'RELIABILITY'),
+        ('table_display', TableState, 'table_state', VOLATILE, 'DURABILITY'),
+    ],
+)
 def test_a_node_logs_a_publisher_that_does_not_match(
-        launch, node, name, kind, topic, offered, policy):
+    launch, node, name, kind, topic, offered, policy
+):
     publisher = node.create_publisher(kind, f'/unheard/{topic}', offered)
     process = launch(name, '-r', '__ns:=/unheard')
     watchdog = threading.Timer(240.0, process.kill)

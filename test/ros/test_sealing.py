@@ -1,4 +1,5 @@
 """Goals that the planner seals: complete, accepted by the driver's checks, refused by name."""
+
 from dataclasses import replace
 import math
 
@@ -26,17 +27,19 @@ from billiard_shot.ros.sealing import LastPlan, seal, sealed_goal
 
 SCENE = replace(Scene.load('paper'), balls={'cue': (0.1, -0.2), '08': (1.0, 0.5)})
 HEADER = Header(frame_id='table', stamp=Time(sec=1000, nanosec=500))
-TABLE = TableState(balls=[
-    BallState(id='cue', position=Point(x=0.3, y=0.1)),
-    BallState(id="it's \"3\": $x", position=Point(x=-0.5, y=1 / 3)),
-    BallState(id='9', pocketed=True)])
+TABLE = TableState(
+    balls=[
+        BallState(id='cue', position=Point(x=0.3, y=0.1)),
+        BallState(id='it\'s "3": $x', position=Point(x=-0.5, y=1 / 3)),
+        BallState(id='9', pocketed=True),
+    ]
+)
 LIMITS = {'speed_min': 0.2, 'speed_max': 2.0, 'elevation_max_deg': 57.0, 'offset_max': 0.35}
 
 
 @pytest.fixture(scope='module')
 def last():
-    return LastPlan(plan(
-        SCENE, {'rest': (0.6, -0.4)}, budget=1000, constraints=LIMITS).ranking)
+    return LastPlan(plan(SCENE, {'rest': (0.6, -0.4)}, budget=1000, constraints=LIMITS).ranking)
 
 
 def goal_of(answer):
@@ -46,7 +49,8 @@ def goal_of(answer):
 
 def given(**fields):
     return SealShot.Request(
-        use_stroke=True, speed=0.7, cue_pose=Pose(position=Point(x=0.1, y=0.1, z=0.03)), **fields)
+        use_stroke=True, speed=0.7, cue_pose=Pose(position=Point(x=0.1, y=0.1, z=0.03)), **fields
+    )
 
 
 def test_the_best_stroke_of_the_last_plan_is_sealed_by_default(last):
@@ -64,8 +68,13 @@ def test_the_best_stroke_of_the_last_plan_is_sealed_by_default(last):
 
 def test_a_rank_a_name_and_a_time_can_be_asked_for(last):
     rank = len(last.ranking)
-    answer = seal(SealShot.Request(plan_id=last.plan_id, rank=rank, shot_id='mine', valid_for=5.0),
-                  last, SCENE, None, HEADER)
+    answer = seal(
+        SealShot.Request(plan_id=last.plan_id, rank=rank, shot_id='mine', valid_for=5.0),
+        last,
+        SCENE,
+        None,
+        HEADER,
+    )
     order = order_of(goal_of(answer), HEADER.stamp, 'table')
     assert order.plan.shot_id == 'mine'
     assert order.remaining == pytest.approx(5.0)
@@ -98,14 +107,17 @@ def test_a_goal_in_the_frame_of_the_node():
     order_of(goal_of(answer), Time(), 'bed')
 
 
-@pytest.mark.parametrize(('request_', 'words'), [
-    (SealShot.Request(plan_id='older'), "plan_id is 'older': must be that of the last plan"),
-    (SealShot.Request(rank=99), 'rank is 99: must be at most'),
-    (SealShot.Request(valid_for=-1.0), 'valid_for is -1.0: must be above 0 s'),
-    (SealShot.Request(valid_for=math.nan), 'valid_for is nan'),
-    (SealShot.Request(valid_for=math.inf), 'valid_for is inf'),
-    (SealShot.Request(header=Header(frame_id='map')), "header.frame_id is 'map'"),
-])
+@pytest.mark.parametrize(
+    ('request_', 'words'),
+    [
+        (SealShot.Request(plan_id='older'), "plan_id is 'older': must be that of the last plan"),
+        (SealShot.Request(rank=99), 'rank is 99: must be at most'),
+        (SealShot.Request(valid_for=-1.0), 'valid_for is -1.0: must be above 0 s'),
+        (SealShot.Request(valid_for=math.nan), 'valid_for is nan'),
+        (SealShot.Request(valid_for=math.inf), 'valid_for is inf'),
+        (SealShot.Request(header=Header(frame_id='map')), "header.frame_id is 'map'"),
+    ],
+)
 def test_what_makes_no_sense_is_refused_by_name(last, request_, words):
     answer = seal(request_, last, SCENE, TABLE, HEADER)
     assert answer.status == Status.INVALID_REQUEST
@@ -113,12 +125,19 @@ def test_what_makes_no_sense_is_refused_by_name(last, request_, words):
     assert answer == SealShot.Response(status=answer.status, message=answer.message)
 
 
-@pytest.mark.parametrize(('change', 'status', 'words'), [
-    ({'speed': 0.0}, Status.INVALID_STROKE, 'speed is 0.0'),
-    ({'speed': math.nan}, Status.INVALID_STROKE, 'speed is nan'),
-    ({'cue_pose': Pose(orientation=Quaternion(w=0.0))}, Status.INVALID_STROKE, 'orientation'),
-    ({'cue_pose': Pose(position=Point(x=math.inf))}, Status.INVALID_STROKE, 'position.x is inf'),
-])
+@pytest.mark.parametrize(
+    ('change', 'status', 'words'),
+    [
+        ({'speed': 0.0}, Status.INVALID_STROKE, 'speed is 0.0'),
+        ({'speed': math.nan}, Status.INVALID_STROKE, 'speed is nan'),
+        ({'cue_pose': Pose(orientation=Quaternion(w=0.0))}, Status.INVALID_STROKE, 'orientation'),
+        (
+            {'cue_pose': Pose(position=Point(x=math.inf))},
+            Status.INVALID_STROKE,
+            'position.x is inf',
+        ),
+    ],
+)
 def test_a_stroke_that_makes_no_sense_is_refused_by_name(change, status, words):
     request = given()
     for name, value in change.items():
@@ -137,8 +156,13 @@ def test_without_plan_table_or_guided_cue_nothing_is_sealed(last):
         (given(), None, SCENE, TableState(balls=[BallState(id='8')] * 2), 'twice'),
         (given(), None, SCENE, TableState(header=Header(frame_id='map')), "'map'"),
         (given(), None, pool, TABLE, 'not guided'),
-        (SealShot.Request(), LastPlan(plan(pool, {'rest': (0.5, 0.0)}, budget=300).ranking),
-         SCENE, TABLE, 'not guided'),
+        (
+            SealShot.Request(),
+            LastPlan(plan(pool, {'rest': (0.5, 0.0)}, budget=300).ranking),
+            SCENE,
+            TABLE,
+            'not guided',
+        ),
     ]
     for request, planned, scene, table, words in cases:
         answer = seal(request, planned, scene, table, HEADER)

@@ -1,4 +1,5 @@
 """The service between two processes: what the library says is what comes back."""
+
 from itertools import groupby
 from time import monotonic, sleep
 
@@ -69,8 +70,9 @@ def test_a_short_answer_has_the_start_every_change_of_motion_and_the_rest(ask, n
     request = request_for(normal, velocity, RADIUS)
     short = ask(request).trajectory
     segments = predict(SCENE, Stroke(normal=normal, velocity=velocity)).trajectory.segments
-    assert list(short.motion) == [motion for motion, _ in groupby(
-        segment.motion for segment in segments)]
+    assert list(short.motion) == [
+        motion for motion, _ in groupby(segment.motion for segment in segments)
+    ]
     assert short.motion[-1] == BallTrajectory.REST
     request.sample_count = 5000
     fine = ask(request).trajectory
@@ -86,7 +88,8 @@ def test_paper_reference_values(ask):
     """paper: the horizontal shot as the model says it, not as Table 1 prints it."""
     answer = ask(request_for(*PAPER_SHOTS['horizontal'], RADIUS))
     np.testing.assert_allclose(
-        components(answer.velocity), [.6335672927, .4653476309, 0], atol=2e-5)
+        components(answer.velocity), [0.6335672927, 0.4653476309, 0], atol=2e-5
+    )
     np.testing.assert_allclose(components(answer.spin), [0, 0, 10.39766290], atol=2e-3)
 
 
@@ -104,7 +107,9 @@ def test_sample_count_tolerance_and_ball_position(ask):
     assert answer.error_estimate <= 1e-6
     np.testing.assert_allclose(
         conversions.vectors(answer.trajectory.positions)[-1],
-        conversions.vectors(at_origin.trajectory.positions)[-1] + (0.3, -0.2, 0), atol=2e-4)
+        conversions.vectors(at_origin.trajectory.positions)[-1] + (0.3, -0.2, 0),
+        atol=2e-4,
+    )
 
 
 def test_ball_height_may_be_given_in_full(ask):
@@ -134,7 +139,8 @@ def test_ball_from_the_table_state(ask, node):
     other = BallState(id='8')
     assert answer_comes('velocities=[0.', other, cue)
     np.testing.assert_allclose(
-        conversions.vectors(ask(request).trajectory.positions)[0], (0.4, 0.1, RADIUS))
+        conversions.vectors(ask(request).trajectory.positions)[0], (0.4, 0.1, RADIUS)
+    )
     assert answer_comes('pocketed', BallState(id='cue', pocketed=True))
     assert answer_comes('has 0 balls', other)
     assert answer_comes('below the cloth', BallState(id='cue', position=Point(z=-1.0)))
@@ -149,9 +155,14 @@ def test_other_balls_of_the_table_state_are_met(ask, node):
     far = conversions.vectors(ask(request).trajectory.positions)[-1]
     way = far[:2] / np.hypot(*far[:2])
     publisher = node.create_publisher(TableState, 'table_state', LATCHED)
-    publisher.publish(TableState(balls=[
-        BallState(id='cue'),
-        BallState(id='8', position=Point(x=float(0.2 * way[0]), y=float(0.2 * way[1])))]))
+    publisher.publish(
+        TableState(
+            balls=[
+                BallState(id='cue'),
+                BallState(id='8', position=Point(x=float(0.2 * way[0]), y=float(0.2 * way[1]))),
+            ]
+        )
+    )
     request.use_table_state = True
 
     def stopped():
@@ -160,7 +171,8 @@ def test_other_balls_of_the_table_state_are_met(ask, node):
 
     assert spin_until(node, stopped)
     assert [effect.simulated for effect in ask(request).effects if effect.name == 'ball_ball'] == [
-        True]
+        True
+    ]
     node.destroy_publisher(publisher)
 
 
@@ -171,9 +183,13 @@ def test_path_and_markers_come_after_the_answer(start, node):
     arrived = []
     for kind, topic in ((Path, 'path'), (MarkerArray, 'markers'), (String, 'shot')):
         node.create_subscription(
-            kind, f'/display/predictor/{topic}',
+            kind,
+            f'/display/predictor/{topic}',
             lambda message, info, topic=topic: arrived.append(
-                (topic, message, info['source_timestamp'])), LATCHED)
+                (topic, message, info['source_timestamp'])
+            ),
+            LATCHED,
+        )
     refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
     refused.speed = 0.0
     assert call(node, client, refused, repeatable=True).status == Status.INVALID_STROKE
@@ -189,7 +205,8 @@ def test_path_and_markers_come_after_the_answer(start, node):
     assert path.header.frame_id == 'table'
     np.testing.assert_array_equal(
         [components(pose.pose.position) for pose in path.poses],
-        conversions.vectors(trajectory.positions))
+        conversions.vectors(trajectory.positions),
+    )
     stamps = [pose.header.stamp.sec + pose.header.stamp.nanosec * 1e-9 for pose in path.poses]
     np.testing.assert_allclose(np.diff(stamps), np.diff(trajectory.times), atol=1e-5)
     assert {marker.ns for marker in messages['markers'].markers} > {'cue', 'paths'}

@@ -1,4 +1,5 @@
 """Answers fit a terminal: what `ros2 service call` and `ros2 action send_goal` print."""
+
 from dataclasses import replace
 from math import pi
 
@@ -19,13 +20,19 @@ SCREEN = 60
 WIDTH = 80
 
 
-@pytest.mark.parametrize(('scene', 'stroke'), [
-    ('paper', Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16))),
-    # many balls, cushions and changes of motion
-    ('eight_ball', Stroke.from_offsets(a=0.1, b=0.1, elevation=0.08, azimuth=-0.1, speed=8.0)),
-    ('pool_table', Stroke.from_offsets(a=0.4, b=0.2, elevation=0.1, azimuth=0.7, speed=4.0)),
-    ('pool_table', Stroke.from_offsets(a=0.0, b=0.3, elevation=1.2, azimuth=pi / 3, speed=6.0)),
-])
+@pytest.mark.parametrize(
+    ('scene', 'stroke'),
+    [
+        ('paper', Stroke(normal=(-2, -1, 12), velocity=(4, 0, -16))),
+        # many balls, cushions and changes of motion
+        ('eight_ball', Stroke.from_offsets(a=0.1, b=0.1, elevation=0.08, azimuth=-0.1, speed=8.0)),
+        ('pool_table', Stroke.from_offsets(a=0.4, b=0.2, elevation=0.1, azimuth=0.7, speed=4.0)),
+        (
+            'pool_table',
+            Stroke.from_offsets(a=0.0, b=0.3, elevation=1.2, azimuth=pi / 3, speed=6.0),
+        ),
+    ],
+)
 def test_a_prediction_is_short(scene, stroke):
     shot = predict(Scene.load(scene), stroke)
     answer = conversions.response_of(shot, 0)
@@ -38,13 +45,18 @@ def test_a_prediction_is_short(scene, stroke):
 
 
 def test_a_plan_is_short_and_its_long_form_is_not():
-    scene = replace(Scene.load('pool_table'), balls={'cue': (-.4, 0.), '8': (.5, .2)})
+    scene = replace(Scene.load('pool_table'), balls={'cue': (-0.4, 0.0), '8': (0.5, 0.2)})
     result = plan(scene, {'pot': '8'}, budget=3000, seed=4)
     assert len(result.ranking) > 1
 
     def lines(**goal):
-        return len(as_yaml(plan_conversions.result_of(
-            result, '12345678', scene, PlanShot.Goal(**goal), Header())).splitlines())
+        return len(
+            as_yaml(
+                plan_conversions.result_of(
+                    result, '12345678', scene, PlanShot.Goal(**goal), Header()
+                )
+            ).splitlines()
+        )
 
     assert lines() <= 2 * SCREEN
     assert lines(plan_count=10, sample_count=200) > 2000 * len(result.ranking)

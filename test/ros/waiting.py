@@ -1,4 +1,5 @@
 """Waiting for other processes, for as long as they may take on a starved machine."""
+
 from functools import partial
 from time import monotonic
 

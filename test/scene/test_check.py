@@ -1,4 +1,5 @@
 """Every mistake in a scene, each once, all together, with its line."""
+
 import copy
 import dataclasses
 import math
@@ -38,9 +39,16 @@ balls:
   7: [0.5, x]
 """
 LINES = {
-    'ball.mass': 2, 'ball.radus': 3, 'cue.mass': 7, 'cue.guided': 8,
-    'contacts.cue_ball.restitution': 10, 'contacts.ball_table.stiffness': 11,
-    'effects.flight': 13, 'effects.teleport': 14, 'balls.8': 17, 'balls.7': 19,
+    'ball.mass': 2,
+    'ball.radus': 3,
+    'cue.mass': 7,
+    'cue.guided': 8,
+    'contacts.cue_ball.restitution': 10,
+    'contacts.ball_table.stiffness': 11,
+    'effects.flight': 13,
+    'effects.teleport': 14,
+    'balls.8': 17,
+    'balls.7': 19,
 }
 
 
@@ -119,15 +127,21 @@ def test_derived_values_follow():
         dataclasses.replace(Cue(0.5, end_mass=0.005), guided=True)
 
 
-@pytest.mark.parametrize('duplicate', [
-    lambda scene: scene, copy.deepcopy, lambda scene: pickle.loads(pickle.dumps(scene)),
-    lambda scene: Scene.from_dict(scene.to_dict()),
-])
+@pytest.mark.parametrize(
+    'duplicate',
+    [
+        lambda scene: scene,
+        copy.deepcopy,
+        lambda scene: pickle.loads(pickle.dumps(scene)),
+        lambda scene: Scene.from_dict(scene.to_dict()),
+    ],
+)
 def test_derived_values_follow_across_sections(duplicate):
     scene = duplicate(Scene.load('pool'))
     contact = dataclasses.replace(scene.contacts.ball_table, friction=0.3)
     changed = dataclasses.replace(
-        scene, contacts=dataclasses.replace(scene.contacts, ball_table=contact))
+        scene, contacts=dataclasses.replace(scene.contacts, ball_table=contact)
+    )
     assert changed.cloth.sliding_friction == 0.3
     fixed = dataclasses.replace(scene, cloth=Cloth(sliding_friction=0.2))
     assert dataclasses.replace(fixed, contacts=changed.contacts).cloth.sliding_friction == 0.2
@@ -167,12 +181,15 @@ def test_bundled_scenes_say_what_they_are(capsys):
     assert all(len(line.split()) > 4 for line in lines)
 
 
-@pytest.mark.parametrize(('text', 'line'), [
-    ('ball: &b {mass: -1, radius: 1}\ncue: *b', 1),
-    ('ball: {mass: 1, radius: 1}\ncue:\n  <<: {mass: -2}\n', 2),
-    ('? [1]\n: 2\n', 1),
-    ('ball: &x [*x]\n', 1),
-])
+@pytest.mark.parametrize(
+    ('text', 'line'),
+    [
+        ('ball: &b {mass: -1, radius: 1}\ncue: *b', 1),
+        ('ball: {mass: 1, radius: 1}\ncue:\n  <<: {mass: -2}\n', 2),
+        ('? [1]\n: 2\n', 1),
+        ('ball: &x [*x]\n', 1),
+    ],
+)
 def test_odd_yaml_is_no_trap(tmp_path, text, line):
     path = tmp_path / 'odd.yaml'
     path.write_text(text)
@@ -180,14 +197,25 @@ def test_odd_yaml_is_no_trap(tmp_path, text, line):
         Scene.load(path)
 
 
-@pytest.mark.parametrize(('place', 'right'), [
-    ((1.2424, 0.3), True), ((1.2425, 0.3), False), ((0.3, -0.6074), True), ((0.3, -0.6075), False),
-    ((3, 3), False),
-    # in the mouth of a pocket: between the jaws, and not yet over the hole
-    ((0, 0.638), True), ((0, 0.641), False), ((0.03, 0.638), True), ((0.04, 0.638), False),
-    ((1.2414, 0.6064), True), ((-1.25, 0.61), True), ((-1.26, -0.63), False),
-    ((1.23, 0.645), False),
-])
+@pytest.mark.parametrize(
+    ('place', 'right'),
+    [
+        ((1.2424, 0.3), True),
+        ((1.2425, 0.3), False),
+        ((0.3, -0.6074), True),
+        ((0.3, -0.6075), False),
+        ((3, 3), False),
+        # in the mouth of a pocket: between the jaws, and not yet over the hole
+        ((0, 0.638), True),
+        ((0, 0.641), False),
+        ((0.03, 0.638), True),
+        ((0.04, 0.638), False),
+        ((1.2414, 0.6064), True),
+        ((-1.25, 0.61), True),
+        ((-1.26, -0.63), False),
+        ((1.23, 0.645), False),
+    ],
+)
 def test_balls_lie_on_the_table(place, right):
     data = {**Scene.load('pool').to_dict(), 'table': {}, 'balls': {'8': list(place)}}
     if right:

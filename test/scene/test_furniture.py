@@ -34,13 +34,16 @@ def test_carom_table(data):
     assert not scene.table.pockets
 
 
-@pytest.mark.parametrize(('table', 'mistake'), [
-    ({'length': 0}, r'table\.length: 0 .* above 0 \(m\)'),
-    ({'lenght': 2}, r'table\.lenght: unknown key; the nearest known one is length'),
-    ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg: 90 .* above 90'),
-    ({'cushion': {'model': 'rubber'}}, r"table\.cushion\.model: 'rubber' .* mathavan, han"),
-    ({'width': 0.17}, r'table\.width: 0\.17 .* pockets it must be above 0\.17'),
-])
+@pytest.mark.parametrize(
+    ('table', 'mistake'),
+    [
+        ({'length': 0}, r'table\.length: 0 .* above 0 \(m\)'),
+        ({'lenght': 2}, r'table\.lenght: unknown key; the nearest known one is length'),
+        ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg: 90 .* above 90'),
+        ({'cushion': {'model': 'rubber'}}, r"table\.cushion\.model: 'rubber' .* mathavan, han"),
+        ({'width': 0.17}, r'table\.width: 0\.17 .* pockets it must be above 0\.17'),
+    ],
+)
 def test_mistakes_are_named(data, table, mistake):
     with pytest.raises(ValueError, match=mistake):
         Scene.from_dict(data | {'table': table})

@@ -1,4 +1,5 @@
 """Racks and the bundled scenes: as the rules say, and the same everywhere."""
+
 import dataclasses
 from itertools import combinations
 import math
@@ -21,7 +22,8 @@ seeds = st.integers(0, 2**40)
 def rack(game, **numbers):
     table = Table(length=3.569, width=1.778) if game == 'snooker' else Table()
     scene = dataclasses.replace(
-        Scene.load('pool'), table=table, rack=Rack(game, **numbers), balls={'cue': (-0.9, 0.1)})
+        Scene.load('pool'), table=table, rack=Rack(game, **numbers), balls={'cue': (-0.9, 0.1)}
+    )
     balls = dict(scene.balls)
     assert balls.pop('cue') == (-0.9, 0.1)
     return balls
@@ -62,15 +64,18 @@ def test_eight_ball_rules(seed):
     balls = rack('eight_ball', seed=seed, gap=0)
     assert balls['8'] == pytest.approx((0.635 + 2 * RADIUS * math.sqrt(3), 0), abs=1e-15)
     back = max(x for x, _ in balls.values())
-    corners = [int(name) for name, (x, y) in balls.items()
-               if x > back - 1e-9 and abs(y) > 3.9 * RADIUS]
+    corners = [
+        int(name) for name, (x, y) in balls.items() if x > back - 1e-9 and abs(y) > 3.9 * RADIUS
+    ]
     assert len(corners) == 2
     assert min(corners) < 8 < max(corners)
 
 
 def test_every_ball_comes_everywhere():
-    apexes = {min(rack('eight_ball', seed=seed).items(), key=lambda item: item[1])[0]
-              for seed in range(200)}
+    apexes = {
+        min(rack('eight_ball', seed=seed).items(), key=lambda item: item[1])[0]
+        for seed in range(200)
+    }
     assert apexes == {str(ball) for ball in range(1, 16)} - {'8'}
 
 
@@ -84,11 +89,20 @@ def test_snooker_spots():
 
 
 def test_the_same_in_every_process():
-    code = ('from billiard_shot import Scene; import hashlib; '
-            "print(repr(Scene.load('eight_ball').balls))")
-    answers = {subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
-                              check=True, env={'PYTHONHASHSEED': seed}).stdout
-               for seed in ('0', '1')}
+    code = (
+        'from billiard_shot import Scene; import hashlib; '
+        "print(repr(Scene.load('eight_ball').balls))"
+    )
+    answers = {
+        subprocess.run(
+            [sys.executable, '-c', code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={'PYTHONHASHSEED': seed},
+        ).stdout
+        for seed in ('0', '1')
+    }
     assert answers == {repr(Scene.load('eight_ball').balls) + '\n'}
 
 
@@ -107,19 +121,27 @@ def test_racks_leave_nothing_behind():
     assert Scene.from_dict(scene.to_dict()) == scene
 
 
-@pytest.mark.parametrize(('change', 'text'), [
-    ({'rack': {'game': 'nineball'}}, r"rack\.game: 'nineball' .* one of nine_ball, eight_ball"),
-    ({'rack': {}}, r'rack\.game: missing'),
-    ({'rack': {'game': 'nine_ball', 'gap': -1e-3}}, r'rack\.gap: -0\.001 .* at least 0'),
-    ({'rack': {'game': 'nine_ball', 'seed': 1.5}}, r'rack\.seed: 1\.5 .* whole number'),
-    ({'rack': 'nine_ball'}, r"rack: 'nine_ball' is not allowed; it must be a mapping"),
-    ({'table': None}, r'rack: needs a table to stand on: table is missing'),
-    ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has such a ball, too'),
-    ({'balls': {'cue': [0.69, 0.03]}}, r"balls\.cue: overlaps ball '.' of the rack"),
-    ({'like': 'snooker', 'balls': {'cue': [0, 0.01]}, 'rack': {'game': 'snooker'}},
-     r"balls\.cue: overlaps ball 'blue' of the rack"),
-    ({'table': {'length': 0.5, 'width': 0.5, 'pockets': False}}, r"rack: puts ball '.' at"),
-])
+@pytest.mark.parametrize(
+    ('change', 'text'),
+    [
+        (
+            {'rack': {'game': 'nineball'}},
+            r"rack\.game: 'nineball' .* one of nine_ball, eight_ball",
+        ),
+        ({'rack': {}}, r'rack\.game: missing'),
+        ({'rack': {'game': 'nine_ball', 'gap': -1e-3}}, r'rack\.gap: -0\.001 .* at least 0'),
+        ({'rack': {'game': 'nine_ball', 'seed': 1.5}}, r'rack\.seed: 1\.5 .* whole number'),
+        ({'rack': 'nine_ball'}, r"rack: 'nine_ball' is not allowed; it must be a mapping"),
+        ({'table': None}, r'rack: needs a table to stand on: table is missing'),
+        ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has such a ball, too'),
+        ({'balls': {'cue': [0.69, 0.03]}}, r"balls\.cue: overlaps ball '.' of the rack"),
+        (
+            {'like': 'snooker', 'balls': {'cue': [0, 0.01]}, 'rack': {'game': 'snooker'}},
+            r"balls\.cue: overlaps ball 'blue' of the rack",
+        ),
+        ({'table': {'length': 0.5, 'width': 0.5, 'pockets': False}}, r"rack: puts ball '.' at"),
+    ],
+)
 def test_mistakes_with_racks(change, text):
     data = {'like': 'pool_table', 'rack': {'game': 'nine_ball'}, **change}
     with pytest.raises(ValueError, match=text):
@@ -144,15 +166,18 @@ def test_scenes_like_others(tmp_path):
     assert Scene.from_dict({'like': 'paper'}) == Scene.load('paper')
 
 
-@pytest.mark.parametrize(('text', 'message'), [
-    ('like: ghost', r"line 1: like: scene: no bundled scene 'ghost'; there are: blocked"),
-    ('like: none.yaml', 'line 1: like: .*No such file'),
-    ('like: own.yaml', 'like: .*that scene is like this one'),
-    ('like: [1]', 'like: '),
-    ('like: pool\nball: {mass: -1}', r'line 2: ball\.mass: -1 is not allowed'),
-    ('like: pool\nball: 3', r'line 2: ball: 3 is not allowed; it must be a mapping'),
-    ('like: blocked\n\nball: {radius: 0.21}', r"balls\.1: overlaps ball 'cue'"),
-])
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('like: ghost', r"line 1: like: scene: no bundled scene 'ghost'; there are: blocked"),
+        ('like: none.yaml', 'line 1: like: .*No such file'),
+        ('like: own.yaml', 'like: .*that scene is like this one'),
+        ('like: [1]', 'like: '),
+        ('like: pool\nball: {mass: -1}', r'line 2: ball\.mass: -1 is not allowed'),
+        ('like: pool\nball: 3', r'line 2: ball: 3 is not allowed; it must be a mapping'),
+        ('like: blocked\n\nball: {radius: 0.21}', r"balls\.1: overlaps ball 'cue'"),
+    ],
+)
 def test_mistakes_in_scenes_like_others(tmp_path, text, message):
     path = tmp_path / 'own.yaml'
     path.write_text(text)
@@ -170,4 +195,5 @@ def test_bundled_tables_are_to_scale(name):
 def test_the_frozen_combination_is_frozen():
     scene = Scene.load('frozen_combination')
     assert math.dist(scene.balls['1'], scene.balls['8']) == pytest.approx(
-        2 * scene.ball.radius, abs=1e-15)
+        2 * scene.ball.radius, abs=1e-15
+    )

@@ -71,20 +71,23 @@ def test_yaml_of_people(tmp_path):
     assert scene.cloth.rolling_resistance == 0.01
 
 
-@pytest.mark.parametrize(('section', 'key', 'value', 'allowed'), [
-    ('ball', 'mass', 0, 'above 0 (kg)'),
-    ('ball', 'mass', True, 'a finite number above 0 (kg)'),
-    ('ball', 'mass', '0.17', 'a finite number above 0 (kg)'),
-    ('ball', 'radius', math.nan, 'above 0 (m)'),
-    ('ball', 'radius', math.inf, 'above 0 (m)'),
-    ('ball', 'radius', None, 'above 0 (m)'),
-    ('ball', 'inertia', 1.0, 'at most 2/3 m r^2'),
-    ('cue', 'guided', 'yes', 'true or false'),
-    ('cue', 'tip_radius', -0.001, 'at least 0 (m)'),
-    ('cloth', 'gravity', 0, 'above 0 (m/s^2)'),
-    ('cloth', 'spin_deceleration', -1, 'at least 0 (rad/s^2)'),
-    ('effects', 'flight', 'maybe', 'one of auto, on, off'),
-])
+@pytest.mark.parametrize(
+    ('section', 'key', 'value', 'allowed'),
+    [
+        ('ball', 'mass', 0, 'above 0 (kg)'),
+        ('ball', 'mass', True, 'a finite number above 0 (kg)'),
+        ('ball', 'mass', '0.17', 'a finite number above 0 (kg)'),
+        ('ball', 'radius', math.nan, 'above 0 (m)'),
+        ('ball', 'radius', math.inf, 'above 0 (m)'),
+        ('ball', 'radius', None, 'above 0 (m)'),
+        ('ball', 'inertia', 1.0, 'at most 2/3 m r^2'),
+        ('cue', 'guided', 'yes', 'true or false'),
+        ('cue', 'tip_radius', -0.001, 'at least 0 (m)'),
+        ('cloth', 'gravity', 0, 'above 0 (m/s^2)'),
+        ('cloth', 'spin_deceleration', -1, 'at least 0 (rad/s^2)'),
+        ('effects', 'flight', 'maybe', 'one of auto, on, off'),
+    ],
+)
 def test_wrong_value_is_named_with_its_range(data, section, key, value, allowed):
     data[section][key] = value
     with pytest.raises(ValueError, match=re.escape(allowed)) as caught:
@@ -92,11 +95,14 @@ def test_wrong_value_is_named_with_its_range(data, section, key, value, allowed)
     assert str(caught.value).startswith(f'scene: {section}.{key}: {value!r} is not allowed')
 
 
-@pytest.mark.parametrize(('key', 'value', 'allowed'), [
-    ('restitution', 1.1, 'at least 0 and at most 1'),
-    ('friction', -0.1, 'at least 0'),
-    ('stiffness', 0.0, 'above 0'),
-])
+@pytest.mark.parametrize(
+    ('key', 'value', 'allowed'),
+    [
+        ('restitution', 1.1, 'at least 0 and at most 1'),
+        ('friction', -0.1, 'at least 0'),
+        ('stiffness', 0.0, 'above 0'),
+    ],
+)
 def test_wrong_contact_is_named(data, key, value, allowed):
     data['contacts']['cue_ball'][key] = value
     with pytest.raises(ValueError, match=rf'contacts\.cue_ball\.{key}: .*{allowed}'):
@@ -105,13 +111,20 @@ def test_wrong_contact_is_named(data, key, value, allowed):
         ContactParameters(**{**data['contacts']['ball_table'], key: value})
 
 
-@pytest.mark.parametrize(('key', 'value', 'text'), [
-    ('law', 'newton', 'law: .newton. is not allowed; it must be one of bistiffness, energetic'),
-    ('exponent', 0.5, 'exponent: 0.5 is not allowed; it must be a finite number at least 1'),
-    ('balls', {'cue': [0]}, r'balls\.cue: \[0\] is not allowed; it must be two finite'),
-    ('balls', [1, 2], r'balls: \[1, 2\] is not allowed; it must be a mapping'),
-    ('ball', None, 'ball: None is not allowed; it must be a mapping'),
-])
+@pytest.mark.parametrize(
+    ('key', 'value', 'text'),
+    [
+        (
+            'law',
+            'newton',
+            'law: .newton. is not allowed; it must be one of bistiffness, energetic',
+        ),
+        ('exponent', 0.5, 'exponent: 0.5 is not allowed; it must be a finite number at least 1'),
+        ('balls', {'cue': [0]}, r'balls\.cue: \[0\] is not allowed; it must be two finite'),
+        ('balls', [1, 2], r'balls: \[1, 2\] is not allowed; it must be a mapping'),
+        ('ball', None, 'ball: None is not allowed; it must be a mapping'),
+    ],
+)
 def test_other_mistakes(data, key, value, text):
     data[key] = value
     with pytest.raises(ValueError, match=text):
@@ -131,12 +144,15 @@ def test_all_mistakes_together():
     assert lines[3:] == ['  ball.radius: missing', '  contacts: missing']
 
 
-@pytest.mark.parametrize(('text', 'message'), [
-    ('ball: {mass: 1, mass: 2}', r'line 1: ball\.mass: is there twice'),
-    ('ball: [', 'line 1'),
-    ('just words', 'must be a mapping'),
-    ('', 'must be a mapping'),
-])
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('ball: {mass: 1, mass: 2}', r'line 1: ball\.mass: is there twice'),
+        ('ball: [', 'line 1'),
+        ('just words', 'must be a mapping'),
+        ('', 'must be a mapping'),
+    ],
+)
 def test_unreadable_files(tmp_path, text, message):
     path = tmp_path / 'mine.yaml'
     path.write_text(text)

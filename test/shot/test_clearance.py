@@ -1,4 +1,5 @@
 """A stroke for which the cue has no room is refused, by name."""
+
 import dataclasses
 import math
 
@@ -17,7 +18,8 @@ def scene_of(base=POOL, **balls):
 
 def stroke(elevation_deg, azimuth=0.0, b=0.0):
     return Stroke.from_offsets(
-        a=0, b=b, elevation=math.radians(elevation_deg), azimuth=azimuth, speed=1)
+        a=0, b=b, elevation=math.radians(elevation_deg), azimuth=azimuth, speed=1
+    )
 
 
 def test_a_level_cue_goes_through_the_cushion_behind_it():

@@ -1,4 +1,5 @@
 """The cue that catches the ball again."""
+
 import dataclasses
 import math
 
@@ -15,8 +16,9 @@ R = POOL.ball.radius
 
 def shot(gap, b=0.0, speed=1.5, elevation=0.1):
     scene = dataclasses.replace(POOL, balls={'cue': (0, 0), 'one': (2 * R + gap, 0)})
-    return predict(scene, Stroke.from_offsets(
-        a=0, b=b, elevation=elevation, azimuth=0, speed=speed))
+    return predict(
+        scene, Stroke.from_offsets(a=0, b=b, elevation=elevation, azimuth=0, speed=speed)
+    )
 
 
 def test_a_ball_close_in_front_makes_a_double_hit():
@@ -41,16 +43,19 @@ def test_a_free_ball_runs_away_from_the_cue():
 
 def test_a_cue_that_recoils_never_does():
     light = dataclasses.replace(
-        POOL, cue=dataclasses.replace(POOL.cue, mass=0.05, end_mass=0.004),
-        balls={'cue': (0, 0), 'one': (2 * R + 0.01, 0)})
+        POOL,
+        cue=dataclasses.replace(POOL.cue, mass=0.05, end_mass=0.004),
+        balls={'cue': (0, 0), 'one': (2 * R + 0.01, 0)},
+    )
     played = predict(light, Stroke.from_offsets(a=0, b=0, elevation=0.1, azimuth=0, speed=1))
     assert played.cue_speed < 0
     assert played.double_hit is None
 
 
 def test_a_refused_stroke_has_none():
-    refused = predict(POOL, Stroke.from_offsets(a=0, b=0, elevation=math.radians(-5), azimuth=0,
-                                                speed=1))
+    refused = predict(
+        POOL, Stroke.from_offsets(a=0, b=0, elevation=math.radians(-5), azimuth=0, speed=1)
+    )
     assert refused.status.refused
     assert refused.double_hit is None
 

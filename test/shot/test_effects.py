@@ -1,4 +1,5 @@
 """Effects are simulated where they are called for, and leaving out the others changes nothing."""
+
 import dataclasses
 from itertools import combinations
 
@@ -16,7 +17,7 @@ from billiard_shot.table.model import table_params
 from billiard_shot.table.trajectory import EventKind
 
 NAMES = [gate.name for gate in GATES]
-OF_ONE_BALL = NAMES[:NAMES.index('cushion')]  # the others: test/table/test_table_effects.py
+OF_ONE_BALL = NAMES[: NAMES.index('cushion')]  # the others: test/table/test_table_effects.py
 PAPER = Scene.load('paper')
 POOL = Scene.from_dict({'like': 'pool', 'cue': {'dome': 0.0106}})
 PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
@@ -39,23 +40,34 @@ def random_scene(draw):
     ball = {'mass': draw.uniform(0.1, 0.25), 'radius': draw.uniform(0.02, 0.035)}
 
     def contact(friction):
-        return {'restitution': draw.choice([0, draw.uniform(0, 0.9)], p=[0.1, 0.9]),
-                'friction': draw.choice([0, friction], p=[0.1, 0.9]),
-                'stiffness': 10 ** draw.uniform(-1, 1)}
+        return {
+            'restitution': draw.choice([0, draw.uniform(0, 0.9)], p=[0.1, 0.9]),
+            'friction': draw.choice([0, friction], p=[0.1, 0.9]),
+            'stiffness': 10 ** draw.uniform(-1, 1),
+        }
 
-    places = {str(number): [x, y] for number, (x, y) in enumerate(
-        draw.uniform(-1, 1, (3, 2)) * (1, 0.5)) if np.hypot(x, y) > 0.1}
+    places = {
+        str(number): [x, y]
+        for number, (x, y) in enumerate(draw.uniform(-1, 1, (3, 2)) * (1, 0.5))
+        if np.hypot(x, y) > 0.1
+    }
     around = {'table': {}, 'balls': places if _apart(places) else {}}
-    return Scene.from_dict({
-        **(around if draw.random() < 0.5 else {}),
-        'ball': ball,
-        'cue': {'mass': draw.uniform(0.3, 0.7), 'guided': bool(draw.random() < 0.3)},
-        'contacts': {'cue_ball': contact(draw.uniform(0.2, 0.8)),
-                     'ball_table': contact(draw.uniform(0.1, 0.4))},
-        'cloth': {'sliding_friction': draw.uniform(0.1, 0.4),
-                  'spin_deceleration': draw.uniform(5, 40)},
-        'law': str(draw.choice(['bistiffness', 'energetic'])),
-    })
+    return Scene.from_dict(
+        {
+            **(around if draw.random() < 0.5 else {}),
+            'ball': ball,
+            'cue': {'mass': draw.uniform(0.3, 0.7), 'guided': bool(draw.random() < 0.3)},
+            'contacts': {
+                'cue_ball': contact(draw.uniform(0.2, 0.8)),
+                'ball_table': contact(draw.uniform(0.1, 0.4)),
+            },
+            'cloth': {
+                'sliding_friction': draw.uniform(0.1, 0.4),
+                'spin_deceleration': draw.uniform(5, 40),
+            },
+            'law': str(draw.choice(['bistiffness', 'energetic'])),
+        }
+    )
 
 
 def _apart(places):
@@ -65,8 +77,12 @@ def _apart(places):
 def random_stroke(draw):
     offset, around = 0.6 * np.sqrt(draw.random()), draw.uniform(0, 2 * np.pi)
     return Stroke.from_offsets(
-        offset * np.cos(around), 0.2 + offset * np.sin(around),
-        draw.choice([0, draw.uniform(0, 1.4)]), draw.uniform(-3, 3), 10 ** draw.uniform(-1.3, 0.9))
+        offset * np.cos(around),
+        0.2 + offset * np.sin(around),
+        draw.choice([0, draw.uniform(0, 1.4)]),
+        draw.uniform(-3, 3),
+        10 ** draw.uniform(-1.3, 0.9),
+    )
 
 
 def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
@@ -88,9 +104,12 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
             assert everything.status == gated.status
             continue
         met = [event.time for event in gated.trajectory.events if event.kind in MEETINGS]
-        met += [event.time for event in everything.trajectory.events
-                if event.kind == EventKind.CUSHION
-                and 0 < event.position[2] - scene.ball.radius < tolerance]
+        met += [
+            event.time
+            for event in everything.trajectory.events
+            if event.kind == EventKind.CUSHION
+            and 0 < event.position[2] - scene.ball.radius < tolerance
+        ]
         if not met:
             assert everything.status == gated.status
         times = np.linspace(0, min([everything.trajectory.duration, *met]), 50)[:-1]
@@ -151,7 +170,8 @@ def test_reasons_of_what_is_not_called_for():
     assert effect(shot, 'slide').simulated
     off = predict(wishing(PAPER, flight='off'), LEVEL)
     assert effect(off, 'flight').reason == (
-        'the scene turns it off; nothing calls for it either: the ball does not leave the cloth')
+        'the scene turns it off; nothing calls for it either: the ball does not leave the cloth'
+    )
 
 
 def test_without_slide_the_ball_rolls_as_it_would_in_the_end():
@@ -183,8 +203,9 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     """A tip as round as the ball, of a cue whose axis is 0.4 radii off: it touches at 0.2."""
     data = {'like': 'pool', 'cue': {'dome': POOL.ball.radius}}
     scene, point = Scene.from_dict(data), Scene.load('pool')
-    axis = Stroke.from_pose((-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 2,
-                            (0, 0, POOL.ball.radius))
+    axis = Stroke.from_pose(
+        (-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 2, (0, 0, POOL.ball.radius)
+    )
     shot = predict(scene, axis)
     expected = predict(point, Stroke.from_offsets(0.2, 0, 0, 0, 2))
     assert shot.velocity == pytest.approx(expected.velocity, rel=1e-9, abs=1e-12)
@@ -196,7 +217,8 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     assert not effect(stated, 'tip_curvature').wanted
     off = predict(wishing(scene, tip_curvature='off'), axis)
     assert off.velocity == pytest.approx(
-        predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12)
+        predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12
+    )
 
 
 def test_a_guided_cue_has_no_end_mass_to_turn_on():

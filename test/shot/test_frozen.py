@@ -1,4 +1,5 @@
 """Strikes on a ball that touches another one, or a cushion."""
+
 import dataclasses
 import math
 
@@ -20,8 +21,11 @@ def scene_of(**balls):
 def energy(scene, shot):
     """Of cue and balls after the strike [J]."""
     first = shot.table.at(0.0)
-    balls = sum(0.5 * scene.ball.mass * (s.velocity**2).sum()
-                + 0.5 * scene.ball.inertia * (s.spin**2).sum() for s in first.values())
+    balls = sum(
+        0.5 * scene.ball.mass * (s.velocity**2).sum()
+        + 0.5 * scene.ball.inertia * (s.spin**2).sum()
+        for s in first.values()
+    )
     return balls + 0.5 * scene.cue.mass * shot.cue_speed**2
 
 
@@ -37,7 +41,8 @@ def test_two_frozen_balls_leave_together():
     assert len(shot.impact.dissipated) == 3
     assert energy(scene, shot) < 0.5 * scene.cue.mass * 4
     assert shot.impact.dissipated.sum() == pytest.approx(
-        0.5 * scene.cue.mass * 4 - energy(scene, shot), rel=0.05)
+        0.5 * scene.cue.mass * 4 - energy(scene, shot), rel=0.05
+    )
 
 
 def test_a_ball_beside_does_not_matter():
@@ -71,8 +76,10 @@ def test_along_a_cushion_and_away_from_it():
 
 def test_a_batch_gives_what_single_predictions_give():
     scene = scene_of(cue=(0.0, 0.0), one=(2 * R * math.cos(0.4), 2 * R * math.sin(0.4)))
-    strokes = [Stroke.from_offsets(a=a, b=0.1, elevation=0.1, azimuth=0.1, speed=1.5)
-               for a in (-0.2, 0.0, 0.2)]
+    strokes = [
+        Stroke.from_offsets(a=a, b=0.1, elevation=0.1, azimuth=0.1, speed=1.5)
+        for a in (-0.2, 0.0, 0.2)
+    ]
     many = predict_batch(scene, [s.normal for s in strokes], [s.velocity for s in strokes])
     for i, stroke in enumerate(strokes):
         shot = predict(scene, stroke)

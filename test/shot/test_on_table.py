@@ -1,4 +1,5 @@
 """Strokes on a table with other balls."""
+
 import dataclasses
 import math
 
@@ -26,10 +27,13 @@ def test_a_shot_is_a_strike_and_then_the_table():
     scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
     shot = predict(scene, stroke())
     assert shot.status == Status.OK
-    run = simulate(scene, {
-        'cue': BallState((-0.6, 0.1, R), shot.velocity, shot.spin),
-        'one': BallState((0.2, 0.12, R)),
-    })
+    run = simulate(
+        scene,
+        {
+            'cue': BallState((-0.6, 0.1, R), shot.velocity, shot.spin),
+            'one': BallState((0.2, 0.12, R)),
+        },
+    )
     assert shot.table.rest['one'] == pytest.approx(run.rest['one'], abs=0.05)
     assert shot.trajectory is shot.table.balls['cue']
     assert EventKind.BALL in {event.kind for event in shot.trajectory.events}

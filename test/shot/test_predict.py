@@ -21,15 +21,43 @@ def changed(scene, **sections):
 
 
 # paper-notes: Table 1, reference values of the model as written
-@pytest.mark.parametrize(('normal', 'velocity', 'v', 'w', 'states', 'accuracy'), [
-    ((-1, -2, 1), (0, 0, -2), (0.4291079283, 0.8582158565, 0.2830706838),
-     (31.63351522, -15.81675761, 0), 'S1 S2 S1 S3', 1e-9),
-    ((-1, -1, 0), (0.8, 0, 0), (0.6335672927, 0.4653476309, 0), (0, 0, 10.39766290), 'S3', 1e-9),
-    ((-1, 0, 1), (1, 0, -1), (1.2475933472, 0, 0.0196340348), (0, -6.67687862, 0),
-     'S1 S2 S1 S3 S1 S2', 1e-9),
-    ((-2, -1, 12), (4, 0, -16), (1.3024730695, 0.7322053160, 0.4970895636),
-     (10.40182097, -35.75618541, -1.20248107), 'S1 S2 S1 S3 S1 S2 S1 S3 S1 S2', 1e-7),
-])
+@pytest.mark.parametrize(
+    ('normal', 'velocity', 'v', 'w', 'states', 'accuracy'),
+    [
+        (
+            (-1, -2, 1),
+            (0, 0, -2),
+            (0.4291079283, 0.8582158565, 0.2830706838),
+            (31.63351522, -15.81675761, 0),
+            'S1 S2 S1 S3',
+            1e-9,
+        ),
+        (
+            (-1, -1, 0),
+            (0.8, 0, 0),
+            (0.6335672927, 0.4653476309, 0),
+            (0, 0, 10.39766290),
+            'S3',
+            1e-9,
+        ),
+        (
+            (-1, 0, 1),
+            (1, 0, -1),
+            (1.2475933472, 0, 0.0196340348),
+            (0, -6.67687862, 0),
+            'S1 S2 S1 S3 S1 S2',
+            1e-9,
+        ),
+        (
+            (-2, -1, 12),
+            (4, 0, -16),
+            (1.3024730695, 0.7322053160, 0.4970895636),
+            (10.40182097, -35.75618541, -1.20248107),
+            'S1 S2 S1 S3 S1 S2 S1 S3 S1 S2',
+            1e-7,
+        ),
+    ],
+)
 def test_shots_of_the_paper(normal, velocity, v, w, states, accuracy):
     shot = predict(PAPER, Stroke(normal, velocity), tolerance=1e-10)
     assert shot.velocity == pytest.approx(v, abs=accuracy)
@@ -44,8 +72,11 @@ def test_energy_is_accounted_for():
     stroke = Stroke((-2, -1, 12), (4, 0, -16))
     shot = predict(PAPER, stroke, tolerance=1e-10)
     ball = PAPER.ball
-    left = (ball.mass * shot.velocity @ shot.velocity + ball.inertia * shot.spin @ shot.spin
-            + PAPER.cue.mass * shot.cue_speed**2)
+    left = (
+        ball.mass * shot.velocity @ shot.velocity
+        + ball.inertia * shot.spin @ shot.spin
+        + PAPER.cue.mass * shot.cue_speed**2
+    )
     lost = 0.5 * (PAPER.cue.mass * stroke.speed**2 - left)
     assert shot.impact.dissipated.shape == (2, 2)
     assert (shot.impact.dissipated >= 0).all()
@@ -63,15 +94,26 @@ def test_squirt_is_alciatores(a):
         return math.degrees(math.atan(2.5 * a * s / (1 + ratio + 2.5 * s * s)))
 
     # his tip and ball part without rebound
-    soft = changed(POOL, contacts={**POOL.to_dict()['contacts'], 'cue_ball': {
-        'restitution': 0, 'friction': 0.6, 'stiffness': 1.5}}, cue={'end_mass': 0.17 / 30})
+    soft = changed(
+        POOL,
+        contacts={
+            **POOL.to_dict()['contacts'],
+            'cue_ball': {'restitution': 0, 'friction': 0.6, 'stiffness': 1.5},
+        },
+        cue={'end_mass': 0.17 / 30},
+    )
     assert angle(soft) == pytest.approx(his(30), rel=1e-3)
     assert angle(POOL) == pytest.approx(his(30), rel=0.08)
 
 
 @settings(deadline=None, max_examples=30)
-@given(st.floats(-0.6, 0.6), st.floats(-0.3, 0.6), st.floats(0, 1.5), st.floats(-3, 3),
-       st.sampled_from([PAPER, POOL]))
+@given(
+    st.floats(-0.6, 0.6),
+    st.floats(-0.3, 0.6),
+    st.floats(0, 1.5),
+    st.floats(-3, 3),
+    st.sampled_from([PAPER, POOL]),
+)
 def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
     one = predict(scene, Stroke.from_offsets(a, b, elevation, 0, 2), tolerance=1e-8)
     mirrored = predict(scene, Stroke.from_offsets(-a, b, elevation, 0, 2), tolerance=1e-8)
@@ -80,8 +122,13 @@ def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
     size = 1e-8 * (1 + np.abs(one.velocity).max())
     assert one.velocity * FLIP == pytest.approx(mirrored.velocity, abs=size)
     assert -one.spin * FLIP == pytest.approx(mirrored.spin, abs=1e3 * size)
-    turn = np.array([[math.cos(azimuth), -math.sin(azimuth), 0],
-                     [math.sin(azimuth), math.cos(azimuth), 0], [0, 0, 1]])
+    turn = np.array(
+        [
+            [math.cos(azimuth), -math.sin(azimuth), 0],
+            [math.sin(azimuth), math.cos(azimuth), 0],
+            [0, 0, 1],
+        ]
+    )
     assert turn @ one.velocity == pytest.approx(turned.velocity, abs=size)
     assert turn @ one.trajectory.rest == pytest.approx(turned.trajectory.rest, abs=1e-7)
 
@@ -89,8 +136,10 @@ def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
 @pytest.mark.parametrize('b', [1e-12, 1e-11, 1e-9])
 def test_rounding_of_the_azimuth_does_not_turn_a_slip_that_hardly_is_one(b):
     """The tip's tangent once leaned into the normal where the two were nearly parallel."""
-    heights = [predict(PAPER, Stroke.from_offsets(0, b, 0, azimuth, 2), 1e-8).velocity[2]
-               for azimuth in (0, 1, 3)]
+    heights = [
+        predict(PAPER, Stroke.from_offsets(0, b, 0, azimuth, 2), 1e-8).velocity[2]
+        for azimuth in (0, 1, 3)
+    ]
     assert heights == pytest.approx([1.13419 * b] * 3, rel=1e-4)
 
 
@@ -116,7 +165,9 @@ def test_bad_rows_of_a_batch():
     velocities = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 0, 0), (math.inf, 0, 0), (1, 0, 0)]
     batch = predict_batch(POOL, normals, velocities)
     assert batch.status.tolist() == [
-        Status.OK, *[Status.INVALID_STROKE] * 4, Status.MISS,
+        Status.OK,
+        *[Status.INVALID_STROKE] * 4,
+        Status.MISS,
     ]
     assert batch.velocity[0, 0] > 1
     for field in dataclasses.fields(batch):
@@ -129,16 +180,23 @@ def test_bad_rows_of_a_batch():
         predict_batch(POOL, [(1, 0, 0)], [(1, 0, 0)] * 2)
 
 
-@pytest.mark.parametrize(('stroke', 'status', 'field'), [
-    (Stroke((1, 0, 0), (1, 0, 0)), Status.MISS, 'normal: '),
-    (Stroke((0, 1, 0), (1, 0, 0)), Status.MISS, 'normal: '),
-    (Stroke.from_offsets(0.8, 0.8, 0, 0, 1), Status.MISS, 'a, b: '),
-    (Stroke.from_offsets(1, 0, 0, 0, 1), Status.MISS, 'a, b: '),
-    (Stroke.from_pose((-1, 0.1, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position, q'),
-    (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position: '),
-    (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'velocity: '),
-    (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal: '),
-])
+@pytest.mark.parametrize(
+    ('stroke', 'status', 'field'),
+    [
+        (Stroke((1, 0, 0), (1, 0, 0)), Status.MISS, 'normal: '),
+        (Stroke((0, 1, 0), (1, 0, 0)), Status.MISS, 'normal: '),
+        (Stroke.from_offsets(0.8, 0.8, 0, 0, 1), Status.MISS, 'a, b: '),
+        (Stroke.from_offsets(1, 0, 0, 0, 1), Status.MISS, 'a, b: '),
+        (
+            Stroke.from_pose((-1, 0.1, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)),
+            Status.MISS,
+            'position, q',
+        ),
+        (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position: '),
+        (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'velocity: '),
+        (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal: '),
+    ],
+)
 def test_refused_strokes_leave_the_ball_alone(stroke, status, field):
     shot = predict(POOL, stroke, position=(0.2, -0.1))
     assert shot.status == status

@@ -1,4 +1,5 @@
 """Shots written as JSON come back bit for bit."""
+
 import dataclasses
 import json
 from pathlib import Path
@@ -12,25 +13,31 @@ from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
 from billiard_shot.shot.replay import from_json, to_json
 from billiard_shot.table.run import TableRun
 
-FROZEN = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [.05715, 0]}})
+FROZEN = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [0.05715, 0]}})
 SHOTS = {
     'masse': predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16))),
-    'horizontal': predict(Scene.load('paper'), Stroke((-1, -1, 0), (.8, 0, 0)), 1e-6),
-    'combination': predict(Scene.load('frozen_combination'),
-                           Stroke.from_offsets(.2, .3, .1, .55, 3)),
-    'break': predict(Scene.load('nine_ball'), Stroke.from_offsets(0, .1, .1, -.1, 6)),
-    'elsewhere': predict(Scene.load('pool'), Stroke.from_offsets(.1, 0, .1, 2, 1),
-                         position=(.3, -.1)),
-    'refused': predict(Scene.load('eight_ball'), Stroke.from_offsets(.9, .9, 0, 0, 1)),
-    'frozen': predict(FROZEN, Stroke.from_offsets(.1, .1, .2, .3, 2)),
-    'endless': predict(Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}}),
-                       Stroke.from_offsets(0, 0, .1, 0, 1)),
+    'horizontal': predict(Scene.load('paper'), Stroke((-1, -1, 0), (0.8, 0, 0)), 1e-6),
+    'combination': predict(
+        Scene.load('frozen_combination'), Stroke.from_offsets(0.2, 0.3, 0.1, 0.55, 3)
+    ),
+    'break': predict(Scene.load('nine_ball'), Stroke.from_offsets(0, 0.1, 0.1, -0.1, 6)),
+    'elsewhere': predict(
+        Scene.load('pool'), Stroke.from_offsets(0.1, 0, 0.1, 2, 1), position=(0.3, -0.1)
+    ),
+    'refused': predict(Scene.load('eight_ball'), Stroke.from_offsets(0.9, 0.9, 0, 0, 1)),
+    'frozen': predict(FROZEN, Stroke.from_offsets(0.1, 0.1, 0.2, 0.3, 2)),
+    'endless': predict(
+        Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}}),
+        Stroke.from_offsets(0, 0, 0.1, 0, 1),
+    ),
     'rounded tip': predict(
-        Scene.from_dict({'like': 'pool', 'cue': {'mass': .5, 'dome': .01}}),
-        Stroke.from_pose((-.5, .01, .0285), (0, 0, 0, 1), 1.5, (0, 0, .028575))),
+        Scene.from_dict({'like': 'pool', 'cue': {'mass': 0.5, 'dome': 0.01}}),
+        Stroke.from_pose((-0.5, 0.01, 0.0285), (0, 0, 0, 1), 1.5, (0, 0, 0.028575)),
+    ),
     'chaos of an energetic law': predict(
         Scene.from_dict({'like': 'paper', 'contacts': {'cue_ball': {'stiffness': 1.1}}}),
-        Stroke.from_offsets(.1, .3, 1.0, .2, 3)),
+        Stroke.from_offsets(0.1, 0.3, 1.0, 0.2, 3),
+    ),
 }
 
 
@@ -45,8 +52,9 @@ def bits(value):
     if isinstance(value, TableRun):
         return [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
     if dataclasses.is_dataclass(value):
-        return [(field.name, bits(getattr(value, field.name)))
-                for field in dataclasses.fields(value)]
+        return [
+            (field.name, bits(getattr(value, field.name))) for field in dataclasses.fields(value)
+        ]
     if isinstance(value, tuple | list):
         return [bits(item) for item in value]
     return value
@@ -84,8 +92,12 @@ def test_what_is_recorded_is_enough_to_play_it_again(name):
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
-@given(normal=st.tuples(*[st.floats(-1, 1)] * 3), speed=st.floats(.05, 10),
-       elevation=st.floats(0, 1.5), azimuth=st.floats(-3, 3))
+@given(
+    normal=st.tuples(*[st.floats(-1, 1)] * 3),
+    speed=st.floats(0.05, 10),
+    elevation=st.floats(0, 1.5),
+    azimuth=st.floats(-3, 3),
+)
 def test_any_stroke(normal, speed, elevation, azimuth):
     if not any(normal):
         return
@@ -104,7 +116,7 @@ def test_it_is_json_that_others_can_read():
     data = json.loads(to_json(SHOTS['masse']), parse_constant=refuse)
     assert data['strike']['velocity'] == SHOTS['masse'].velocity.tolist()
     assert data['status'] == 'OK'
-    assert data['scene']['cue']['mass'] == .5018
+    assert data['scene']['cue']['mass'] == 0.5018
 
 
 def test_numbers_that_json_does_not_know():
@@ -123,7 +135,8 @@ def test_an_impact_of_more_balls_than_a_double_has_bits():
     back = from_json(to_json(shot))
     assert max(len(event.balls) for event in shot.table.events) == 61
     assert [event.balls for event in back.table.events] == [
-        event.balls for event in shot.table.events]
+        event.balls for event in shot.table.events
+    ]
 
 
 @pytest.mark.parametrize('name', ['energetic', 'frozen', 'break'])
@@ -155,16 +168,25 @@ def test_files(tmp_path):
             save_shot(SHOTS['break'], path)
 
 
-@pytest.mark.parametrize(('change', 'text'), [
-    (lambda data: data.update(format='x'), 'format: missing or not'),
-    (lambda data: data.update(version=99), 'version: 99 is not allowed; it must be one of 1, 2'),
-    (lambda data: data.pop('strike'), 'incomplete or damaged'),
-    (lambda data: data['strike'].pop('spin'), "incomplete or damaged: KeyError 'spin'"),
-    (lambda data: data.update(trajectory=[[1, 2]]), r'trajectory: shape \(1, 2\) is not allowed'),
-    (lambda data: data['scene']['ball'].update(mass=-1), 'mass'),
-    (lambda data: data['stroke'].update(velocity=[0, 0, 0]), 'velocity: '),
-    (lambda data: data.update(table=7), 'incomplete or damaged'),
-])
+@pytest.mark.parametrize(
+    ('change', 'text'),
+    [
+        (lambda data: data.update(format='x'), 'format: missing or not'),
+        (
+            lambda data: data.update(version=99),
+            'version: 99 is not allowed; it must be one of 1, 2',
+        ),
+        (lambda data: data.pop('strike'), 'incomplete or damaged'),
+        (lambda data: data['strike'].pop('spin'), "incomplete or damaged: KeyError 'spin'"),
+        (
+            lambda data: data.update(trajectory=[[1, 2]]),
+            r'trajectory: shape \(1, 2\) is not allowed',
+        ),
+        (lambda data: data['scene']['ball'].update(mass=-1), 'mass'),
+        (lambda data: data['stroke'].update(velocity=[0, 0, 0]), 'velocity: '),
+        (lambda data: data.update(table=7), 'incomplete or damaged'),
+    ],
+)
 def test_damaged_records(change, text):
     data = json.loads(to_json(SHOTS['masse']))
     change(data)

@@ -43,55 +43,73 @@ def test_a_pose_finds_the_contact(a, b, elevation, azimuth, way, twist, scale):
     # turned about z by the azimuth, then about the new y by the elevation, then about x
     half = np.array([twist, elevation, azimuth]) / 2
     (sx, sy, sz), (cx, cy, cz) = np.sin(half), np.cos(half)
-    quaternion = scale * np.array([
-        sx * cy * cz - cx * sy * sz, cx * sy * cz + sx * cy * sz,
-        cx * cy * sz - sx * sy * cz, cx * cy * cz + sx * sy * sz,
-    ])
+    quaternion = scale * np.array(
+        [
+            sx * cy * cz - cx * sy * sz,
+            cx * sy * cz + sx * cy * sz,
+            cx * cy * sz - sx * sy * cz,
+            cx * cy * cz + sx * sy * sz,
+        ]
+    )
     stroke = Stroke.from_pose(tip, quaternion, 1.5, ball)
     assert stroke.normal == pytest.approx(expected.normal, abs=1e-10)
     assert stroke.velocity == pytest.approx(expected.velocity, abs=1e-12)
     assert not stroke.miss
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [
-    (((0, 0, 0), (1, 0, 0)), 'normal: .* must not be zero'),
-    (((1, 0), (1, 0, 0)), 'normal: .* must be 3 finite numbers'),
-    (((1, 0, math.nan), (1, 0, 0)), 'normal: nan is not allowed; it must be a finite number'),
-    (((1, 0, '0'), (1, 0, 0)), "normal: '0' is not allowed"),
-    (((1, 0, True), (1, 0, 0)), 'normal: True is not allowed'),
-    (((1, 0, 0), (0, 0, 0)), 'velocity: .* must not be zero'),
-    (((1, 0, 0), (1, math.inf, 0)), 'velocity: inf is not allowed'),
-    ((1, (1, 0, 0)), 'normal: 1 is not allowed'),
-    (('abc', (1, 0, 0)), "normal: 'abc' is not allowed"),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        (((0, 0, 0), (1, 0, 0)), 'normal: .* must not be zero'),
+        (((1, 0), (1, 0, 0)), 'normal: .* must be 3 finite numbers'),
+        (((1, 0, math.nan), (1, 0, 0)), 'normal: nan is not allowed; it must be a finite number'),
+        (((1, 0, '0'), (1, 0, 0)), "normal: '0' is not allowed"),
+        (((1, 0, True), (1, 0, 0)), 'normal: True is not allowed'),
+        (((1, 0, 0), (0, 0, 0)), 'velocity: .* must not be zero'),
+        (((1, 0, 0), (1, math.inf, 0)), 'velocity: inf is not allowed'),
+        ((1, (1, 0, 0)), 'normal: 1 is not allowed'),
+        (('abc', (1, 0, 0)), "normal: 'abc' is not allowed"),
+    ],
+)
 def test_what_is_no_stroke_is_an_error(arguments, text):
     with pytest.raises(ValueError, match=text):
         Stroke(*arguments)
 
 
-@pytest.mark.parametrize(('changes', 'text'), [
-    ({'a': math.nan}, 'a: nan'),
-    ({'b': None}, 'b: None'),
-    ({'elevation': math.inf}, 'elevation: inf'),
-    ({'azimuth': 'x'}, "azimuth: 'x'"),
-    ({'speed': 0}, r'speed: 0 is not allowed; it must be above 0 \(m/s\)'),
-    ({'speed': -1.0}, 'speed: -1.0 is not allowed'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'text'),
+    [
+        ({'a': math.nan}, 'a: nan'),
+        ({'b': None}, 'b: None'),
+        ({'elevation': math.inf}, 'elevation: inf'),
+        ({'azimuth': 'x'}, "azimuth: 'x'"),
+        ({'speed': 0}, r'speed: 0 is not allowed; it must be above 0 \(m/s\)'),
+        ({'speed': -1.0}, 'speed: -1.0 is not allowed'),
+    ],
+)
 def test_wrong_offsets_are_an_error(changes, text):
     with pytest.raises(ValueError, match=text):
-        Stroke.from_offsets(**{**dict.fromkeys(('a', 'b', 'elevation', 'azimuth'), 0), 'speed': 1,
-                               **changes})
+        Stroke.from_offsets(
+            **{**dict.fromkeys(('a', 'b', 'elevation', 'azimuth'), 0), 'speed': 1, **changes}
+        )
 
 
-@pytest.mark.parametrize(('changes', 'text'), [
-    ({'quaternion': (0, 0, 0, 0)}, 'quaternion: .* must not be zero'),
-    ({'quaternion': (0, 0, 1)}, 'quaternion: .* must be 4 finite numbers'),
-    ({'position': (0, 0, math.nan)}, 'position: nan'),
-    ({'ball': (0, 0, 0)}, 'ball: 0.0 is not allowed; it must be above 0'),
-    ({'speed': 0.0}, 'speed: 0.0 is not allowed'),
-])
+@pytest.mark.parametrize(
+    ('changes', 'text'),
+    [
+        ({'quaternion': (0, 0, 0, 0)}, 'quaternion: .* must not be zero'),
+        ({'quaternion': (0, 0, 1)}, 'quaternion: .* must be 4 finite numbers'),
+        ({'position': (0, 0, math.nan)}, 'position: nan'),
+        ({'ball': (0, 0, 0)}, 'ball: 0.0 is not allowed; it must be above 0'),
+        ({'speed': 0.0}, 'speed: 0.0 is not allowed'),
+    ],
+)
 def test_wrong_poses_are_an_error(changes, text):
-    pose = {'position': (-1, 0, 0.03), 'quaternion': (0, 0, 0, 1), 'speed': 1,
-            'ball': (0, 0, 0.03)}
+    pose = {
+        'position': (-1, 0, 0.03),
+        'quaternion': (0, 0, 0, 1),
+        'speed': 1,
+        'ball': (0, 0, 0.03),
+    }
     with pytest.raises(ValueError, match=text):
         Stroke.from_pose(**{**pose, **changes})

@@ -1,4 +1,5 @@
 """`tolerance` and `error_estimate` over random shots (more: benchmarks/tolerance.py)."""
+
 from pathlib import Path
 import sys
 

@@ -18,8 +18,11 @@ print(json.dumps([shot.velocity.tolist(), shot.spin.tolist(), shot.trajectory.re
 def test_plain_python_gives_the_same():
     environment = {**os.environ, 'NUMBA_DISABLE_JIT': '1'}
     done = subprocess.run(
-        [sys.executable, '-W', 'error', '-c', CODE], env=environment, capture_output=True,
-        text=True, check=True,
+        [sys.executable, '-W', 'error', '-c', CODE],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     shot = predict(Scene.load('paper'), Stroke((-1, -2, 1), (0, 0, -2)), tolerance=1e-9)
     velocity, spin, rest = json.loads(done.stdout)

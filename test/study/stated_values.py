@@ -7,6 +7,7 @@ Nothing here uses the solver. The slow check runs with two step sizes: the accur
 is 20 times their difference, or five times the spread that it finds itself. Cases that it does not
 finish state a limit in closed form, or no value.
 """
+
 import csv
 from dataclasses import replace
 import math
@@ -45,8 +46,9 @@ def slow_motion(case, law, steps, periods):
     """Motion after a collision by the slow check, whether that finished, and its spread."""
     if any(contact.restitution == 0.0 for contact in case.contacts):
         law = 'energetic'  # at e = 0, as at e = 1, the laws agree; the slow check knows it so
-    answer = slow_collide(*as_dictionaries(case), law=law, exponent=case.exponent, steps=steps,
-                          periods=periods)
+    answer = slow_collide(
+        *as_dictionaries(case), law=law, exponent=case.exponent, steps=steps, periods=periods
+    )
     return case.motion(answer.velocities, answer.spins), answer.finished, answer.spread
 
 
@@ -61,7 +63,7 @@ def closed_form(family, member, case, law):
     if family == 'stiffness ratio' and member == '1e-8, stacked':
         # First the balls alone; the table slows the lower one until both go at one speed; then
         # they go down and up together. Energies in m v^2.
-        energy = 0.5 * e[0] + 0.25 * (1.0 - e[0])**2
+        energy = 0.5 * e[0] + 0.25 * (1.0 - e[0]) ** 2
         together = e[1] * math.sqrt(energy)
         return 1e-3, np.array([0, 0, together, 0, 0, together])
     if member.endswith('jammed by friction'):  # the walls hold it
@@ -75,8 +77,10 @@ def stated(family, member, case, law):
         return limit[0], (limit[1],)
     if family == 'end and reactivation at once' and law == 'energetic':
         ratio = case.contacts[1].stiffness
-        sides = [slow_motion(stacked(ratio=ratio * (1 + side)), law, 4000, 60)[0]
-                 for side in (-1e-5, 1e-5)]
+        sides = [
+            slow_motion(stacked(ratio=ratio * (1 + side)), law, 4000, 60)[0]
+            for side in (-1e-5, 1e-5)
+        ]
         return 1e-3, tuple(sides)
     for steps, periods in EFFORTS:
         if family == 'stiffness ratio' and '8' in member and steps > 100:
@@ -88,7 +92,7 @@ def stated(family, member, case, law):
         spread = spread if spread < np.inf else 0.0  # infinite: other states, perhaps tiny ones
         within = max(20.0 * np.abs(fine - rough).max(), 5.0 * spread, 1e-7)
         if within < WORST:
-            digits = 10.0**math.floor(math.log10(within))
+            digits = 10.0 ** math.floor(math.log10(within))
             return math.ceil(within / digits) * digits, (fine,)
     return None
 

@@ -1,4 +1,5 @@
 """The accuracy study: closed form, SciPy and the solver agree; every method has its order."""
+
 import csv
 from dataclasses import replace
 from importlib.util import find_spec
@@ -23,9 +24,14 @@ ONSET = Stroke((0, 0.3, 1.2), (-0.3, -0.7, -0.7))  # at friction .49 and .62 bot
 
 def with_friction(tip, table):
     contacts = PAPER.contacts
-    return replace(PAPER, contacts=replace(
-        contacts, cue_ball=replace(contacts.cue_ball, friction=tip),
-        ball_table=replace(contacts.ball_table, friction=table)))
+    return replace(
+        PAPER,
+        contacts=replace(
+            contacts,
+            cue_ball=replace(contacts.cue_ball, friction=tip),
+            ball_table=replace(contacts.ball_table, friction=table),
+        ),
+    )
 
 
 PROBLEMS = {
@@ -47,16 +53,25 @@ def error(problem, impulse):
 def test_closed_form_is_what_the_solver_finds():
     rng = np.random.default_rng(0)
     for i in range(60):
-        cue = ({'mass': float(np.exp(rng.uniform(-4, 2))), 'guided': True} if i % 2 else
-               {'mass': 0.5, 'end_mass': float(rng.uniform(0.003, 0.1)), 'tip_radius': 0})
-        tip = {'restitution': float(rng.uniform()), 'friction': float(rng.uniform()),
-               'stiffness': 1.5}
+        cue = (
+            {'mass': float(np.exp(rng.uniform(-4, 2))), 'guided': True}
+            if i % 2
+            else {'mass': 0.5, 'end_mass': float(rng.uniform(0.003, 0.1)), 'tip_radius': 0}
+        )
+        tip = {
+            'restitution': float(rng.uniform()),
+            'friction': float(rng.uniform()),
+            'stiffness': 1.5,
+        }
         table = PAPER.to_dict()['contacts']['ball_table']
-        scene = Scene.from_dict({
-            'ball': {'mass': 0.1673, 'radius': 0.0286}, 'cue': cue,
-            'contacts': {'cue_ball': tip, 'ball_table': table},
-            'law': ('energetic', 'bistiffness')[i % 3 == 0],
-        })
+        scene = Scene.from_dict(
+            {
+                'ball': {'mass': 0.1673, 'radius': 0.0286},
+                'cue': cue,
+                'contacts': {'cue_ball': tip, 'ball_table': table},
+                'law': ('energetic', 'bistiffness')[i % 3 == 0],
+            }
+        )
         angle = rng.uniform(-1.0, 1.0)
         problem = Problem.of(scene, Stroke((-np.cos(angle), np.sin(angle), 0), (1.3, 0, 0)))
         assert applies(problem)
@@ -87,8 +102,14 @@ def test_impulse_scheme_is_of_first_order(name):
     errors = []
     for step in steps:
         run = impulse_strike(
-            stroke.normal, stroke.velocity, model.cue_mass, model.surface.mass,
-            model.surface.radius, tuple(problem.friction), tuple(problem.restitution), 1.5,
+            stroke.normal,
+            stroke.velocity,
+            model.cue_mass,
+            model.surface.mass,
+            model.surface.radius,
+            tuple(problem.friction),
+            tuple(problem.restitution),
+            1.5,
             step * model.surface.mass * stroke.speed,
         )
         off = (run.velocities[1] - exact[0], model.surface.radius * (run.spins[1] - exact[1]))
@@ -115,16 +136,21 @@ def in_one_phase(method, **options):
     return run.y[:, -1]
 
 
-@pytest.mark.parametrize(('method', 'order', 'rtol', 'counts'), [
-    ('DOP853', 8.0, 0.1, (1, 2, 3, 4, 6)), ('Radau', 5.0, 1e-4, (8, 10, 12, 14, 16, 20)),
-])
+@pytest.mark.parametrize(
+    ('method', 'order', 'rtol', 'counts'),
+    [
+        ('DOP853', 8.0, 0.1, (1, 2, 3, 4, 6)),
+        ('Radau', 5.0, 1e-4, (8, 10, 12, 14, 16, 20)),
+    ],
+)
 def test_orders_of_scipys_methods_where_all_is_smooth(method, order, rtol, counts):
     exact = in_one_phase('DOP853', rtol=1e-13, atol=1e-15, max_step=0.01)
     errors = []
     for count in counts:  # equal steps: the tolerance is so loose that it is never the limit
         length = 0.9 / count
-        found = in_one_phase(method, rtol=rtol, atol=1e-2 * rtol, max_step=length,
-                             first_step=length)
+        found = in_one_phase(
+            method, rtol=rtol, atol=1e-2 * rtol, max_step=length, first_step=length
+        )
         errors.append(np.abs(found - exact).max())
     assert -slope(counts, errors) == pytest.approx(order, abs=0.2)
 
@@ -146,7 +172,8 @@ def test_command(tmp_path, capsys):
     out = capsys.readouterr().out
     rows = list(csv.DictReader(path.open()))
     assert {'impulse scheme', 'this library', 'closed form', 'SciPy DOP853', 'SciPy Radau'} <= {
-        row['method'] for row in rows}
+        row['method'] for row in rows
+    }
     assert min(float(r['velocity']) for r in rows if r['method'] == 'closed form') < 1e-12
     assert 'the impulse scheme takes' in out
     assert not if_drawn or picture.stat().st_size > 10_000

@@ -1,4 +1,5 @@
 """What effects cost and change, and the command that shows it."""
+
 import dataclasses
 import math
 from pathlib import Path
@@ -76,8 +77,11 @@ def test_strokes_for_a_scene_can_be_played(name):
     for stroke in strokes if scene.balls else ():
         x, y, _ = scene.cue_ball
         vx, vy, _ = stroke.velocity
-        misses = [abs(vx * (v - y) - vy * (u - x)) / math.hypot(vx, vy)
-                  for (u, v) in scene.balls.values() if (u, v) != (x, y)]
+        misses = [
+            abs(vx * (v - y) - vy * (u - x)) / math.hypot(vx, vy)
+            for (u, v) in scene.balls.values()
+            if (u, v) != (x, y)
+        ]
         assert min(misses) <= 2 * scene.ball.radius
 
 
@@ -103,13 +107,16 @@ def test_command_for_strokes_and_for_a_scene(capsys):
     assert capsys.readouterr().out.startswith('scene carom, 2 strokes as people play them\n')
 
 
-@pytest.mark.parametrize(('arguments', 'text'), [
-    (['papre'], "no bundled scene 'papre'"),
-    (['pool', '--scene', 'paper'], '--scene: is not allowed together with scene pool'),
-    (['pool', '--count', '0'], '--count: 0 is not allowed; it must be at least 1'),
-    (['pool', '--a', '0.9', '--b', '0.9', '--speed', '1'], 'none of them can be played'),
-    ([str(STROKES), '--speed', '1'], '--strokes: is not allowed together with'),
-])
+@pytest.mark.parametrize(
+    ('arguments', 'text'),
+    [
+        (['papre'], "no bundled scene 'papre'"),
+        (['pool', '--scene', 'paper'], '--scene: is not allowed together with scene pool'),
+        (['pool', '--count', '0'], '--count: 0 is not allowed; it must be at least 1'),
+        (['pool', '--a', '0.9', '--b', '0.9', '--speed', '1'], 'none of them can be played'),
+        ([str(STROKES), '--speed', '1'], '--strokes: is not allowed together with'),
+    ],
+)
 def test_wrong_input(capsys, arguments, text):
     assert main(['effects', *arguments]) == 2
     assert text in capsys.readouterr().err

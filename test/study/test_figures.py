@@ -1,4 +1,5 @@
 """The data behind the pictures, against the values that the paper and its notes state."""
+
 import math
 
 import numpy as np
@@ -25,10 +26,18 @@ def test_states_of_fig_4():
     assert [state.name for state in STATES] == ['S1', 'S3', 'S1', 'S2']
     assert STATES[0].events == 'C2-C1-R2'  # in the paper's table (b)
     ends = np.array([impulses_of(COURSE)[state.samples][-1] for state in STATES])
-    assert ends == pytest.approx(np.array([
-        [3.60879, 3.96612], [3.96612, 3.96612], [5.44136, 5.32023], [5.44136, 6.17691],
-    ]), abs=2e-5)
-    assert FIG4.velocities(ends[-1:])[0] == pytest.approx([2.441360, .735552], abs=2e-6)
+    assert ends == pytest.approx(
+        np.array(
+            [
+                [3.60879, 3.96612],
+                [3.96612, 3.96612],
+                [5.44136, 5.32023],
+                [5.44136, 6.17691],
+            ]
+        ),
+        abs=2e-5,
+    )
+    assert FIG4.velocities(ends[-1:])[0] == pytest.approx([2.441360, 0.735552], abs=2e-6)
     lost = FIG4.kinetic_energy([[0, 0]]) - FIG4.kinetic_energy(ends[-1:])
     assert lost == pytest.approx(1.249363, abs=2e-6)
 
@@ -37,7 +46,8 @@ def test_energies_of_fig_4():
     """Losses add up to what is missing; springs hold what the motion has lost (equation 14)."""
     lost = sum(
         COURSE.energies[part.stop - 1, j]
-        for part in COURSE.phases() for j in (0, 1)
+        for part in COURSE.phases()
+        for j in (0, 1)
         if COURSE.active[part.stop - 1, j]
         and (part.stop == len(COURSE.time) or not COURSE.active[part.stop, j])
     )
@@ -59,18 +69,21 @@ def test_the_impulse_curve_stays_in_its_ellipse_and_turns_at_the_lines():
     assert COURSE.velocities[:, 3] == pytest.approx(curve[:, 1] - on2, abs=1e-6)
 
 
-@pytest.mark.parametrize(('law', 'velocities'), [
-    ('energetic', (.7794, .1866)), ('bistiffness', (.8017, .1154))])
+@pytest.mark.parametrize(
+    ('law', 'velocities'), [('energetic', (0.7794, 0.1866)), ('bistiffness', (0.8017, 0.1154))]
+)
 def test_ping_pong(law, velocities):
     for v0 in (-1.0, -3.5):
         outcome = TwoBalls(restitution=PING_PONG, v0=v0, law=law).outcome()
         assert np.array(outcome) / -v0 == pytest.approx(velocities, abs=5e-5)
 
 
-@pytest.mark.parametrize(('masses', 'law'), [
-    ((1.0, 2.0), 'bistiffness'), ((3.0, 0.5), 'poisson'), ((0.3, 1.0), 'energetic')])
+@pytest.mark.parametrize(
+    ('masses', 'law'),
+    [((1.0, 2.0), 'bistiffness'), ((3.0, 0.5), 'poisson'), ((0.3, 1.0), 'energetic')],
+)
 def test_a_watched_collision_is_the_one_that_is_solved(masses, law):
-    balls = TwoBalls(masses=masses, law=law, restitution=(.7, .8))
+    balls = TwoBalls(masses=masses, law=law, restitution=(0.7, 0.8))
     end = balls.velocities(impulses_of(balls.course())[-1:])[0]
     assert end == pytest.approx(balls.outcome(), abs=1e-6)
 
@@ -81,13 +94,15 @@ def test_a_watched_strike_is_the_one_that_is_predicted(shot):
     phases = shot.impact.phases
     parts = course.phases()
     assert [np.flatnonzero(course.active[part][0]).tolist() for part in parts] == [
-        list(phase.active) for phase in phases]
+        list(phase.active) for phase in phases
+    ]
     for part, phase in zip(parts, phases, strict=True):
         normal = course.impulses[part][-1][[0, 3]]
         stated = np.abs([phase.impulses[0] @ shot.stroke.normal, phase.impulses[1][2]])
         assert normal == pytest.approx(stated, abs=1e-5 * stated.max())
         assert course.energies[part][-1] == pytest.approx(
-            phase.energies, abs=1e-5 * phase.energies.max() + 1e-12)
+            phase.energies, abs=1e-5 * phase.energies.max() + 1e-12
+        )
     assert (np.diff(course.time) >= 0.0).all()
 
 
@@ -96,11 +111,13 @@ def test_forces_are_the_slope_of_impulses_and_friction_obeys_coulomb():
     course = course_of_strike(shot)
     for part in course.phases():
         time = course.time[part]
-        area = np.cumsum(0.5 * np.diff(time)[:, None]
-                         * (course.forces[part][1:] + course.forces[part][:-1]), axis=0)
+        area = np.cumsum(
+            0.5 * np.diff(time)[:, None] * (course.forces[part][1:] + course.forces[part][:-1]),
+            axis=0,
+        )
         gained = course.impulses[part][1:] - course.impulses[part][0]
         assert area == pytest.approx(gained, abs=2e-3 * np.abs(course.impulses).max())
-    for j, friction in enumerate((.4, .152479)):
+    for j, friction in enumerate((0.4, 0.152479)):
         grip = grip_of(course, j, friction)
         seen = ~np.isnan(grip)
         slides = course.slip(j) > 1e-3
@@ -112,8 +129,10 @@ def test_forces_are_the_slope_of_impulses_and_friction_obeys_coulomb():
 def test_strikes_that_cannot_be_watched():
     for shot in (
         predict(Scene.load('pool'), Stroke((1, 0, 0), (1, 0, 0))),
-        predict(Scene.from_dict({'like': 'pool', 'balls': {'1': [.05715, 0]}}),
-                Stroke.from_offsets(0, 0, .1, 0, 1)),
+        predict(
+            Scene.from_dict({'like': 'pool', 'balls': {'1': [0.05715, 0]}}),
+            Stroke.from_offsets(0, 0, 0.1, 0, 1),
+        ),
     ):
         with pytest.raises(ValueError, match='strike: is not allowed here'):
             course_of_strike(shot)
@@ -126,11 +145,14 @@ def test_exponent_of_hertz_is_watched_too():
     assert end[0] != pytest.approx(COURSE.impulses[-1, 0], abs=1e-3)
 
 
-@pytest.mark.parametrize(('name', 'velocity', 'spin'), [
-    ('vertical', (.4291079, .8582159), (31.633515, -15.816758, 0)),
-    ('horizontal', (.6335673, .4653476), (0, 0, 10.3976629)),
-    ('massé', (1.3024731, .7322053), (10.401821, -35.756185, -1.202481)),
-])
+@pytest.mark.parametrize(
+    ('name', 'velocity', 'spin'),
+    [
+        ('vertical', (0.4291079, 0.8582159), (31.633515, -15.816758, 0)),
+        ('horizontal', (0.6335673, 0.4653476), (0, 0, 10.3976629)),
+        ('massé', (1.3024731, 0.7322053), (10.401821, -35.756185, -1.202481)),
+    ],
+)
 def test_table_1(name, velocity, spin):
     """Where the ball begins to roll follows from the reference rows, after Coulomb's law."""
     row = paper_shot(name)
@@ -153,12 +175,14 @@ def test_histories():
     history = history_of(trails_of(shot))
     total = history.translation + history.rotation + history.height
     assert (np.diff(total) <= 1e-9 * total[0]).all()  # never gains
-    start = 0.5 * (shot.scene.ball.mass * shot.velocity @ shot.velocity
-                   + shot.scene.ball.inertia * shot.spin @ shot.spin)
+    start = 0.5 * (
+        shot.scene.ball.mass * shot.velocity @ shot.velocity
+        + shot.scene.ball.inertia * shot.spin @ shot.spin
+    )
     assert total[0] == pytest.approx(start)
     assert total[-1] == pytest.approx(0.0, abs=1e-12)
     motion = shot.table.balls['cue'].at(history.time).motion
-    rolls = (motion == 2)
+    rolls = motion == 2
     assert history.rims['cue'][rolls] == pytest.approx(history.speeds['cue'][rolls], abs=1e-9)
     assert set(history.speeds) == {'cue', '1', '8'}
 
@@ -170,9 +194,9 @@ def test_the_shots_do_what_their_titles_say():
         assert '8' in shot.table.pocketed
         assert 'cue' not in shot.table.pocketed
     over = jump().trajectory
-    x = over.at(np.linspace(0, .5, 2000)).position
+    x = over.at(np.linspace(0, 0.5, 2000)).position
     assert x[np.argmin(np.abs(x[:, 0])), 2] > 3 * jump().scene.ball.radius
-    assert (around().trajectory.at(np.linspace(.02, .3, 100)).motion == 1).any()
+    assert (around().trajectory.at(np.linspace(0.02, 0.3, 100)).motion == 1).any()
 
 
 def test_all_figures_come_out(tmp_path, capsys):
@@ -190,6 +214,7 @@ def test_command_says_what_is_wrong(tmp_path, capsys):
     assert capsys.readouterr().out.split() == list(FIGURES)
     assert main(['figures', 'brake']) == 2
     assert "NAME: 'brake' is not allowed; it must be one of impulse-plane" in (
-        capsys.readouterr().err)
+        capsys.readouterr().err
+    )
     assert main(['figures', '--to', str(tmp_path / 'none')]) == 2
     assert 'it must be a folder' in capsys.readouterr().err

@@ -1,4 +1,5 @@
 """The hard-case suite, and whether what it states is what the slow check finds."""
+
 import os
 
 import numpy as np
@@ -13,14 +14,21 @@ from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import families, Family
 
 FAMILIES = {family.name: family for family in families()}
-CASES = [(family.name, member, law) for family in FAMILIES.values()
-         for member in family.members for law in LAWS]
+CASES = [
+    (family.name, member, law)
+    for family in FAMILIES.values()
+    for member in family.members
+    for law in LAWS
+]
 
 
 # Known gaps, see docs/accuracy.md. They run, so that a fix is noticed.
 GAPS = {
-    *(('simultaneous events', member, law) for law in LAWS
-      for member in ('four corners', 'four corners, sliding', 'four corners, mu = 10')),
+    *(
+        ('simultaneous events', member, law)
+        for law in LAWS
+        for member in ('four corners', 'four corners, sliding', 'four corners, mu = 10')
+    ),
     # 10,000 steps add up to rounding that differs between the orders of contacts
     ('mass ratio', '1e6, masse', 'bistiffness'),
 }
@@ -34,9 +42,9 @@ def marks(case):
     return pytest.mark.skip(reason='takes minutes') if case[:2] == MINUTES and not nightly else ()
 
 
-@pytest.mark.parametrize(('family', 'member', 'law'), [
-    pytest.param(*case, marks=marks(case)) for case in CASES
-])
+@pytest.mark.parametrize(
+    ('family', 'member', 'law'), [pytest.param(*case, marks=marks(case)) for case in CASES]
+)
 def test_hard_case(family, member, law):
     verdict = examine(FAMILIES[family], member, law)
     assert not verdict.faults
@@ -49,19 +57,22 @@ def test_every_value_belongs_to_a_case():
 
 
 # One of each family, quick ones: all of them are what stated_values.py prints.
-@pytest.mark.parametrize(('family', 'member'), [
-    ('restitution 0 or 1', 'e = 0 and 1, masse'),
-    ('friction 0 or 10', 'mu = 10 and 10, masse'),
-    ('stiffness ratio', '1e4, slanted'),
-    ('speed', '1e3 m/s, slanted'),
-    ('grazing strokes', 'slanted, n.c = -1e-9'),
-    ('equator', 'n.z = -1e-06, level'),
-    ('jam and centre hits', 'vertical, off by 1e-10'),
-    ('slip reversal', 'out of plane by 1e-10'),
-    ('slip onset from stick', 'at both'),
-    ('simultaneous events', 'two contacts alike, friction'),
-    ("Newton's cradle", '5 balls, Hertz'),
-])
+@pytest.mark.parametrize(
+    ('family', 'member'),
+    [
+        ('restitution 0 or 1', 'e = 0 and 1, masse'),
+        ('friction 0 or 10', 'mu = 10 and 10, masse'),
+        ('stiffness ratio', '1e4, slanted'),
+        ('speed', '1e3 m/s, slanted'),
+        ('grazing strokes', 'slanted, n.c = -1e-9'),
+        ('equator', 'n.z = -1e-06, level'),
+        ('jam and centre hits', 'vertical, off by 1e-10'),
+        ('slip reversal', 'out of plane by 1e-10'),
+        ('slip onset from stick', 'at both'),
+        ('simultaneous events', 'two contacts alike, friction'),
+        ("Newton's cradle", '5 balls, Hertz'),
+    ],
+)
 @pytest.mark.parametrize('law', LAWS)
 def test_stated_values_are_the_slow_checks(family, member, law):
     within, alternatives = stated_values()[family, member, law]

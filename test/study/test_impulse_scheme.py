@@ -1,4 +1,5 @@
 """The paper's impulse-space scheme: its example, its order, and its agreement with the rest."""
+
 import numpy as np
 import pytest
 from setups import (

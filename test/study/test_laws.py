@@ -1,4 +1,5 @@
 """Jumps of the laws, the classic alternatives, and the paper's Table 1 under variants."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -55,12 +56,16 @@ def test_a_light_end_jumps_only_where_it_can_wedge():
     places = []
     for stroke in random_strokes(6, seed=1):
         *_, elevation, _ = lines(POOL, stroke, 81)
-        places += [elevation.problem(jump.place, 'bistiffness')
-                   for jump in jumps(elevation.outcome('bistiffness'), elevation.values)]
+        places += [
+            elevation.problem(jump.place, 'bistiffness')
+            for jump in jumps(elevation.outcome('bistiffness'), elevation.values)
+        ]
     assert places
     assert all(map(wedges, places))
-    smooth = replace(POOL, contacts=replace(POOL.contacts, cue_ball=replace(
-        POOL.contacts.cue_ball, friction=0.05)))
+    smooth = replace(
+        POOL,
+        contacts=replace(POOL.contacts, cue_ball=replace(POOL.contacts.cue_ball, friction=0.05)),
+    )
     for stroke in random_strokes(2, seed=1):
         for line in lines(smooth, stroke, 41):
             if not any(wedges(line.problem(value, 'bistiffness')) for value in line.values):
@@ -93,10 +98,13 @@ def test_newtons_law_at_both_contacts():
         assert friction <= problem.friction[j] * impulse[3 * j] * (1 + 1e-9)
 
 
-@pytest.mark.parametrize(('name', 'variant', 'within'), [
-    ('horizontal', Variant.POISSON, 1e-4),
-    ('vertical', Variant.INVERSE_RATIO | Variant.NOT_REACTIVATED, 4e-4),
-])
+@pytest.mark.parametrize(
+    ('name', 'variant', 'within'),
+    [
+        ('horizontal', Variant.POISSON, 1e-4),
+        ('vertical', Variant.INVERSE_RATIO | Variant.NOT_REACTIVATED, 4e-4),
+    ],
+)
 def test_rows_of_the_paper_that_are_explained(name, variant, within):
     row = reproduce(name, variant)
     assert row.velocity < within
@@ -117,8 +125,10 @@ def test_rows_as_written_are_the_predictions(name):
 def test_commands(tmp_path, capsys):
     assert main(['paper']) == 0
     assert "Poisson's law" in capsys.readouterr().out
-    assert main(['laws', '--count', '21', '--normal', '-1', '-2', '1',
-                 '--velocity', '0', '0', '-2']) == 0
+    assert (
+        main(['laws', '--count', '21', '--normal', '-1', '-2', '1', '--velocity', '0', '0', '-2'])
+        == 0
+    )
     assert 'stiffness ratio' in capsys.readouterr().out
     assert main(['laws', '--random', '1', '--count', '11']) == 0
     assert 'bistiffness' in capsys.readouterr().out

@@ -1,4 +1,5 @@
 """The table from above: what is drawn is what the trajectories say, and the files come out."""
+
 from itertools import pairwise
 from pathlib import Path
 import sys
@@ -15,7 +16,9 @@ from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
 
 FROZEN = Scene.load('frozen_combination')
-COMBINATION = predict(FROZEN, Stroke.from_offsets(a=0, b=.1, elevation=.1, azimuth=.55, speed=2))
+COMBINATION = predict(
+    FROZEN, Stroke.from_offsets(a=0, b=0.1, elevation=0.1, azimuth=0.55, speed=2)
+)
 MASSE = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
 drawn = pytest.importorskip  # matplotlib is an extra
 
@@ -40,12 +43,18 @@ def test_lines_follow_the_ball():
 def test_what_happened_is_marked():
     trails = trails_of(COMBINATION)
     assert [mark.kind for mark in trails.marks] == [e.kind for e in COMBINATION.table.events]
-    met = [event for event in COMBINATION.table.events
-           if event.kind in ('ball', 'cluster') and 'cue' in event.balls]
+    met = [
+        event
+        for event in COMBINATION.table.events
+        if event.kind in ('ball', 'cluster') and 'cue' in event.balls
+    ]
     assert len(trails.ghosts) == len(met) > 0
     for ghost, event in zip(trails.ghosts, met, strict=True):
-        gaps = [np.linalg.norm(ghost - COMBINATION.table.balls[name].at(event.time).position)
-                for name in event.balls if name != 'cue']
+        gaps = [
+            np.linalg.norm(ghost - COMBINATION.table.balls[name].at(event.time).position)
+            for name in event.balls
+            if name != 'cue'
+        ]
         assert min(gaps) == pytest.approx(2 * FROZEN.ball.radius, abs=1e-5)
     assert trails.end('8') is None  # pocketed
     assert trails.end('cue') == pytest.approx(COMBINATION.table.rest['cue'])
@@ -61,7 +70,7 @@ def test_a_refused_stroke_moves_nothing():
 
 def test_endless_motion_is_shown_for_a_while():
     scene = Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}})
-    run = simulate(scene, {'cue': BallState((0, 0, .028575), (1, 0, 0))})
+    run = simulate(scene, {'cue': BallState((0, 0, 0.028575), (1, 0, 0))})
     trails = trails_of_run(scene, run)
     assert trails.until == run.balls['cue'].duration + ENDLESS
     assert trails.pieces('cue')[-1].times[-1] == trails.until
@@ -89,8 +98,7 @@ def test_balls_turn_at_the_outline(azimuth):
     shot = predict(scene, Stroke.from_offsets(0, 0, 0.2, azimuth, 1.5))
     bounce = next(e for e in shot.table.events if e.kind == EventKind.CUSHION)
     x, y, z = bounce.position
-    edges = [(a, b) for polygon in outline_of(scene).cushions
-             for a, b in pairwise(polygon)]
+    edges = [(a, b) for polygon in outline_of(scene).cushions for a, b in pairwise(polygon)]
     height = outline_of(scene).height - z
     reach = np.sqrt(scene.ball.radius**2 - height**2)
     assert min(_distance((x, y), a, b) for a, b in edges) == pytest.approx(reach, abs=1e-4)

@@ -1,4 +1,5 @@
 """Tables for the tests of this folder."""
+
 import dataclasses
 
 import numpy as np

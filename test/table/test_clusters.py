@@ -1,4 +1,5 @@
 """Three bodies or more in touch: all at once, and who comes first in the scene does not matter."""
+
 import dataclasses
 
 import numpy as np
@@ -33,7 +34,8 @@ def test_a_longer_line_hands_the_motion_on():
     event = next(e for e in run.events if e.kind == EventKind.CLUSTER)
     ends = np.array([run.balls[name].at(event.time).velocity[0] for name in ('cue', *row)])
     assert ends.sum() == pytest.approx(
-        run.balls['cue'].at(event.time - 1e-12).velocity[0], rel=1e-9)
+        run.balls['cue'].at(event.time - 1e-12).velocity[0], rel=1e-9
+    )
     assert (np.diff(ends) > 0).all()
     assert 0.98 < ends[-1] / ends.sum() < 1
 
@@ -67,10 +69,13 @@ def test_no_cluster_gains_energy_and_batches_agree():
     tables = []
     for _ in range(20):
         angle = random.uniform(0, 2 * np.pi)
-        tables.append({
-            'cue': rolling(-0.3, random.normal() * R, 2, 0),
-            '1': state(0, 0), '2': state(2 * R * np.cos(angle), 2 * R * np.sin(angle)),
-        })
+        tables.append(
+            {
+                'cue': rolling(-0.3, random.normal() * R, 2, 0),
+                '1': state(0, 0),
+                '2': state(2 * R * np.cos(angle), 2 * R * np.sin(angle)),
+            }
+        )
     many = simulate_batch(POOL, tables)
     clusters = 0
     for i, states in enumerate(tables):

@@ -1,4 +1,5 @@
 """What cushions and pockets do to a ball."""
+
 import numpy as np
 import pytest
 from tables import after, play, POOL, R, rolling, scene_with, state
@@ -38,7 +39,7 @@ def test_han_by_hand():
 @pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
 def test_a_mirrored_shot_is_mirrored(scene):
     states = {'cue': ((2, 1.1, 0), (20, 30, 40))}
-    (velocity, spin), = states.values()
+    ((velocity, spin),) = states.values()
     run = play(scene, cue=state(0.2, 0.1, velocity, spin))
     x, y, _ = velocity
     flipped = play(scene, cue=state(0.2, -0.1, (x, -y, 0), (-spin[0], spin[1], -spin[2])))
@@ -59,8 +60,12 @@ def test_running_english_widens_and_reverse_narrows_the_rebound(scene):
 
 def test_no_cushion_gains_energy():
     random = np.random.default_rng(4)
-    for scene in (POOL, HAN, scene_with(cushion={'restitution': 1.0}),
-                  scene_with(cushion={'restitution': 0.0})):
+    for scene in (
+        POOL,
+        HAN,
+        scene_with(cushion={'restitution': 1.0}),
+        scene_with(cushion={'restitution': 0.0}),
+    ):
         for _ in range(100):
             v = random.normal(size=2) * 3
             run = play(scene, cue=state(0.1, 0.1, (*v, 0), random.normal(size=3) * 80))
@@ -68,14 +73,17 @@ def test_no_cushion_gains_energy():
                 assert event.dissipated >= -1e-12 * event.energy_before
 
 
-@pytest.mark.parametrize(('place', 'velocity', 'pocket'), [
-    ((0, 0), (2.54, 1.27), 'foot_left'),
-    ((0, 0), (-2.54, 1.27), 'head_left'),
-    ((0, 0), (-2.54, -1.27), 'head_right'),
-    ((0, 0), (2.54, -1.27), 'foot_right'),
-    ((0.05, 0), (-0.03, 2), 'side_left'),
-    ((0.05, 0), (-0.03, -2), 'side_right'),
-])
+@pytest.mark.parametrize(
+    ('place', 'velocity', 'pocket'),
+    [
+        ((0, 0), (2.54, 1.27), 'foot_left'),
+        ((0, 0), (-2.54, 1.27), 'head_left'),
+        ((0, 0), (-2.54, -1.27), 'head_right'),
+        ((0, 0), (2.54, -1.27), 'foot_right'),
+        ((0.05, 0), (-0.03, 2), 'side_left'),
+        ((0.05, 0), (-0.03, -2), 'side_right'),
+    ],
+)
 def test_pockets_take_what_is_shot_at_them(place, velocity, pocket):
     run = play(POOL, cue=state(*place, (*velocity, 0)))
     assert run.pocketed == {'cue': pocket}
@@ -89,8 +97,9 @@ def test_a_ball_follows_another_into_the_same_pocket(behind):
     """The one that had fallen was still in the way at the mouth."""
     corner, way = np.array([POOL.table.length, POOL.table.width]) / 2, np.sqrt([0.5, 0.5])
     places = [corner - (0.3 + d) * way for d in (0.0, behind)]
-    run = play(POOL, first=rolling(*places[0], *(1.5 * way)),
-               second=rolling(*places[1], *(1.5 * way)))
+    run = play(
+        POOL, first=rolling(*places[0], *(1.5 * way)), second=rolling(*places[1], *(1.5 * way))
+    )
     assert [e.kind for e in run.events] == [EventKind.POCKET, EventKind.POCKET]
 
 
@@ -140,8 +149,11 @@ def test_a_low_flier_meets_the_nose():
 
 def test_two_fliers_side_by_side_meet_the_nose_each_for_itself():
     """They were to collide with the cushion at once, which only takes part for balls that lie."""
-    run = play(POOL, left=state(1.2, 0.3, (3, 0, 0), height=2e-3),
-               right=state(1.2, 0.3 - 2 * R, (3, 0, 0), height=2e-3))
+    run = play(
+        POOL,
+        left=state(1.2, 0.3, (3, 0, 0), height=2e-3),
+        right=state(1.2, 0.3 - 2 * R, (3, 0, 0), height=2e-3),
+    )
     assert run.status == Status.OK
     first = [e.kind for e in run.events[:2]]
     assert first == [EventKind.CUSHION, EventKind.CUSHION]

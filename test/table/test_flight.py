@@ -48,7 +48,9 @@ def test_hops_shrink_and_end():
 def test_leaving_out_bounces_keeps_the_tolerance(restitution, tolerance):
     params = POOL._replace(cloth_restitution=restitution)
     for velocity, spin in (
-        ((1, 0.2, 1), (10, -60, 5)), ((3, 0, 0.2), (0, 0, 0)), ((0, 0, 2), (9, 0, 0)),
+        ((1, 0.2, 1), (10, -60, 5)),
+        ((3, 0, 0.2), (0, 0, 0)),
+        ((0, 0, 2), (9, 0, 0)),
     ):
         rough, _, error = run(velocity, spin, params, tolerance)
         exact, _, _ = run(velocity, spin, params, 1e-12, rows=400)

@@ -1,4 +1,5 @@
 """Hard cases with other balls: what is nearly in touch, only just met, or met all at once."""
+
 import dataclasses
 
 import numpy as np
@@ -37,16 +38,26 @@ def cradle(scene, count, gap):
     run = play(scene, cue=rolling(-2 * R - 0.05, 0, 1.0, 0), **row)
     check(run)
     soon = run.events[0].time + 1e-6 + 10 * count * gap  # before the cloth makes them meet anew
-    last = max(event.time for event in run.events
-               if event.kind in MEETINGS and event.time < soon)
+    last = max(event.time for event in run.events if event.kind in MEETINGS and event.time < soon)
     return np.array([ball.at(last).velocity[0] for ball in run.balls.values()])
 
 
 # Longer rows that rebound less are pushed together too often: see docs/table.md.
-@pytest.mark.parametrize(('count', 'restitution'), [
-    (2, 0.0), (3, 0.0), (3, 0.5), (2, 0.95), (3, 0.95), (5, 0.95), (10, 0.95),
-    (5, 1.0), (10, 1.0), (20, 1.0),
-])
+@pytest.mark.parametrize(
+    ('count', 'restitution'),
+    [
+        (2, 0.0),
+        (3, 0.0),
+        (3, 0.5),
+        (2, 0.95),
+        (3, 0.95),
+        (5, 0.95),
+        (10, 0.95),
+        (5, 1.0),
+        (10, 1.0),
+        (20, 1.0),
+    ],
+)
 def test_cradles_with_gaps_of_a_nanometre_are_cradles_in_touch(count, restitution):
     scene = scene_with(ENDLESS, ball_ball=SMOOTH | {'restitution': restitution})
     touching, near = cradle(scene, count, 0.0), cradle(scene, count, 1e-9)
@@ -114,8 +125,10 @@ def test_balls_that_only_just_catch_up():
 
 def test_balls_from_all_sides_meet_at_once():
     """Four rolling balls, one at rest in the middle: by symmetry it stays, and they go back."""
-    around = {name: rolling(0.3 * x, 0.3 * y, -x, -y)
-              for name, x, y in (('e', 1, 0), ('n', 0, 1), ('w', -1, 0), ('s', 0, -1))}
+    around = {
+        name: rolling(0.3 * x, 0.3 * y, -x, -y)
+        for name, x, y in (('e', 1, 0), ('n', 0, 1), ('w', -1, 0), ('s', 0, -1))
+    }
     run = play(IDEAL, cue=state(0, 0), **around)
     check(run)
     assert run.rest['cue'] == pytest.approx([0, 0, R], abs=1e-6)
@@ -137,8 +150,11 @@ def test_into_a_corner_between_cushion_and_ball():
 
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
 def test_a_frozen_rack_breaks_whatever_its_springs(exponent):
-    rack = {f'{row}.{i}': state(np.sqrt(3) * R * row, R * (2 * i - row))
-            for row in range(4) for i in range(row + 1)}
+    rack = {
+        f'{row}.{i}': state(np.sqrt(3) * R * row, R * (2 * i - row))
+        for row in range(4)
+        for i in range(row + 1)
+    }
     scene = dataclasses.replace(ENDLESS, exponent=exponent)
     run = play(scene, cue=rolling(-0.2, 0.002, 5, 0), **rack)
     check(run)
@@ -150,6 +166,7 @@ def test_a_frozen_rack_breaks_whatever_its_springs(exponent):
 @pytest.mark.parametrize('status', [Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED])
 def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only."""
+
     def unsolved(*arguments, **options):
         return dataclasses.replace(collide(*arguments, **options), status=status)
 
@@ -168,10 +185,12 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
 def test_frozen_racks_are_broken_from_anywhere():
     """Thirty-one contacts with friction, hit off the middle, under Hertz's law."""
     draw = np.random.default_rng(3)
-    scene = Scene.from_dict({'like': 'eight_ball', 'exponent': 1.5,
-                             'rack': {'game': 'eight_ball', 'gap': 0.0}})
+    scene = Scene.from_dict(
+        {'like': 'eight_ball', 'exponent': 1.5, 'rack': {'game': 'eight_ball', 'gap': 0.0}}
+    )
     low, high = (-0.2, -0.2, 0.06, -0.08, 2), (0.2, 0.3, 0.2, 0.08, 9)
     strokes = [Stroke.from_offsets(*draw.uniform(low, high)) for _ in range(20)]
-    batch = predict_batch(scene, [each.normal for each in strokes],
-                          [each.velocity for each in strokes])
+    batch = predict_batch(
+        scene, [each.normal for each in strokes], [each.velocity for each in strokes]
+    )
     assert set(batch.status.tolist()) <= {Status.OK, Status.OFF_TABLE, Status.MISCUE}

@@ -4,6 +4,7 @@ The cushion of Mathavan, Jackson and Parkin (2010) against their own scheme, in 
 The paper prints plots, no tables: so its equations 12 to 17 are integrated here as it says, with
 its parameters, over the rebounds that it plots.
 """
+
 import numpy as np
 import pytest
 
@@ -24,13 +25,15 @@ def rates(state):
     x, y = np.cos(at_cushion), np.sin(at_cushion)
     press = CLOTH * (SINE + CUSHION * y * COSINE)
     h, k = press * np.cos(at_cloth), press * np.sin(at_cloth)
-    return np.array([
-        -CUSHION * x - h,
-        -COSINE + CUSHION * SINE * y - k,
-        -TURN * (CUSHION * y + k),
-        -TURN * (CUSHION * x * SINE - h),
-        TURN * CUSHION * x * COSINE,
-    ])
+    return np.array(
+        [
+            -CUSHION * x - h,
+            -COSINE + CUSHION * SINE * y - k,
+            -TURN * (CUSHION * y + k),
+            -TURN * (CUSHION * x * SINE - h),
+            TURN * CUSHION * x * COSINE,
+        ]
+    )
 
 
 def reference(speed, angle, topspin, sidespin):
@@ -56,13 +59,25 @@ def reference(speed, angle, topspin, sidespin):
 # Angles, topspins (1: it rolls) and sidespins of the paper's plots.
 @pytest.mark.parametrize('topspin', [-1.0, 0.0, 0.5, 1.0, 2.0])
 def test_rebounds_are_those_of_the_published_equations(topspin):
-    angle, sidespin = (each.ravel() for each in np.meshgrid(
-        np.radians([5, 15, 30, 45, 60, 75, 85]), [-2, -1, -0.3, 0.4, 1, 2]))
+    angle, sidespin = (
+        each.ravel()
+        for each in np.meshgrid(np.radians([5, 15, 30, 45, 60, 75, 85]), [-2, -1, -0.3, 0.4, 1, 2])
+    )
     speed = np.ones_like(angle)
     expected = reference(speed, angle, topspin, sidespin)
     for i, row in enumerate(expected):
         cos, sin = np.cos(angle[i]), np.sin(angle[i])
-        found = rebound(cos, sin, -topspin * sin, topspin * cos, sidespin[i], SINE,
-                          RESTITUTION, CUSHION, CLOTH, TURN)
+        found = rebound(
+            cos,
+            sin,
+            -topspin * sin,
+            topspin * cos,
+            sidespin[i],
+            SINE,
+            RESTITUTION,
+            CUSHION,
+            CLOTH,
+            TURN,
+        )
         # the scheme's own slip directions tremble about zero slip, by its step
         assert found == pytest.approx(row, abs=1e-3)

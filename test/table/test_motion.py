@@ -62,12 +62,15 @@ def test_inertia_counts():
     assert path.segments[1].velocity[0] == pytest.approx(0.6, rel=1e-13)
 
 
-@pytest.mark.parametrize(('change', 'velocity', 'spin', 'last'), [
-    ({'sliding_friction': 0.0, 'cloth_friction': 0.0}, (1, 0, 0.5), (0, 0, 0), Motion.SLIDE),
-    ({'rolling_resistance': 0.0}, (1, 0, 0), (3, 0, 5), Motion.ROLL),
-    ({'spin_deceleration': 0.0}, (1, 0, 0), (0, 0, 5), Motion.SPIN),
-    ({'cloth_restitution': 1.0}, (1, 0, 1), (0, 0, 5), Motion.FLIGHT),
-])
+@pytest.mark.parametrize(
+    ('change', 'velocity', 'spin', 'last'),
+    [
+        ({'sliding_friction': 0.0, 'cloth_friction': 0.0}, (1, 0, 0.5), (0, 0, 0), Motion.SLIDE),
+        ({'rolling_resistance': 0.0}, (1, 0, 0), (3, 0, 5), Motion.ROLL),
+        ({'spin_deceleration': 0.0}, (1, 0, 0), (0, 0, 5), Motion.SPIN),
+        ({'cloth_restitution': 1.0}, (1, 0, 1), (0, 0, 5), Motion.FLIGHT),
+    ],
+)
 def test_endless_motion(change, velocity, spin, last):
     path, status, _ = run(velocity, spin, POOL._replace(**change), rows=3000)
     assert status == Status.NEVER_RESTS

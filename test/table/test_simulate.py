@@ -1,4 +1,5 @@
 """Whole tables: nothing missed, nothing gained, the same every time."""
+
 import dataclasses
 import os
 import subprocess
@@ -135,13 +136,16 @@ def test_a_bad_row_has_a_status_of_its_own():
     assert many.status.tolist() == [Status.OK, Status.INVALID_REQUEST, Status.INVALID_REQUEST]
 
 
-@pytest.mark.parametrize(('states', 'mistake'), [
-    ({'cue': state(0, 0), '1': state(R, 0)}, "balls 'cue' and '1' overlap by 0.0286"),
-    ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: .* on the table"),
-    ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
-    ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
-    ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
-])
+@pytest.mark.parametrize(
+    ('states', 'mistake'),
+    [
+        ({'cue': state(0, 0), '1': state(R, 0)}, "balls 'cue' and '1' overlap by 0.0286"),
+        ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: .* on the table"),
+        ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
+        ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
+        ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
+    ],
+)
 def test_mistakes_are_named(states, mistake):
     with pytest.raises(ValueError, match=mistake):
         simulate(POOL, states)
@@ -164,6 +168,7 @@ def test_one_ball_does_what_it_does_alone():
     from rolling import run as alone
 
     from billiard_shot.table.model import ball_cloth_params
+
     path, _, _ = alone((1, 0.2, 0), (30, -10, 20), ball_cloth_params(POOL))
     run = play(ENDLESS, cue=state(0, 0, (1, 0.2, 0), (30, -10, 20)))
     assert (run.balls['cue'].rows == path.rows).all()
@@ -183,6 +188,7 @@ def test_states_of_all_balls_at_any_time():
 
 def test_no_friction_at_all_never_rests():
     from tables import scene_with
+
     cloth = dataclasses.replace(POOL.cloth, sliding_friction=0.0, rolling_resistance=0.0)
     scene = scene_with(ENDLESS, cloth=cloth)
     run = play(scene, cue=state(0, 0, (1, 0, 0)), one=state(0.5, 0.01))
@@ -204,8 +210,12 @@ def test_without_the_jit():
     for disabled in ('0', '1'):
         environment = os.environ | {'NUMBA_DISABLE_JIT': disabled}
         out = subprocess.run(
-            [sys.executable, '-c', code], env=environment, capture_output=True, text=True,
-            check=True, timeout=120,
+            [sys.executable, '-c', code],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=120,
         )
         results.append(np.array(out.stdout.split(), float))
     assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
@@ -245,8 +255,9 @@ def test_columns_hold_all_of_segments_and_events():
     back = events_from_columns(events_to_columns(run._events).tolist())
     assert back.rows.tobytes() == run._events.rows.tobytes()
     assert back.balls() == run._events.balls()
-    run = simulate(ENDLESS, {'cue': state(-0.3, 0, (2, 0, 0)), '1': state(0, 0),
-                             '2': state(2 * R, 0)})
+    run = simulate(
+        ENDLESS, {'cue': state(-0.3, 0, (2, 0, 0)), '1': state(0, 0), '2': state(2 * R, 0)}
+    )
     assert [0, 1, 2] in events_from_columns(events_to_columns(run._events)).balls()
     with pytest.raises(ValueError, match='must be'):
         events_from_columns(np.zeros((2, 7)))

@@ -1,4 +1,5 @@
 """Effects on the table: what is forced, and that leaving out what is not called for is safe."""
+
 import dataclasses
 
 import numpy as np
@@ -22,6 +23,7 @@ def wishing(scene, **wishes):
 
 def looks(scene, states, cue='cue'):
     """What gates look at, for a scene that forces something and for the same without."""
+
     def look(scene):
         run = simulate(scene, states)
         return Look(scene, states[cue].velocity, states[cue].spin, run.balls[cue], run, False)
@@ -38,12 +40,14 @@ def test_without_cushions_the_cloth_is_endless():
     run = play(wishing(POOL, cushion='off'), **CUT)
     endless = play(ENDLESS, **CUT)
     assert {name: rest.tolist() for name, rest in run.rest.items()} == {
-        name: rest.tolist() for name, rest in endless.rest.items()}
+        name: rest.tolist() for name, rest in endless.rest.items()
+    }
     assert abs(run.rest['1'][0]) > POOL.table.length / 2
     found = effects(wishing(POOL, cushion='off'), CUT)
     assert found['cushion'].wanted
     assert 'the scene turns it off; it would be simulated: balls meet a cushion' in (
-        found['cushion'].reason)
+        found['cushion'].reason
+    )
 
 
 def test_without_pockets_the_cushions_go_on():
@@ -80,10 +84,13 @@ def test_without_throw_balls_are_smooth():
 
 def test_without_clusters_balls_meet_two_by_two():
     """Three balls in a line that touch: the last one takes all of it, as in a chain of pairs."""
-    scene = scene_with(ENDLESS, ball_ball={'restitution': 1, 'friction_fast': 0,
-                                           'friction_slow': 0})
-    line = {'cue': state(-0.5, 0, (2, 0, 0)), **{
-        name: state(x, 0) for name, x in (('1', 0), ('2', 2 * R), ('3', 4 * R))}}
+    scene = scene_with(
+        ENDLESS, ball_ball={'restitution': 1, 'friction_fast': 0, 'friction_slow': 0}
+    )
+    line = {
+        'cue': state(-0.5, 0, (2, 0, 0)),
+        **{name: state(x, 0) for name, x in (('1', 0), ('2', 2 * R), ('3', 4 * R))},
+    }
     runs = simulate(scene, line), simulate(wishing(scene, cluster='off'), line)
     kinds = [{event.kind for event in run.events} for run in runs]
     assert EventKind.CLUSTER in kinds[0]
@@ -138,8 +145,9 @@ def test_gates_of_places_and_pairs_change_nothing_and_cost_less():
         meetings = [event.time for event in runs[0].events if event.kind == EventKind.BALL]
         times = np.linspace(0, [*meetings, runs[0].duration, runs[0].duration][:3][-1], 9)
         found = [run.at(times) for run in runs]
-        apart = [np.abs(found[0][name].position - found[1][name].position).max()
-                 for name in states]
+        apart = [
+            np.abs(found[0][name].position - found[1][name].position).max() for name in states
+        ]
         assert max(apart) < 1e-7
         met += len(meetings) > 0
     assert met > 800
@@ -158,8 +166,12 @@ def test_hops_left_out_move_the_cue_ball_less_than_the_tolerance():
         states = {'cue': state(*draw.uniform(-0.4, 0.4, 2), velocity, spin)}
         runs = [simulate(scene, states, tolerance) for scene in (POOL, everything)]
         events += [len(run.events) for run in runs]
-        cushions = [event.time for event in runs[0].events if event.kind != EventKind.BOUNCE
-                    and event.kind in (EventKind.CUSHION, EventKind.POCKET, EventKind.OFF)]
+        cushions = [
+            event.time
+            for event in runs[0].events
+            if event.kind != EventKind.BOUNCE
+            and event.kind in (EventKind.CUSHION, EventKind.POCKET, EventKind.OFF)
+        ]
         times = np.linspace(0, min([runs[0].duration, *cushions]), 20)[:-1]
         apart = [run.at(times)['cue'].position for run in runs]
         assert np.abs(apart[0] - apart[1]).max() < tolerance

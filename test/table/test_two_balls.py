@@ -1,4 +1,5 @@
 """What one ball does to another: published angles, throw, spin transfer, energies."""
+
 import numpy as np
 import pytest
 from tables import after, ENDLESS, play, R, rolling, scene_with, state

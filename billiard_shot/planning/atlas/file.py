@@ -3,6 +3,7 @@ Atlases as files: JSON lines, the request first, then a line for each place as i
 
 Lines are only ever added, so that what was done is not lost, however a run ends.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -160,7 +161,12 @@ def _from_json(data: Mapping[str, Any]) -> PlaceChance:
     (ball_x, ball_y), (cue_x, cue_y) = data['ball_place'], data['cue_place']
     stroke = data['stroke']
     return PlaceChance(
-        Place(data['ball'], (ball_x, ball_y), (cue_x, cue_y)), Status[data['status']],
-        data['message'], data['successes'], data['trials'], data['simulations'], data['kind'],
+        Place(data['ball'], (ball_x, ball_y), (cue_x, cue_y)),
+        Status[data['status']],
+        data['message'],
+        data['successes'],
+        data['trials'],
+        data['simulations'],
+        data['kind'],
         stroke and tuple(stroke[name] for name in OFFSETS),
     )

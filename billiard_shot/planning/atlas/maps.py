@@ -1,4 +1,5 @@
 """An atlas as a whole: a map for each place of the ball that is to be potted."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,4 +1,5 @@
 """The places of an atlas: where the ball to be potted lies, and where the cue ball."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence

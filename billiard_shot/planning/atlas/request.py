@@ -1,4 +1,5 @@
 """What an atlas is to show: which balls, where they and the cue ball lie, and who plays."""
+
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
@@ -25,9 +26,11 @@ def _names() -> Any:
 
     def convert(value: object) -> tuple[str, ...]:
         given = (value,) if isinstance(value, str) else value
-        if not isinstance(given, tuple | list) or not all(
-            isinstance(each, str) and each not in ('', CUE_BALL) for each in given
-        ) or len(set(given)) < len(given):
+        if (
+            not isinstance(given, tuple | list)
+            or not all(isinstance(each, str) and each not in ('', CUE_BALL) for each in given)
+            or len(set(given)) < len(given)
+        ):
             raise refused(value, allowed)
         return tuple(given)
 
@@ -40,8 +43,13 @@ def _grid(default: tuple[int, int] | None) -> Any:
     def convert(value: object) -> tuple[int, int] | None:
         if value is None and default is None:
             return None
-        if not isinstance(value, tuple | list) or len(value) != 2 or not all(
-            isinstance(each, int) and not isinstance(each, bool) and each >= 1 for each in value
+        if (
+            not isinstance(value, tuple | list)
+            or len(value) != 2
+            or not all(
+                isinstance(each, int) and not isinstance(each, bool) and each >= 1
+                for each in value
+            )
         ):
             raise refused(value, allowed)
         return value[0], value[1]
@@ -125,7 +133,9 @@ def settled(scene: Scene, request: AtlasRequest) -> AtlasRequest:
 
     """
     full = replace(
-        request, ball=request.ball or _object_balls(scene), noise=request.noise or scene.noise,
+        request,
+        ball=request.ball or _object_balls(scene),
+        noise=request.noise or scene.noise,
     )
     mistakes = [*_no_pockets(scene), *_wrong_balls(scene, request), *_wrong_places(scene, full)]
     if mistakes:
@@ -150,9 +160,10 @@ def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
     if not request.ball_at and not request.ball_grid:
         for name in request.ball:
             if name not in there:
-                yield Mistake(('ball',), (
-                    f'there is no ball {name!r}; {listed}; ball_at or ball_grid put one there'
-                ))
+                yield Mistake(
+                    ('ball',),
+                    (f'there is no ball {name!r}; {listed}; ball_at or ball_grid put one there'),
+                )
 
 
 def _wrong_places(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
@@ -162,7 +173,10 @@ def _wrong_places(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
         for ball, (other, there) in product(request.ball, scene.balls.items()):
             overlap = 2.0 * scene.ball.radius - math.dist(place, there)
             if other not in (ball, CUE_BALL) and overlap > ROUNDING:
-                yield Mistake(('ball_at',), (
-                    f'{place} is not allowed; ball {ball!r} there overlaps ball {other!r} by '
-                    f'{1e3 * overlap:.3g} mm'
-                ))
+                yield Mistake(
+                    ('ball_at',),
+                    (
+                        f'{place} is not allowed; ball {ball!r} there overlaps ball {other!r} by '
+                        f'{1e3 * overlap:.3g} mm'
+                    ),
+                )

@@ -1,4 +1,5 @@
 """An atlas made: each place planned by itself, by whatever executor there is."""
+
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
@@ -69,7 +70,9 @@ class PlaceChance:
 
 
 def atlas(
-    scene: Scene, request: AtlasRequest, places: Iterable[Place] | None = None,
+    scene: Scene,
+    request: AtlasRequest,
+    places: Iterable[Place] | None = None,
     executor: Executor | Submits | None = None,
 ) -> Iterator[PlaceChance]:
     """
@@ -136,17 +139,34 @@ def _as_completed(
 def chance_at(scene: Scene, request: AtlasRequest, place: Place) -> PlaceChance:
     """Plan a pot from one place, on this thread alone."""
     result = plan(
-        scene_at(scene, place), Pot(place.ball, request.pocket), request.noise, request.budget,
-        _seed(request.seed, place), executor=_Here(),
+        scene_at(scene, place),
+        Pot(place.ball, request.pocket),
+        request.noise,
+        request.budget,
+        _seed(request.seed, place),
+        executor=_Here(),
     )
     best = result.best
     if best is None:
         return PlaceChance(
-            place, result.status, result.message, 0, 0, result.simulations, '', None,
+            place,
+            result.status,
+            result.message,
+            0,
+            0,
+            result.simulations,
+            '',
+            None,
         )
     return PlaceChance(
-        place, result.status, result.message, best.successes, best.trials, result.simulations,
-        best.kind, best.stroke.offsets,
+        place,
+        result.status,
+        result.message,
+        best.successes,
+        best.trials,
+        result.simulations,
+        best.kind,
+        best.stroke.offsets,
     )
 
 

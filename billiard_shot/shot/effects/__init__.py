@@ -1,4 +1,5 @@
 """Effects: what is simulated where scene, stroke and motion call for it, one object each."""
+
 from collections.abc import Callable
 from typing import Any
 
@@ -12,7 +13,11 @@ from billiard_shot.table.effects import check_changes, Effect, forced, Gate, rep
 __all__ = ['Effect', 'GATES', 'ShotLook', 'effects_of', 'effects_of_nothing', 'model_of']
 
 STRIKE_GATES: tuple[Gate[ShotLook], ...] = (
-    TableContact(), TipFriction(), TableFriction(), EndMass(), TipCurvature(),
+    TableContact(),
+    TipFriction(),
+    TableFriction(),
+    EndMass(),
+    TipCurvature(),
 )
 check_changes(STRIKE_GATES, StrikeModel)
 GATES: tuple[Gate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES, DoubleHit())

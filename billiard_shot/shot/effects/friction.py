@@ -1,4 +1,5 @@
 """Friction in the strike: of the tip on the ball, and of the cloth under it."""
+
 from typing import ClassVar, TypeVar
 
 import numpy as np

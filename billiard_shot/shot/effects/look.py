@@ -1,4 +1,5 @@
 """What the gates of a strike may look at."""
+
 from dataclasses import dataclass
 
 import numpy as np

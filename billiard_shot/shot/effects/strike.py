@@ -1,4 +1,5 @@
 """Of the strike: the table below the ball, the end and tip of the cue, and where it follows."""
+
 import math
 from typing import ClassVar
 

@@ -1,4 +1,5 @@
 """Effects on the table: what is simulated where the motion calls for it, one object each."""
+
 from billiard_shot.scene import Scene
 from billiard_shot.table.effects.air import Bounce, Flight
 from billiard_shot.table.effects.cloth import Roll, Slide, SpinDecay
@@ -18,12 +19,29 @@ from billiard_shot.table.model import ball_cloth_params, table_params
 from billiard_shot.table.params import BallClothParams, TableParams
 
 __all__ = [
-    'Effect', 'Gate', 'Look', 'OFF', 'ON', 'Seen', 'TABLE_GATES', 'check_changes', 'forced',
-    'params_on_table', 'report',
+    'Effect',
+    'Gate',
+    'Look',
+    'OFF',
+    'ON',
+    'Seen',
+    'TABLE_GATES',
+    'check_changes',
+    'forced',
+    'params_on_table',
+    'report',
 ]
 
 TABLE_GATES: tuple[Gate[Look], ...] = (
-    Flight(), Bounce(), Slide(), Roll(), SpinDecay(), Cushion(), Pocket(), BallBall(), Throw(),
+    Flight(),
+    Bounce(),
+    Slide(),
+    Roll(),
+    SpinDecay(),
+    Cushion(),
+    Pocket(),
+    BallBall(),
+    Throw(),
     Cluster(),
 )
 

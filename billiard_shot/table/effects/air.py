@@ -1,4 +1,5 @@
 """What happens above the cloth: flight, and the bounces after it."""
+
 from typing import ClassVar
 
 from billiard_shot.table import params
@@ -34,13 +35,17 @@ class Bounce(Gate[Look]):
     name = 'bounce'
     needs = 'a ball that has flown leaves the cloth again, by more than the tolerance'
     changes: ClassVar = {
-        OFF: {'cloth_restitution': 0.0}, ON: {'bounce_gate': params.ON},
+        OFF: {'cloth_restitution': 0.0},
+        ON: {'bounce_gate': params.ON},
     }
 
     def seen(self, look: Look) -> Seen:
         """Bounces that are not done at once."""
-        bounces = sum(event.kind == EventKind.BOUNCE
-                      for ball in look.trajectories.values() for event in ball.events)
+        bounces = sum(
+            event.kind == EventKind.BOUNCE
+            for ball in look.trajectories.values()
+            for event in ball.events
+        )
         if bounces:
             return Seen(True, f'bounces until those that follow are too small: {bounces}')
         if not any(map(_flies, look.trajectories.values())):

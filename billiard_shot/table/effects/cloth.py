@@ -1,4 +1,5 @@
 """What the cloth does to a ball: sliding, rolling, and spin that decays."""
+
 from collections.abc import Sequence
 import math
 from typing import ClassVar
@@ -42,8 +43,9 @@ class SpinDecay(Gate[Look]):
 
     def seen(self, look: Look) -> Seen:
         """Look for a ball that spins about the vertical, on a cloth that slows it."""
-        turning = [name for name, ball in look.trajectories.items()
-                   if np.any(ball.rows['spin'][:, 2])]
+        turning = [
+            name for name, ball in look.trajectories.items() if np.any(ball.rows['spin'][:, 2])
+        ]
         if turning and look.scene.cloth.spin_deceleration == 0.0:
             return Seen(False, 'the cloth does not slow spin about the vertical')
         return _seen(look, turning, 'spin about the vertical')
@@ -51,5 +53,8 @@ class SpinDecay(Gate[Look]):
 
 def _seen(look: Look, names: Sequence[str], what: str) -> Seen:
     """Say which balls do something, or that none does."""
-    return Seen(True, f'balls that {what}: {", ".join(names)}') if names else Seen(
-        False, f'no ball that would {what}')
+    return (
+        Seen(True, f'balls that {what}: {", ".join(names)}')
+        if names
+        else Seen(False, f'no ball that would {what}')
+    )

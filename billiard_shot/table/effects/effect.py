@@ -5,6 +5,7 @@ Gates are where the simulation is, in compiled code, which leaves out what is no
 is, for each effect, what the gate decided and why; and what a scene's wish changes in the numbers
 that the compiled code gets, so that an effect that is forced off costs it nothing either.
 """
+
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -51,13 +52,17 @@ class Look:
 
     def that_do(self, motion: Motion) -> list[str]:
         """Names of the balls that are ever in a kind of motion."""
-        return [name for name, ball in self.trajectories.items()
-                if np.any(ball.rows['motion'] == motion)]
+        return [
+            name
+            for name, ball in self.trajectories.items()
+            if np.any(ball.rows['motion'] == motion)
+        ]
 
     def events(self, *kinds: EventKind) -> list[TableEvent]:
         """Events of some kinds on the table, in the order of time."""
-        return [event for event in (self.table.events if self.table else ())
-                if event.kind in kinds]
+        return [
+            event for event in (self.table.events if self.table else ()) if event.kind in kinds
+        ]
 
 
 class Seen(NamedTuple):

@@ -1,4 +1,5 @@
 """What balls meet on the table: cushions, pockets, each other, with friction, and in clusters."""
+
 from itertools import combinations
 import math
 from typing import ClassVar
@@ -26,8 +27,9 @@ class Cushion(Gate[Look]):
         """Events with a nose."""
         if look.scene.table is None:
             return Seen(False, 'the scene has no table: the cloth is endless')
-        events = [event for event in look.events(EventKind.CUSHION)
-                  if not event.place.startswith(JAW)]
+        events = [
+            event for event in look.events(EventKind.CUSHION) if not event.place.startswith(JAW)
+        ]
         return _count(events, 'a cushion')
 
 
@@ -104,8 +106,10 @@ class Cluster(Gate[Look]):
         if not events:
             return Seen(False, 'no more than two bodies ever meet')
         most = max(events, key=lambda event: len(event.balls))
-        return Seen(True, f'impacts of more than two bodies: {len(events)}, of up to '
-                    f'{len(most.balls)} balls')
+        return Seen(
+            True,
+            f'impacts of more than two bodies: {len(events)}, of up to {len(most.balls)} balls',
+        )
 
 
 def _count(events: list[TableEvent], what: str) -> Seen:
