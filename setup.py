@@ -37,7 +37,7 @@ setup(
     ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
     package_data={
-        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'study/page/*'],
+        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*'],
         f'{package_name}.scenes': ['*.yaml'],
     },
     data_files=[

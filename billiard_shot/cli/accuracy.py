@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     if options.csv:
         _write(options.csv, [dataclasses.asdict(m) for m in measurements])
     if options.picture:
-        from billiard_shot.study.accuracy_picture import draw
+        from billiard_shot.pictures.accuracy import draw
 
         draw(curves, settings, about, options.picture)
     return 0

@@ -14,6 +14,8 @@ from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.workers import LOCAL, working
+from billiard_shot.pictures.atlas import draw_atlas
+from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.planning.atlas import (
     append,
     Atlas,
@@ -23,8 +25,6 @@ from billiard_shot.planning.atlas import (
     places_of,
 )
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
-from billiard_shot.study.atlas_picture import draw_atlas
-from billiard_shot.study.pictures import require_matplotlib
 from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'how surely balls are potted from where, on a map'

@@ -8,11 +8,11 @@ from pathlib import Path
 from billiard_shot import Scene
 from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
+from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.pictures.effects import draw_effects
 from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
-from billiard_shot.study.effects_picture import draw_effects
-from billiard_shot.study.pictures import require_matplotlib
 from billiard_shot.study.usual_strokes import strokes_for
 
 HELP = 'what each effect costs (us) and what it changes (mm, degrees) in a shot or a scene'

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw, and say which files were written."""
     wait_for_machine_code()
-    from billiard_shot.study.figures import FIGURES
+    from billiard_shot.pictures.figures import FIGURES
 
     for name in options.names:
         if name not in FIGURES:

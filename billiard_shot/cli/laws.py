@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
         print(f'stroke {name}, scene {options.scene}\n')
         print(table(rows))
         if options.picture:
-            from billiard_shot.study.laws_picture import draw
+            from billiard_shot.pictures.laws import draw
 
             pairs = [(line, way) for line in lines for way in laws.WAYS]
             distances = {

@@ -13,11 +13,11 @@ from billiard_shot import PlanResult, RankedStroke, Scene, Status
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
+from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.planning.cloud import cloud_of
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.scene import Robot
-from billiard_shot.study.pictures import require_matplotlib
-from billiard_shot.study.plan_picture import draw_plan
 from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'which stroke reaches a target, and how surely, under noise and limits'

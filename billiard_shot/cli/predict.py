@@ -9,11 +9,11 @@ from typing import Any
 from billiard_shot import save_shot, Shot
 from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
-from billiard_shot.study.history_picture import draw_history
-from billiard_shot.study.pictures import require_matplotlib
-from billiard_shot.study.strike_picture import draw_strike
-from billiard_shot.study.table_picture import draw_shot
-from billiard_shot.study.trails import trails_of
+from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.pictures.history import draw_history
+from billiard_shot.pictures.strike import draw_strike
+from billiard_shot.pictures.table import draw_shot
+from billiard_shot.pictures.trails import trails_of
 
 HELP = 'what a stroke does to the cue ball'
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
-from billiard_shot.study.view import write_page
+from billiard_shot.pictures.view import write_page
 
 HELP = 'write a shot as one HTML file: the table in 3-D, balls that turn, a time slider'
 

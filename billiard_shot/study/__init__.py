@@ -1,1 +1,1 @@
-"""What accuracy and effects cost, where solvers break, how the laws differ: tables, pictures."""
+"""What accuracy and effects cost, where solvers break, how the laws differ."""

@@ -9,9 +9,9 @@ import pytest
 
 from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
 from billiard_shot.cli import main
+from billiard_shot.pictures.turning import orientations, product, rotation, STEP
+from billiard_shot.pictures.view import page_of, view_data, write_page
 from billiard_shot.records import ROWS
-from billiard_shot.study.turning import orientations, product, rotation, STEP
-from billiard_shot.study.view import page_of, view_data, write_page
 from billiard_shot.table.motion import Segment
 from billiard_shot.table.trajectory import Trajectory
 
@@ -84,7 +84,7 @@ def test_turning_is_of_fourth_order():
     ball = Trajectory(rows)
 
     def end(step, monkey):
-        monkey.setattr('billiard_shot.study.turning.STEP', step)
+        monkey.setattr('billiard_shot.pictures.turning.STEP', step)
         return orientations(ball, 0.8, ONE)[1][-1]
 
     with pytest.MonkeyPatch.context() as monkey:

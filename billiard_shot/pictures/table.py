@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.pictures.canvas import save, single_figure
+from billiard_shot.pictures.trails import CUE, Trails, trails_of
 from billiard_shot.scene import Scene
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.pictures import save, single_figure
-from billiard_shot.study.trails import CUE, Trails, trails_of
 from billiard_shot.table.colours import (
     ball_colour,
     BLACK,

@@ -3,21 +3,21 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from billiard_shot.scene import Scene
-from billiard_shot.shot.predict import predict
-from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.history_picture import draw_history
-from billiard_shot.study.impulse_picture import (
+from billiard_shot.pictures.history import draw_history
+from billiard_shot.pictures.impulse import (
     draw_impulse_plane,
     draw_ping_pong,
     draw_two_balls,
 )
-from billiard_shot.study.paper_shots_picture import draw_paper_shots
+from billiard_shot.pictures.paper_shots import draw_paper_shots
+from billiard_shot.pictures.strike import draw_strike
+from billiard_shot.pictures.table import draw_shot
+from billiard_shot.pictures.trails import trails_of
+from billiard_shot.scene import Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.reproduction import PRINTED
-from billiard_shot.study.strike_picture import draw_strike
-from billiard_shot.study.table_picture import draw_shot
-from billiard_shot.study.trails import trails_of
 
 
 def combination() -> Shot:

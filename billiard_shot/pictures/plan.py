@@ -5,18 +5,18 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.planning.cloud import Cloud
-from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
-from billiard_shot.study.pictures import save
-from billiard_shot.study.table_picture import (
+from billiard_shot.pictures.canvas import save
+from billiard_shot.pictures.table import (
     add_legend,
     draw_balls,
     draw_cue,
     draw_trails,
     table_axes,
 )
-from billiard_shot.study.trails import CUE, trails_of
+from billiard_shot.pictures.trails import CUE, trails_of
+from billiard_shot.planning.cloud import Cloud
+from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.table.colours import GREEN, VERMILION
 
 PATHS = 60  # ways of the cue ball that are drawn

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.table import draw_balls, draw_cue
+from billiard_shot.pictures.trails import CUE, Trails, trails_of, trails_of_run
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
-from billiard_shot.study.pictures import new_figure, save
 from billiard_shot.study.reproduction import PRINTED
-from billiard_shot.study.table_picture import draw_balls, draw_cue
-from billiard_shot.study.trails import CUE, Trails, trails_of, trails_of_run
 from billiard_shot.table.colours import BLACK, GREY, MOTIONS, VERMILION
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.simulate import simulate

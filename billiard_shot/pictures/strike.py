@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.pictures.canvas import require_matplotlib, rows_figure, save
+from billiard_shot.pictures.course import Course, course_of_strike
+from billiard_shot.pictures.two_balls import STATES
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.study.course import Course, course_of_strike
-from billiard_shot.study.pictures import require_matplotlib, rows_figure, save
-from billiard_shot.study.two_balls import STATES
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
 CONTACTS = (('tip', BLUE, '-'), ('cloth', VERMILION, '--'))

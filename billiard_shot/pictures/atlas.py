@@ -6,11 +6,11 @@ import math
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.pictures.canvas import require_matplotlib, save
+from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.planning.atlas import Atlas, Map
 from billiard_shot.planning.atlas.places import borders, grid
 from billiard_shot.scene.placing import CUE_BALL
-from billiard_shot.study.pictures import require_matplotlib, save
-from billiard_shot.study.table_picture import draw_balls, draw_table
 from billiard_shot.table.colours import VERMILION
 from billiard_shot.table.outline import outline_of
 

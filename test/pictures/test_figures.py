@@ -7,14 +7,14 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
+from billiard_shot.pictures.course import course_of_collision, course_of_strike
+from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
+from billiard_shot.pictures.histories import history_of
+from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
+from billiard_shot.pictures.strike import grip_of
+from billiard_shot.pictures.trails import trails_of
+from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, TwoBalls
 from billiard_shot.study.collisions import stacked
-from billiard_shot.study.course import course_of_collision, course_of_strike
-from billiard_shot.study.figures import around, combination, english, FIGURES, jump, masse
-from billiard_shot.study.histories import history_of
-from billiard_shot.study.paper_shots_picture import paper_shot, turn_to_roll
-from billiard_shot.study.strike_picture import grip_of
-from billiard_shot.study.trails import trails_of
-from billiard_shot.study.two_balls import impulses_of, PING_PONG, TwoBalls
 from billiard_shot.table.run import TableRun
 
 FIG4 = TwoBalls()

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.study.histories import History, history_of
-from billiard_shot.study.pictures import rows_figure, save
-from billiard_shot.study.trails import CUE, Trails
+from billiard_shot.pictures.canvas import rows_figure, save
+from billiard_shot.pictures.histories import History, history_of
+from billiard_shot.pictures.trails import CUE, Trails
 from billiard_shot.table.colours import (
     ball_colour,
     BLACK,

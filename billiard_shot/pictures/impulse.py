@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.study.course import Course
-from billiard_shot.study.pictures import new_figure, save, single_figure
-from billiard_shot.study.two_balls import impulses_of, PING_PONG, State, TwoBalls
+from billiard_shot.pictures.canvas import new_figure, save, single_figure
+from billiard_shot.pictures.course import Course
+from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, State, TwoBalls
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}

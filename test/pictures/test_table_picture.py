@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.study.table_picture import draw_shot, draw_trails, table_axes
-from billiard_shot.study.trails import ENDLESS, trails_of, trails_of_run
+from billiard_shot.pictures.table import draw_shot, draw_trails, table_axes
+from billiard_shot.pictures.trails import ENDLESS, trails_of, trails_of_run
 from billiard_shot.table.colours import ball_colour, CUE_BALL, is_striped, MOTIONS, OTHER, POOL
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of

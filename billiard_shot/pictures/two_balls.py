@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.pictures.course import Course, course_of_collision
 from billiard_shot.study.collisions import stacked
-from billiard_shot.study.course import Course, course_of_collision
 
 Vector = NDArray[np.float64]
 PING_PONG = (0.807755, 0.846529)  # restitution of ball on ball and of ball on plexiglass (2.4)

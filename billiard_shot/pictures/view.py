@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.pictures.trails import CUE, Trails, trails_of
+from billiard_shot.pictures.turning import orientations, product, rotation
 from billiard_shot.shot.shot import Shot
-from billiard_shot.study.trails import CUE, Trails, trails_of
-from billiard_shot.study.turning import orientations, product, rotation
 from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
@@ -107,7 +107,7 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
 
 
 def _part(name: str) -> str:
-    return (files('billiard_shot.study') / 'page' / name).read_text(encoding='utf-8')
+    return (files('billiard_shot.pictures') / 'page' / name).read_text(encoding='utf-8')
 
 
 def _escaped(text: str) -> str:

@@ -5,8 +5,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.study.effects import EffectStudy
-from billiard_shot.study.pictures import new_figure, save
 
 COLOUR, PALE = '#1b6b4a', '#a9c9ba'  # called for; only if forced on
 LINEAR = 10.0  # us, to which the axis of time is linear

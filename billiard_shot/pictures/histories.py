@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.study.trails import Trails
+from billiard_shot.pictures.trails import Trails
 
 Vector = NDArray[np.float64]
 SAMPLES = 12  # of each motion of each ball
