@@ -41,6 +41,9 @@ from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
 ALIVE = 0.05
 """Seconds between two messages of the simulated safety inputs."""
 
+DISCOVERY = 1.0
+"""Seconds in which other publishers are discovered, before anything is simulated."""
+
 SAFETY_INPUTS = {'estop': False, 'interlock': True}
 """Topics of the safety inputs, and the values with which the cue may move."""
 
@@ -108,6 +111,7 @@ class Player(Node):
         self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self._safety: dict[str, Any] = {}
+        self._discovered = monotonic() + DISCOVERY
         if simulate_safety_inputs:
             self.get_logger().warning(
                 'simulating the emergency stop and the interlock: never do this on a robot'
@@ -126,7 +130,7 @@ class Player(Node):
                         f'node {other.node_name!r} publishes {name!r}: this cell has safety '
                         'equipment, so the safety inputs must not be simulated'
                     )
-        if self.all_is_well:
+        if self.all_is_well and monotonic() > self._discovered:
             for name, value in SAFETY_INPUTS.items():
                 self._safety[name].publish(Bool(data=value))
 
@@ -161,6 +165,8 @@ class Player(Node):
             ('topic cue_driver/state', lambda: self.states),
         ):
             self.wait_for(*name.split(), found)
+        if self._safety:  # else a shot could end before safety equipment is discovered
+            self.until(lambda: monotonic() > self._discovered, DISCOVERY)
         self.troubles = ['no diagnostics']
         if not self.until(lambda: not self.troubles, self._patience):
             raise NotReadyError(f'cue_driver is not ready: {"; ".join(self.troubles)}')

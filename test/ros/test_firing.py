@@ -216,6 +216,7 @@ def test_both_players_from_a_file_and_for_several_targets(shell, tmp_path):
     assert 'target      not judged' in said
 
 
+@pytest.mark.usefixtures('ball_in_its_place')  # a ball out of reach is refused first
 @pytest.mark.parametrize(
     ('arguments', 'code', 'words'),
     [
