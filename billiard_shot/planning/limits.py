@@ -14,12 +14,13 @@ from billiard_shot.planning.strikes import Rows, vectors_of
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.mistakes import found_in, InputError, Mistake, unknown
-from billiard_shot.shot.clearance import clearance_status
+from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # A planned cue stays so many standard deviations of its errors above what it must not touch.
 MARGIN = 3.5
+NO_ROOM = Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
 DIRECTIONS = 72  # in which room for the cue is looked for
 COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps in which elevations are tried
 
@@ -160,8 +161,8 @@ def _first_free(
         trial = strokes[open_]
         trial[:, ELEVATION] = np.maximum(tried[open_] - limits.spare, 0.0)
         normals, velocities = vectors_of(trial)
-        free = clearance_status(scene, np.array(scene.cue_ball), normals, velocities) == Status.OK
-        free &= ~through_cloth(scene, normals, trial[:, ELEVATION])
+        blocked = np.isin(refusals_in(scene, normals, velocities), NO_ROOM)
+        free = ~blocked & ~through_cloth(scene, normals, trial[:, ELEVATION])
         found[open_[free]] = tried[open_[free]]
         tried[open_] += step
         open_ = open_[~free & (tried[open_] <= limits.elevations[1] + step)]

@@ -9,8 +9,9 @@ from billiard_shot.planning.motions import motions_of
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score
 from billiard_shot.planning.strikes import Rows, vectors_of
-from billiard_shot.shot.batch import strike_batch_with_clearance
+from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.on_table import states_of, strike_frozen
+from billiard_shot.shot.strike import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import BatchRecording, run_recorded
 
@@ -47,10 +48,8 @@ def simulate_strokes(problem: Problem, strokes: Rows) -> tuple[BatchRecording, N
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
     normals, velocities = vectors_of(strokes)
-    played, velocities = strike_batch_with_clearance(
-        scene, model, normals, velocities, centre, TOLERANCE
-    )
+    played = strike_batch(model, normals, velocities, centre, TOLERANCE, surroundings_of(scene))
     given = states_of(scene, centre, played.strikes)
-    strike_frozen(scene, model, given, normals, velocities, played.strikes)
+    strike_frozen(model, problem.table, given, normals, velocities, played.strikes)
     sound = np.isin(played.strikes['status'], SOUND)
     return run_recorded(model.surface, problem.table, given, 0.25 * TOLERANCE), sound

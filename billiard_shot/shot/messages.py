@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.clearance import obstacles
+from billiard_shot.shot import clearance
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.run import TableRun
+from billiard_shot.table.run import NOSE_NAMES, TableRun
 from billiard_shot.table.trajectory import Trajectory
 
 
@@ -64,12 +64,20 @@ def message_of(
 def _in_the_way(
     status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
 ) -> str:
-    normal = np.array([stroke.touching(scene.cue.dome / scene.ball.radius).normal])
-    found = obstacles(scene, trajectory.rest, normal, np.array([stroke.velocity]))
-    name, _, depth = next(o for o in found if o.status == status and o.depth[0] > 0.0)
+    around = clearance.surroundings_of(scene)
+    normal = stroke.touching(scene.cue.dome / scene.ball.radius).normal
+    direction = np.array(stroke.velocity) / stroke.speed
+    if status == Status.CUE_THROUGH_BALL:
+        names = [f'ball {name!r}' for name in scene.balls if name != clearance.CUE]
+        depth_in = clearance.depth_in_ball
+    else:
+        names = [f'the {name} cushion' for name in NOSE_NAMES]
+        depth_in = clearance.depth_in_cushion
+    depths = [depth_in(around, i, normal, direction, trajectory.rest) for i in range(len(names))]
+    name, depth = next(pair for pair in zip(names, depths, strict=True) if pair[1] > 0.0)
     return (
         f'velocity: {_vector(stroke.velocity)} is not allowed; at its elevation, {elevation:.3g} '
-        f'degrees, the cue would go {1e3 * depth[0]:.3g} mm deep through {name}'
+        f'degrees, the cue would go {1e3 * depth:.3g} mm deep through {name}'
     )
 
 

@@ -8,8 +8,8 @@ from billiard_shot.scene import Scene
 from billiard_shot.shot.frozen import strike_together, touches
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.status import Status
-from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.initial_states import STATE_COLUMNS
+from billiard_shot.table.params import TableParams
 
 CUE = 'cue'
 
@@ -58,8 +58,8 @@ def states_of(
 
 
 def strike_frozen(
-    scene: Scene,
     model: StrikeModel,
+    table: TableParams,
     given: NDArray[np.float64],
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
@@ -70,8 +70,7 @@ def strike_frozen(
 
     None for a stroke that is refused, or if the ball lies free. Changes `given` and `strikes`.
     """
-    _, table = params_on_table(scene)
-    if not len(given) or not touches(table, scene.ball.radius, given[0, :, :3]):
+    if not len(given) or not touches(table, model.surface.radius, given[0, :, :3]):
         return [None] * len(given)
     return [
         strike_together(model, table, given[i], normals[i], velocities[i], strikes[i])

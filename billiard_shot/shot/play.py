@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from billiard_shot.impact import CollisionResult
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.shot.batch import strike_batch_with_clearance
+from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import CUE, has_table, names_of, states_of, strike_frozen
-from billiard_shot.shot.strike import no_phases, Strike
+from billiard_shot.shot.strike import no_phases, Strike, strike_batch
 from billiard_shot.status import Status
+from billiard_shot.table.effects import table_on
 from billiard_shot.table.motion import Segment
+from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBatch
 
@@ -49,14 +51,16 @@ def play_one(
     tolerance: float,
 ) -> tuple[Played, TableRun | None]:
     """Play a stroke, with all that happens."""
+    table = table_on(scene) if has_table(scene) else None
     played, given = _strike(
-        scene, model, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
+        scene, model, table, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
     )
-    if given is None or played.strikes['status'][0] >= Status.MISS:
+    if table is None or given is None or played.strikes['status'][0] >= Status.MISS:
         decide(played.strikes, played.discontinuity, None)
         return played, None
-    run = run_one(scene, names_of(scene), given, TABLE_SHARE * tolerance)
-    played.strikes['final_position'][0] = run.rest[CUE]
+    params = model.surface, table
+    run = run_one(params, names_of(scene), given, TABLE_SHARE * tolerance)
+    played.strikes['final_position'][0] = run.balls[CUE].rest
     played.strikes['duration'] = run.duration
     decide(played.strikes, played.discontinuity, np.array([run.status]))
     return played, run
@@ -71,9 +75,12 @@ def play_many(
     tolerance: float,
 ) -> tuple[Played, TableBatch | None]:
     """Play strokes on all cores."""
+    table = table_on(scene) if has_table(scene) else None
 
     def strike_part(part: slice) -> tuple[Played, NDArray[np.float64] | None]:
-        return _strike(scene, model, normals[part], velocities[part], centre, tolerance, 0, 0)
+        return _strike(
+            scene, model, table, normals[part], velocities[part], centre, tolerance, 0, 0
+        )
 
     parts = in_threads(strike_part, len(normals))
     nothing = ROWS.records(Strike, 0)
@@ -84,12 +91,12 @@ def play_many(
         [group for each, _ in parts for group in each.groups],
         np.concatenate([np.zeros(0), *(each.discontinuity for each, _ in parts)]),
     )
-    if not has_table(scene):
+    if table is None:
         decide(played.strikes, played.discontinuity, None)
         return played, None
     given = [states_of(scene, centre, nothing), *(states for _, states in parts)]
     batch = run_many(
-        scene,
+        (model.surface, table),
         names_of(scene),
         np.concatenate([s for s in given if s is not None]),
         TABLE_SHARE * tolerance,
@@ -103,6 +110,7 @@ def play_many(
 def _strike(
     scene: Scene,
     model: StrikeModel,
+    table: TableParams | None,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     centre: NDArray[np.float64],
@@ -111,15 +119,14 @@ def _strike(
     segments: int,
 ) -> tuple[Played, NDArray[np.float64] | None]:
     """Strike the ball; return the states (n, balls, INPUT) that follow, if there is a table."""
-    done, velocities = strike_batch_with_clearance(
-        scene, model, normals, velocities, centre, tolerance, phases, segments
-    )
+    around = surroundings_of(scene)
+    done = strike_batch(model, normals, velocities, centre, tolerance, around, phases, segments)
     strikes = done.strikes
     given: NDArray[np.float64] | None = None
     groups: list[CollisionResult | None] = [None] * len(strikes)
-    if has_table(scene):
+    if table is not None:
         given = states_of(scene, centre, strikes)
-        groups = strike_frozen(scene, model, given, normals, velocities, strikes)
+        groups = strike_frozen(model, table, given, normals, velocities, strikes)
     gap = discontinuities_of_law(model, normals, velocities, centre, tolerance, strikes)
     gap[[group is not None for group in groups]] = 0.0
     return Played(strikes, done.log, done.segments, groups, gap), given

@@ -16,6 +16,7 @@ from billiard_shot.impact.kernel import (
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, Floats, record, ROWS, Storage, Vector, Vector3
 from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
+from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
     approach_velocity,
     contact_jacobians,
@@ -69,7 +70,9 @@ class Strike:
 
 
 @inner
-def refusal(model: StrikeModel, n: Vector, c: Vector) -> int:
+def refusal(
+    model: StrikeModel, around: Surroundings, n: Vector, c: Vector, position: Vector
+) -> int:
     """Why a stroke along c, at the normal n, cannot be played, or OK."""
     cosine = dot(n, c)
     if not -inf < cosine < inf:
@@ -80,7 +83,9 @@ def refusal(model: StrikeModel, n: Vector, c: Vector) -> int:
         return NEGATIVE_ELEVATION
     height = model.surface.radius * (1.0 + n[2])
     lowest = height - model.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
-    return CUE_THROUGH_CLOTH if lowest < -LEVEL * height else OK
+    if lowest < -LEVEL * height:
+        return CUE_THROUGH_CLOTH
+    return clearance(around, n, c, position)
 
 
 @inner
@@ -109,8 +114,10 @@ def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
     return (
         _MODEL,
+        stored(storage, NOTHING_AROUND),
         ones,
         ones,
+        ones[0],
         1.0,
         storage.records(Strike, 1),
         *map(
@@ -129,8 +136,10 @@ def _prepare_example(storage: Storage) -> tuple[Any, ...]:
 @entry(_prepare_example)
 def prepare_strikes(
     model: StrikeModel,
+    around: Surroundings,
     normals: Floats,
     velocities: Floats,
+    position: Vector,
     tolerance: float,
     strikes: list[Strike],
     jacobians: Floats,
@@ -145,8 +154,11 @@ def prepare_strikes(
     Parameters
     ----------
     model : StrikeModel
+    around : Surroundings
     normals, velocities : (n, 3) floats
         As of `Stroke`, but checked here.
+    position : (3,) floats
+        Centre of the cue ball [m].
     tolerance : float
         Of the trajectories [m].
     strikes : n Strike, written
@@ -164,7 +176,7 @@ def prepare_strikes(
         accuracy[i] = 0.0
         speed = unit(velocities[i], c)
         unit(normals[i], n)
-        strikes[i].status = refusal(model, n, c)
+        strikes[i].status = refusal(model, around, n, c, position)
         if strikes[i].status == OK:
             accuracy[i] = strike_tolerance(model, speed, tolerance)
             contact_jacobians(model.surface.radius, n, c, z, jacobians[i])
@@ -300,6 +312,7 @@ def strike_batch(
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
     tolerance: float,
+    around: Surroundings = NOTHING_AROUND,
     phases: int = 0,
     segments: int = 0,
 ) -> Strikes:
@@ -317,6 +330,8 @@ def strike_batch(
         Centre of the cue ball [m].
     tolerance : float
         Of the trajectories [m].
+    around : Surroundings
+        A cue that has no room among them is refused.
     phases, segments : int
         If above 0, all those of the last stroke are returned, of up to 500 strokes. More of them
         take longer.
@@ -326,7 +341,15 @@ def strike_batch(
     parts = [slice(i, i + _AT_ONCE) for i in range(0, len(normals), _AT_ONCE)]
     done = [
         _strike(
-            storage, model, normals[part], velocities[part], position, tolerance, phases, segments
+            storage,
+            model,
+            around,
+            normals[part],
+            velocities[part],
+            position,
+            tolerance,
+            phases,
+            segments,
         )
         for part in parts
     ]
@@ -344,6 +367,7 @@ def no_phases() -> NDArray[np.void]:
 def _strike(
     storage: Storage,
     model: StrikeModel,
+    around: Surroundings,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
@@ -351,28 +375,9 @@ def _strike(
     phases: int,
     segments: int,
 ) -> Strikes:
-    n = len(normals)
-    strikes = storage.records(Strike, n)
-    speeds = storage.array(velocities)
-    zeros, scratch = storage.zeros, storage.array(np.eye(3))
-    jacobians, delassus, approach, accuracy = (
-        zeros(n, 3, 6, 3),
-        zeros(n, 6, 6),
-        zeros(n, 6),
-        zeros(n),
-    )
-    prepare_strikes.on(storage)(
-        model,
-        storage.array(normals),
-        speeds,
-        tolerance,
-        strikes,
-        jacobians,
-        delassus,
-        approach,
-        accuracy,
-        scratch,
-    )
+    given = storage.array(normals), storage.array(velocities), storage.array(position)
+    prepared = _prepare(storage, model, around, *given, tolerance)
+    strikes, jacobians, delassus, approach, accuracy, scratch = prepared
     results, outcomes, log = solve_stored(
         storage, contact_properties(model), delassus, approach, accuracy, phases
     )
@@ -380,8 +385,7 @@ def _strike(
         motion = storage.records(Segment, segments)
         finish_strikes.on(storage)(
             model,
-            speeds,
-            storage.array(position),
+            *given[1:],
             tolerance,
             strikes,
             jacobians,
@@ -392,8 +396,53 @@ def _strike(
             motion,
             scratch,
         )
-        needed = int(strikes[-1].segments) if segments and n else 0
+        needed = int(strikes[-1].segments) if segments and len(strikes) else 0
         if needed <= segments:
             break
         segments = needed
     return Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])
+
+
+def refusals(
+    model: StrikeModel,
+    around: Surroundings,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
+    storage = prepare_strikes.current().storage
+    given = storage.array(normals), storage.array(velocities), storage.array(position)
+    strikes = _prepare(storage, model, around, *given, 1.0)[0]
+    status: NDArray[np.int64] = as_rows(Strike, strikes)['status']
+    return status
+
+
+def _prepare(
+    storage: Storage,
+    model: StrikeModel,
+    around: Surroundings,
+    normals: Floats,
+    velocities: Floats,
+    position: Vector,
+    tolerance: float,
+) -> tuple[Any, ...]:
+    """Return the last six arguments of `prepare_strikes`, filled."""
+    n, zeros = len(normals), storage.zeros
+    written = (
+        storage.records(Strike, n),
+        zeros(n, 3, 6, 3),
+        zeros(n, 6, 6),
+        zeros(n, 6),
+        zeros(n),
+        storage.array(np.eye(3)),
+    )
+    prepare_strikes.on(storage)(
+        model, stored(storage, around), normals, velocities, position, tolerance, *written
+    )
+    return written
+
+
+def stored(storage: Storage, around: Surroundings) -> Surroundings:
+    """Return surroundings whose balls live in a storage."""
+    return around._replace(balls=storage.array(around.balls))

@@ -104,7 +104,11 @@ class TableRun:
     def balls(self) -> Mapping[str, Trajectory]:
         """Trajectory of every ball."""
         owner = self._segments['ball']
-        return {name: Trajectory(self._segments[owner == i]) for i, name in enumerate(self.names)}
+        order = np.argsort(owner, kind='stable')
+        parts = np.split(
+            self._segments[order], np.searchsorted(owner[order], range(1, len(self.names)))
+        )
+        return dict(zip(self.names, map(Trajectory, parts), strict=True))
 
     def at(self, time: ArrayLike) -> dict[str, BallState]:
         """State of every ball at one time or many [s], as `Trajectory.at` gives it."""

@@ -71,13 +71,13 @@ def simulate(
 
     """
     check_options(tolerance, max_events)
-    return run_one(
-        scene, tuple(states), validated_states(scene, states), tolerance, tolerance, max_events
-    )
+    given = validated_states(scene, states)
+    params = params_on_table(scene)
+    return run_one(params, tuple(states), given, tolerance, tolerance, max_events)
 
 
 def run_one(
-    scene: Scene,
+    params: tuple[BallClothParams, TableParams],
     names: tuple[str, ...],
     states: NDArray[np.float64],
     tolerance: float,
@@ -86,7 +86,6 @@ def run_one(
 ) -> TableRun:
     """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
     begin = perf_counter()
-    params = params_on_table(scene)
     segments = events = _CAPACITY * (2 + len(names))
     while True:
         played = _simulate(*params, states, tolerance, hop_tolerance, max_events, segments, events)
@@ -249,7 +248,8 @@ def simulate_batch(
     """
     check_options(tolerance, max_events)
     names, array = batch_states(states)
-    return run_many(scene, names, array, tolerance, tolerance, max_events, workers)
+    params = params_on_table(scene)
+    return run_many(params, names, array, tolerance, tolerance, max_events, workers)
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
@@ -273,7 +273,7 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
 
 def run_many(
-    scene: Scene,
+    params: tuple[BallClothParams, TableParams],
     names: tuple[str, ...],
     states: NDArray[np.float64],
     tolerance: float,
@@ -282,7 +282,6 @@ def run_many(
     workers: int | None = None,
 ) -> TableBatch:
     """Simulate tables from states (tables, balls, STATE_COLUMNS)."""
-    params = params_on_table(scene)
 
     def simulate_part(part: slice) -> BatchRecording:
         return _simulate(*params, states[part], tolerance, hop_tolerance, max_events, 0, 0)

@@ -15,7 +15,7 @@ from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
-from billiard_shot.shot.clearance import clearance_status
+from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.table.run import POCKET_NAMES
 
 SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
@@ -264,7 +264,7 @@ def test_raised_cues_have_room_for_their_errors():
         lower = found.copy()
         lower[:, ELEVATION] += np.radians(change)
         normals, velocities = vectors_of(lower)
-        room = clearance_status(scene, np.array(scene.cue_ball), normals, velocities) == Status.OK
+        room = refusals_in(scene, normals, velocities) < Status.MISS
         room &= lower[:, ELEVATION] >= 0.0
         assert room.all() if status else room.mean() < 0.3
     assert (found[:, B] == strokes[:, B]).all()

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.shot.clearance import least_elevation
+from billiard_shot.shot.refusals import least_elevation
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

@@ -30,6 +30,7 @@ __all__ = [
     'forced',
     'params_on_table',
     'report',
+    'table_on',
 ]
 
 TABLE_GATES: tuple[Gate[Look], ...] = (
@@ -51,7 +52,9 @@ check_changes(TABLE_GATES, BallClothParams, TableParams)
 
 def params_on_table(scene: Scene) -> tuple[BallClothParams, TableParams]:
     """Collect the parameters of a scene's table, with the effects that it forces on or off."""
-    return (
-        forced(ball_cloth_params(scene), TABLE_GATES, scene.effects),
-        forced(table_params(scene), TABLE_GATES, scene.effects),
-    )
+    return forced(ball_cloth_params(scene), TABLE_GATES, scene.effects), table_on(scene)
+
+
+def table_on(scene: Scene) -> TableParams:
+    """Collect the parameters of a scene's table alone, without the ball's."""
+    return forced(table_params(scene), TABLE_GATES, scene.effects)
