@@ -10,6 +10,7 @@ units of the largest approach speed, response and stiffness: answers cannot depe
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
+import threading
 from typing import Any
 
 import numpy as np
@@ -39,6 +40,8 @@ from billiard_shot.status import Status
 OK = int(Status.OK)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
 TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
+
+Scratch = tuple[list[ContactState], Workspace, list[Progress]]
 
 
 @record
@@ -251,9 +254,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.array(np.eye(3)[np.newaxis]),
         storage.array(-np.eye(1, 3)),
         storage.array([1e-9]),
-        storage.records(ContactState, 1),
-        workspace(storage, 1, TABLEAUS[storage]),
-        storage.records(Progress, 1),
+        *new_scratch(storage, 1),
         storage.records(ContactResult, 1),
         storage.records(PhaseLog, 1),
         storage.records(CollisionOutcome, 1),
@@ -403,6 +404,31 @@ def solve_in_contact_space(
     )
 
 
+def new_scratch(storage: Storage, count: int) -> Scratch:
+    """Make what the solver writes to while it solves a collision of N contacts."""
+    return (
+        storage.records(ContactState, count),
+        workspace(storage, count, TABLEAUS[storage]),
+        storage.records(Progress, 1),
+    )
+
+
+class _Thread(threading.local):
+    """The scratch of this thread: to make it anew would take a tenth of the time of a strike."""
+
+    def __init__(self) -> None:
+        self.kept: dict[tuple[Storage, int], Scratch] = {}
+
+    def scratch(self, storage: Storage, count: int) -> Scratch:
+        """Return scratch for N contacts; its contents are those of the last collision."""
+        if (storage, count) not in self.kept:
+            self.kept[storage, count] = new_scratch(storage, count)
+        return self.kept[storage, count]
+
+
+_thread = _Thread()
+
+
 def solve_stored(
     storage: Storage,
     properties: Properties,
@@ -433,9 +459,7 @@ def solve_stored(
             delassus,
             velocity,
             tolerance,
-            storage.records(ContactState, count),
-            workspace(storage, count, TABLEAUS[storage]),
-            storage.records(Progress, 1),
+            *_thread.scratch(storage, count),
             results,
             log,
             outcomes,
