@@ -222,7 +222,7 @@ def _key() -> str:
     here = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(here.glob('*/**/*.py')) + sorted(here.glob('*.py')):
-        if path.parent.name in ('impact', 'table', 'shot', 'study', here.name):
+        if path.parent.name in ('numerics', 'impact', 'table', 'shot', 'study', here.name):
             digest.update(path.read_bytes())
             # numba looks at the time of the file, and compiles again if it has changed
             digest.update(f'{path} {path.stat().st_mtime_ns}'.encode())

@@ -1,7 +1,6 @@
 """The end of a step: the state moves to it, impulses and the work of friction are booked."""
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -12,6 +11,7 @@ from billiard_shot.impact.state import (
     SLIP_ONSET,
     slips,
 )
+from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.records import Vector
 
 

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.linear import solve_in_place
 from billiard_shot.impact.state import (
     ContactState,
     INACTIVE,
@@ -25,6 +24,7 @@ from billiard_shot.impact.state import (
     Workspace,
 )
 from billiard_shot.impact.taylor import fill_stick_forces, integrate_coefficients
+from billiard_shot.numerics.linear import solve_in_place
 from billiard_shot.records import Floats, OBJECTS, ROWS, Storage, Vector
 
 MAX_ITERATIONS = 25

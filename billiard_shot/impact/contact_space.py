@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from billiard_shot.impact.bodies import Body, Contact, Vector
-
-ROUNDING = 8 * np.finfo(float).eps
+from billiard_shot.numerics import rounding
+from billiard_shot.numerics.frames import contact_axes
 
 
 def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
@@ -27,15 +27,12 @@ def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
     units = [v / np.linalg.norm(v) for v in seen if np.linalg.norm(v) > 0.0]
     _, spread, axes = np.linalg.svd(np.array(units))
     across = axes[2] if len(spread) < 3 or spread[2] < 1e-12 * spread[0] else np.zeros(3)
-    result = np.empty((len(contacts), 3, 3))
+    rows = np.zeros((3 * len(contacts), 3)).tolist()
     for i, contact in enumerate(contacts):
-        normal = np.asarray(contact.normal)
-        second = across - normal * (normal @ across)
-        if np.linalg.norm(second) < 0.5:
-            second = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-        second /= np.linalg.norm(second)
-        result[i] = normal, np.cross(second, normal), second
-    return result
+        normal = np.asarray(contact.normal, float)
+        in_plane = np.cross(across, normal).tolist()
+        contact_axes(normal.tolist(), in_plane, in_plane, rows, 3 * i)
+    return np.array(rows).reshape(-1, 3, 3)
 
 
 def jacobians(bodies: Sequence[Body], contacts: Sequence[Contact], axes: Vector) -> Vector:
@@ -59,7 +56,7 @@ def response(jacobian: Vector, mobility: Vector) -> Vector:
     w: Vector = np.einsum('bik,bkl,bjl->ij', jacobian, mobility, jacobian)
     w = 0.5 * (w + w.T)
     size = np.sqrt(np.diag(w))
-    w[np.abs(w) <= ROUNDING * np.outer(size, size)] = 0.0
+    w[np.abs(w) <= rounding.COUPLING * np.outer(size, size)] = 0.0
     return w
 
 

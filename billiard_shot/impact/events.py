@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.polynomial import evaluate, first_root, NO_ROOT, NOT_ZERO
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -21,6 +20,7 @@ from billiard_shot.impact.state import (
     STICK,
     Workspace,
 )
+from billiard_shot.numerics.polynomial import evaluate, first_root, NO_ROOT, NOT_ZERO
 
 
 class EventKind(IntEnum):

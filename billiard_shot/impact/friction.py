@@ -8,8 +8,6 @@ passage through zero slip needs a decision, and it is made here.
 from math import atan2, cos, sin, sqrt
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.linear import pseudo_inverse
-from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -29,6 +27,8 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
+from billiard_shot.numerics.linear import pseudo_inverse
+from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.records import Floats
 
 MAX_SWEEPS = 300  # of projected Gauss-Seidel

@@ -25,12 +25,12 @@ from billiard_shot.impact.state import (
     SECTION,
     Workspace,
 )
+from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats
 
 MAX_SECTIONS = (HISTORY - 1) // 2  # of a cycle
 MAX_RATIO = 0.9999  # a sequence that decays more slowly is not taken for a series
 SHARE = 0.1  # of the tolerance, which the sum may use up
-ROUNDING = 1e-15  # of numbers that only add up
 
 # A contact's part of the history.
 VELOCITY, SLIP_1, SLIP_2, COMPRESSION, IMPULSE, IMPULSE_1, IMPULSE_2 = range(7)
@@ -136,7 +136,7 @@ def is_geometric(
             for row in (n + VELOCITY + k, n + IMPULSE + k):
                 unit = 1.0 if row < n + IMPULSE else response
                 off = abs((now[row] - before[row]) - ratio * (before[row] - first[row]))
-                if not off * unit <= allowed + ROUNDING * abs(now[row]) * unit:
+                if not off * unit <= allowed + rounding.SUM * abs(now[row]) * unit:
                     return False
         slip_1, slip_2 = now[n + SLIP_1], now[n + SLIP_2]
         limit_1 = limit(slip_1, before[n + SLIP_1], ratio)

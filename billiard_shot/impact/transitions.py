@@ -19,7 +19,6 @@ from billiard_shot.impact.laws import (
     unloading_loss,
     unloading_rate,
 )
-from billiard_shot.impact.polynomial import evaluate
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -36,6 +35,7 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
+from billiard_shot.numerics.polynomial import evaluate
 
 
 @inner

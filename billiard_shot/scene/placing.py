@@ -5,10 +5,10 @@ from itertools import combinations
 import math
 from typing import Any
 
+from billiard_shot.numerics import rounding
 from billiard_shot.scene.mistakes import Mistake
 
 CUE_BALL = 'cue'
-ROUNDING = 1e-9  # m, by which balls may reach into each other and into cushions
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
@@ -16,7 +16,7 @@ def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     least = 2.0 * scene.ball.radius
     for (one, here), (other, there) in combinations(lying(scene).items(), 2):
         overlap = least - math.dist(here, there)
-        if overlap > ROUNDING:
+        if overlap > rounding.PLACE:
             yield Mistake(
                 ('balls', other),
                 (
@@ -55,7 +55,7 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
             return ''
     # a ball touches a nose, which is higher than its middle, nearer than by its radius
     reach = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
-    if max(beyond) <= ROUNDING - reach:
+    if max(beyond) <= rounding.PLACE - reach:
         return ''
     along, across = 0.5 * table.length - reach, 0.5 * table.width - reach
     return (

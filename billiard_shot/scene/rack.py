@@ -14,10 +14,11 @@ import math
 import random
 from typing import Any
 
+from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import choice, number, whole_number
 from billiard_shot.scene.mistakes import Mistake
-from billiard_shot.scene.placing import lying, no_place, ROUNDING
+from billiard_shot.scene.placing import lying, no_place
 
 Place = tuple[float, float]
 
@@ -101,7 +102,7 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
         elif why := no_place(scene.table, x, y, radius):
             yield Mistake(('rack',), f'puts ball {name!r} at ({x:.4g}, {y:.4g}); {why}')
         for other, place in lying(scene).items():
-            if other != name and math.dist(place, (x, y)) < 2.0 * radius - ROUNDING:
+            if other != name and math.dist(place, (x, y)) < 2.0 * radius - rounding.PLACE:
                 yield Mistake(('balls', other), f'overlaps ball {name!r} of the rack')
 
 

@@ -8,13 +8,13 @@ and 2 v / (g (1 - e)) in the air.
 """
 
 from billiard_shot.compiled import inner
+from billiard_shot.numerics import rounding
 from billiard_shot.shot.model import StrikeModel
 
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.
 AMPLIFICATION = 4.0
 FINEST, COARSEST = 1e-13, 1e-4  # of what the impact can be asked for
-ROUNDING = 1e-15
 
 
 @inner
@@ -42,4 +42,4 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
 @inner
 def trajectory_error(accuracy: float, speed: float, duration: float) -> float:
     """Estimate of the error [m] until `duration` [s] with such an impact."""
-    return AMPLIFICATION * (accuracy + ROUNDING) * speed * duration
+    return AMPLIFICATION * (accuracy + rounding.SUM) * speed * duration

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
+from billiard_shot.numerics import rounding
 from billiard_shot.records import Vector
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
@@ -20,7 +21,6 @@ CUE_THROUGH_BALL = int(Status.CUE_THROUGH_BALL)
 CUE_THROUGH_CUSHION = int(Status.CUE_THROUGH_CUSHION)
 
 BUTT = 0.0145  # m: half of the 29 mm that most cues measure at their end
-ROUNDING = 1e-9  # m
 CUE = 'cue'
 NOSES = 4  # at x > 0, x < 0, y > 0 and y < 0, as in NOSE_NAMES
 
@@ -72,10 +72,10 @@ def clearance(s: Surroundings, n: Vector, c: Vector, position: Vector) -> int:
     if s.cue_length == 0.0:
         return OK
     for i in range(len(s.balls)):
-        if depth_in_ball(s, i, n, c, position) > ROUNDING:
+        if depth_in_ball(s, i, n, c, position) > rounding.PLACE:
             return CUE_THROUGH_BALL
     for i in range(NOSES):
-        if depth_in_cushion(s, i, n, c, position) > ROUNDING:
+        if depth_in_cushion(s, i, n, c, position) > rounding.PLACE:
             return CUE_THROUGH_CUSHION
     return OK
 

@@ -13,58 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
+from billiard_shot.numerics import rounding
+from billiard_shot.numerics.frames import contact_axes
+from billiard_shot.numerics.vectors import cross, dot
 from billiard_shot.records import Floats, Vector
 from billiard_shot.shot.model import StrikeModel
-
-ROUNDING = 8 * 2.0**-52  # of a coupling, relative to the mean of what it couples
-
-
-@inner
-def dot(a: Vector, b: Vector) -> float:
-    """Scalar product in space."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inner
-def cross(a: Vector, b: Vector, product: Floats) -> None:
-    """Write the vector product."""
-    product[0] = a[1] * b[2] - a[2] * b[1]
-    product[1] = a[2] * b[0] - a[0] * b[2]
-    product[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@inner
-def perpendicular_unit(v: Vector, n: Vector, unit: Floats) -> bool:
-    """Write the unit vector of the part of v that is normal to n; False if there is none."""
-    for i in range(3):
-        unit[i] = v[i]
-    for _ in range(2):  # of a vector nearly along n, rounding leaves a part that the second takes
-        along = dot(unit, n)
-        for i in range(3):
-            unit[i] -= along * n[i]
-        length = sqrt(dot(unit, unit))
-        if length <= 1e-12:
-            return False
-        for i in range(3):
-            unit[i] /= length
-    return True
-
-
-@inner
-def contact_axes(n: Vector, first: Vector, second: Vector, axes: Floats, at: int) -> None:
-    """
-    Write the axes of a contact as three rows from row `at` on: n and two tangents.
-
-    The first tangent is in the plane of n and `first`, or `second` if that is parallel to n, or
-    else anywhere.
-    """
-    tangent, other = axes[at + 1], axes[at + 2]
-    for i in range(3):
-        axes[at][i] = n[i]
-    if not perpendicular_unit(first, n, tangent) and not perpendicular_unit(second, n, tangent):
-        other[0], other[1], other[2] = 1.0, 0.0, 0.0
-        perpendicular_unit(other, n, tangent)
-    cross(n, tangent, other)
 
 
 @inner
@@ -117,7 +70,7 @@ def delassus_operator(model: StrikeModel, c: Vector, jacobians: Floats, w: Float
         for j in range(i):
             coupling = 0.5 * (w[i][j] + w[j][i])
             apart = not model.table and i >= 3 > j  # nothing closes the contact with the table
-            if apart or abs(coupling) < ROUNDING * sqrt(w[i][i] * w[j][j]):
+            if apart or abs(coupling) < rounding.COUPLING * sqrt(w[i][i] * w[j][j]):
                 coupling = 0.0
             w[i][j] = coupling
             w[j][i] = coupling

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP
-from billiard_shot.shot.strike import MISCUE_SLIP
+from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
 from billiard_shot.table.cluster import body_of, contacts_among, LAW_NAMES, touching_group
 from billiard_shot.table.geometry import layout_of
@@ -122,7 +122,5 @@ def write_group_result(
     strike['losses'][:] = result.dissipated[:2].ravel()
     strike['impulses'][:] = np.einsum('ckl,cl->ck', axes, result.impulses[:2]).ravel()
     strike['phases'], strike['steps'] = len(result.phases), result.evaluations
-    status = result.status
-    if status in (Status.OK, Status.INFINITE_SEQUENCE) and result.slips[TIP] > MISCUE_SLIP * speed:
-        status = Status.MISCUE
-    strike['status'] = status
+    miscue = result.slips[TIP] > MISCUE_SLIP * speed
+    strike['status'] = final_status(int(result.status), miscue, int(Status.OK), exact=True)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import CollisionResult
+from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.shot.frozen import strike_together, touches
 from billiard_shot.shot.model import StrikeModel
@@ -24,7 +25,7 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
     x, y = float(centre[0]), float(centre[1])
     for name, (other_x, other_y) in scene.balls.items():
         overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
-        if name != CUE and overlap > 1e-9:
+        if name != CUE and overlap > rounding.PLACE:
             raise ValueError(
                 f'position: ({x:g}, {y:g}) is not allowed; there it overlaps ball {name!r} by '
                 f'{overlap:.3g} m'

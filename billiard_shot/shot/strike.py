@@ -1,6 +1,6 @@
 """Strokes: whether they can be played, what the impact does, and what follows on endless cloth."""
 
-from math import inf, nan, sqrt
+from math import inf, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from billiard_shot.impact.kernel import (
     solve_stored,
 )
 from billiard_shot.impact.state import PhaseLog
+from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import as_rows, Floats, record, ROWS, Storage, Vector, Vector3
 from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
@@ -21,7 +22,6 @@ from billiard_shot.shot.contacts import (
     approach_velocity,
     contact_jacobians,
     delassus_operator,
-    dot,
     tip_response,
     weighted,
 )
@@ -86,16 +86,6 @@ def refusal(
     if lowest < -LEVEL * height:
         return CUE_THROUGH_CLOTH
     return clearance(around, n, c, position)
-
-
-@inner
-def unit(v: Vector, direction: Floats) -> float:
-    """Write the direction of a vector, and return its length; NaN if it has none above 0."""
-    square = dot(v, v)
-    length = sqrt(square) if 0.0 < square < inf else nan
-    for k in range(3):
-        direction[k] = v[k] / length
-    return length
 
 
 @inner

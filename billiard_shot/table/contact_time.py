@@ -1,71 +1,12 @@
-"""
-When a gap closes: the first root of a polynomial of fourth degree, none of which is missed.
-
-On an interval the polynomial lies between its Bernstein coefficients. If none is below zero, there
-is no root. If their sign changes once, there is exactly one root (variation diminishing property;
-Farin, Curves and Surfaces for CAGD, ch. 5), and Newton's method finds it inside a bracket. If the
-sign changes more often, half of the interval is looked at.
-"""
-
-import math
+"""When a gap between two bodies closes, if it is a polynomial of fourth degree in time."""
 
 from billiard_shot.compiled import inner
+from billiard_shot.numerics.quartic import first_root
 
-NARROW = 1e-7  # of the interval: a gap that closes and opens again in less is not an event
 HORIZON = 1e5  # s: as far as endless motions are looked at
 TOUCH_GAP = 1e-10  # m
 PRESSED_GAP = 5e-10  # m
 MIN_CLOSING_SPEED = 1e-5  # m/s
-
-
-@inner
-def refine(a: float, b: float, c: float, d: float, e: float, low: float, high: float) -> float:
-    """Root of a + b x + ... between low (polynomial positive) and high (not positive)."""
-    x = 0.5 * (low + high)
-    for _ in range(80):
-        value = (((e * x + d) * x + c) * x + b) * x + a
-        slope = ((4.0 * e * x + 3.0 * d) * x + 2.0 * c) * x + b
-        if value == 0.0:
-            return x
-        if value > 0.0:
-            low = x
-        else:
-            high = x
-        step = x - value / slope if slope < 0.0 else math.inf
-        if abs(step - x) <= 2e-16 * x or high - low <= 2e-16 * high:
-            return x
-        x = step if low < step < high else 0.5 * (low + high)
-    return x
-
-
-@inner
-def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
-    """First x of (0, 1] where a + b x + c x^2 + d x^3 + e x^4, a > 0, turns negative, or inf."""
-    low, width = 0.0, 1.0
-    while low < 1.0:
-        q0 = (((e * low + d) * low + c) * low + b) * low + a
-        q1 = (((4.0 * e * low + 3.0 * d) * low + 2.0 * c) * low + b) * width
-        q2 = ((6.0 * e * low + 3.0 * d) * low + c) * width * width
-        q3 = (4.0 * e * low + d) * width * width * width
-        b1 = q0 + 0.25 * q1
-        b2 = q0 + 0.5 * q1 + q2 / 6.0
-        b3 = q0 + 0.75 * q1 + 0.5 * q2 + 0.25 * q3
-        b4 = q0 + q1 + q2 + q3 + e * width * width * width * width
-        if b1 > 0.0 and b2 > 0.0 and b3 > 0.0 and b4 > 0.0:
-            low += width
-            width = min(2.0 * width, 1.0 - low)
-            continue
-        # From positive on, the signs change once if they never return to positive.
-        once = b4 <= 0.0 and (b3 <= 0.0 or (b2 > 0.0 and b1 > 0.0)) and (b2 <= 0.0 or b1 > 0.0)
-        if once:
-            return refine(a, b, c, d, e, low, low + width)
-        if width < NARROW:
-            low += width
-            if b4 <= 0.0:
-                return low
-        else:
-            width *= 0.5
-    return math.inf
 
 
 @inner

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.compiled import entry, inner
+from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector3
 from billiard_shot.status import Status
 from billiard_shot.table.event_handlers import (
@@ -48,7 +49,6 @@ TABLE_OFF = int(Status.OFF_TABLE)
 INVALID_REQUEST = int(Status.INVALID_REQUEST)
 
 CLUSTER_PENDING = -1  # a status of `run_events`
-MAX_INITIAL_OVERLAP = 1e-9  # m: that a given state may have by rounding
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
 
 
@@ -150,7 +150,7 @@ def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
             for k in range(3):
                 apart = ball.position[k] - s.balls[j].position[k]
                 square += apart * apart
-            if math.sqrt(square) < 2.0 * params.radius - MAX_INITIAL_OVERLAP:
+            if math.sqrt(square) < 2.0 * params.radius - rounding.PLACE:
                 return False
     return True
 

@@ -6,6 +6,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.table.trajectory import BallState
 
@@ -73,7 +74,7 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
     if len(names) > 1:
         gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
         np.fill_diagonal(gaps, 0.0)
-        if gaps.min() < -1e-9:
+        if gaps.min() < -rounding.PLACE:
             i, j = divmod(int(gaps.argmin()), len(names))
             raise ValueError(
                 f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '

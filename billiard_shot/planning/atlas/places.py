@@ -11,10 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.numerics import rounding
 from billiard_shot.planning.atlas.request import AtlasRequest, settled
 from billiard_shot.planning.targets import Point
 from billiard_shot.scene import Scene, Table
-from billiard_shot.scene.placing import CUE_BALL, no_place, ROUNDING
+from billiard_shot.scene.placing import CUE_BALL, no_place
 
 DIGITS = 6  # after the point, of places in m: exact enough for a ball, and short in files
 
@@ -86,7 +87,7 @@ def _ball_places(scene: Scene, request: AtlasRequest, ball: str) -> Sequence[Poi
 
 
 def _room(scene: Scene, place: Point, others: list[Point]) -> bool:
-    least = 2.0 * scene.ball.radius - ROUNDING
+    least = 2.0 * scene.ball.radius - rounding.PLACE
     return not no_place(scene.table, *place, scene.ball.radius) and all(
         math.dist(place, other) >= least for other in others
     )

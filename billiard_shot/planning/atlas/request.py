@@ -10,12 +10,13 @@ from itertools import product
 import math
 from typing import Any, ClassVar
 
+from billiard_shot.numerics import rounding
 from billiard_shot.planning.targets import pocket_field, Point
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
 from billiard_shot.scene.mistakes import InputError, Mistake, refused
-from billiard_shot.scene.placing import CUE_BALL, no_place, ROUNDING
+from billiard_shot.scene.placing import CUE_BALL, no_place
 
 NORMAL_BUDGET = 2000  # simulations of each place
 NORMAL_GRID = (24, 12)
@@ -172,7 +173,7 @@ def _wrong_places(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
             yield Mistake(('ball_at',), f'{place} is not allowed; {why}')
         for ball, (other, there) in product(request.ball, scene.balls.items()):
             overlap = 2.0 * scene.ball.radius - math.dist(place, there)
-            if other not in (ball, CUE_BALL) and overlap > ROUNDING:
+            if other not in (ball, CUE_BALL) and overlap > rounding.PLACE:
                 yield Mistake(
                     ('ball_at',),
                     (

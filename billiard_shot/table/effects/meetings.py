@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from billiard_shot.numerics import rounding
 from billiard_shot.table import params
 from billiard_shot.table.effects.effect import Gate, Look, OFF, ON, Seen
 from billiard_shot.table.run import TableEvent
@@ -13,7 +14,6 @@ from billiard_shot.table.trajectory import BallState, EventKind
 
 JAW = 'jaw of'
 TOGETHER = 'the ball is struck together with what it touches'
-ROUNDING = 1e-9  # m
 
 
 class Cushion(Gate[Look]):
@@ -132,7 +132,7 @@ def _in_touch(look: Look) -> bool:
 
 def _reach(look: Look) -> float:
     """How far apart the centres of balls in touch are at most [m]."""
-    return 2.0 * look.scene.ball.radius + look.scene.contacts.ball_ball.gap + ROUNDING
+    return 2.0 * look.scene.ball.radius + look.scene.contacts.ball_ball.gap + rounding.PLACE
 
 
 def _slip(look: Look, event: TableEvent) -> float:

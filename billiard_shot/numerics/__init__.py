@@ -1,0 +1,1 @@
+"""Roots, small linear algebra, contact frames and rounding: numbers without any physics."""

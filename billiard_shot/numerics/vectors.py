@@ -1,0 +1,49 @@
+"""Vectors in space, written out so that they run compiled and interpreted alike."""
+
+from math import inf, nan, sqrt
+
+from billiard_shot.compiled import inner
+from billiard_shot.records import Floats, Vector
+
+PARALLEL = 1e-12  # sine of the angle between two unit vectors below which they have one direction
+
+
+@inner
+def dot(a: Vector, b: Vector) -> float:
+    """Scalar product in space."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inner
+def unit(v: Vector, direction: Floats) -> float:
+    """Write the direction of a vector, and return its length; NaN if it has none above 0."""
+    square = dot(v, v)
+    length = sqrt(square) if 0.0 < square < inf else nan
+    for k in range(3):
+        direction[k] = v[k] / length
+    return length
+
+
+@inner
+def cross(a: Vector, b: Vector, product: Floats) -> None:
+    """Write the vector product."""
+    product[0] = a[1] * b[2] - a[2] * b[1]
+    product[1] = a[2] * b[0] - a[0] * b[2]
+    product[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@inner
+def perpendicular_unit(v: Vector, n: Vector, unit: Floats) -> bool:
+    """Write the unit vector of the part of v that is normal to n; False if there is none."""
+    for i in range(3):
+        unit[i] = v[i]
+    for _ in range(2):  # of a vector nearly along n, rounding leaves a part that the second takes
+        along = dot(unit, n)
+        for i in range(3):
+            unit[i] -= along * n[i]
+        length = sqrt(dot(unit, unit))
+        if length <= PARALLEL:
+            return False
+        for i in range(3):
+            unit[i] /= length
+    return True
