@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.shot.double_hit import first_double_hit
-from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotLook
+from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotContext
 from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
@@ -119,12 +119,12 @@ class Shot:
         """Every effect the library knows: whether it was simulated, and why."""
         if self.status.refused:
             return effects_of_nothing()
-        return effects_of(self.look, lambda scene: self._again(scene).look)
+        return effects_of(self.effect_context, lambda scene: self._again(scene).effect_context)
 
     @property
-    def look(self) -> ShotLook:
-        """What the gates of effects may look at."""
-        return ShotLook(
+    def effect_context(self) -> ShotContext:
+        """What the gates of effects decide by."""
+        return ShotContext(
             self.scene,
             self.velocity,
             self.spin,

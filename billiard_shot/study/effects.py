@@ -12,7 +12,7 @@ from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.differences import distance, steps, turn
-from billiard_shot.table.effects import Gate, OFF, ON
+from billiard_shot.table.effects import EffectGate, OFF, ON
 
 REPEATS = 40  # of each shot, for the time
 AUTO = 'auto'
@@ -82,12 +82,12 @@ def study_effects(
     done = 0
     for stroke in strokes:
         for gate in GATES:
-            shot = predict(_wishing(scene, gate.name, AUTO), stroke, tolerance)
+            shot = predict(_with_effect(scene, gate.name, AUTO), stroke, tolerance)
             if not shot.status.refused:
                 studies[gate.name].append(_compared(shot, gate, repeats))
             done += 1
             report(done)
-    return [EffectStudy(gate.name, gate.needs, tuple(studies[gate.name])) for gate in GATES]
+    return [EffectStudy(gate.name, gate.condition, tuple(studies[gate.name])) for gate in GATES]
 
 
 def comparisons(strokes: Sequence[Stroke]) -> int:
@@ -95,12 +95,12 @@ def comparisons(strokes: Sequence[Stroke]) -> int:
     return len(strokes) * len(GATES)
 
 
-def _compared(shot: Shot, gate: Gate[Any], repeats: int) -> Change:
+def _compared(shot: Shot, gate: EffectGate[Any], repeats: int) -> Change:
     effect = next(effect for effect in shot.effects if effect.name == gate.name)
-    wish = OFF if effect.simulated else ON
-    if wish not in gate.changes:
+    setting = OFF if effect.simulated else ON
+    if setting not in gate.overrides:
         return Change(False, effect.reason, 0.0, 0, 0.0, 0.0)
-    other = predict(_wishing(shot.scene, gate.name, wish), shot.stroke, shot.tolerance)
+    other = predict(_with_effect(shot.scene, gate.name, setting), shot.stroke, shot.tolerance)
     times = [_time_of(shot) - _time_of(other) for _ in range(repeats)]
     sign = 1 if effect.simulated else -1
     return Change(
@@ -117,5 +117,5 @@ def _time_of(shot: Shot) -> float:
     return predict(shot.scene, shot.stroke, shot.tolerance).wall_time
 
 
-def _wishing(scene: Scene, name: str, wish: str) -> Scene:
-    return replace(scene, effects=replace(scene.effects, **{name: wish}))
+def _with_effect(scene: Scene, name: str, setting: str) -> Scene:
+    return replace(scene, effects=replace(scene.effects, **{name: setting}))

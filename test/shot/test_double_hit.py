@@ -70,7 +70,7 @@ def test_it_is_one_of_the_effects():
     off = predict(dataclasses.replace(near.scene, effects=Effects(double_hit='off')), near.stroke)
     assert off.double_hit is None
     assert 'double hit' not in off.message
-    assert (effect(off).simulated, effect(off).wanted) == (False, True)
+    assert (effect(off).simulated, effect(off).called_for) == (False, True)
     assert effect(off).reason.startswith('the scene turns it off; it would be simulated: the cue')
 
 

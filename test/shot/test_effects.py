@@ -27,8 +27,8 @@ MEETINGS = EventKind.BALL, EventKind.CLUSTER
 LEVEL = Stroke.from_offsets(0, 0, 0, 0, 1)
 
 
-def wishing(scene, **wishes):
-    return dataclasses.replace(scene, effects=Effects(**wishes))
+def wishing(scene, **settings):
+    return dataclasses.replace(scene, effects=Effects(**settings))
 
 
 def effect(shot, name):
@@ -117,8 +117,8 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
         assert np.abs(one.position - other.position).max() < tolerance
         row[:] = steps(gated), steps(everything)
         if number % 20 == 0:
-            assert all(effect.simulated == effect.wanted for effect in gated.effects)
-            assert all(effect.simulated or not effect.wanted for effect in everything.effects)
+            assert all(effect.simulated == effect.called_for for effect in gated.effects)
+            assert all(effect.simulated or not effect.called_for for effect in everything.effects)
     assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
     assert (work[:, 0] < work[:, 1]).mean() > 0.5
     assert work[:, 1].sum() > 1.9 * work[:, 0].sum()
@@ -126,13 +126,13 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
 
 @pytest.mark.parametrize('name', NAMES)
 def test_gates_want_the_same_whether_forced_or_not(name):
-    """What a gate says of a shot does not depend on what the scene wishes of its effect."""
+    """What a gate says of a shot does not depend on what the scene settings of its effect."""
     draw = np.random.default_rng(NAMES.index(name))
     for _ in range(60):
         scene, stroke = random_scene(draw), random_stroke(draw)
         free = effect(predict(scene, stroke), name)
         off = predict(wishing(scene, **{name: 'off'}), stroke)
-        assert effect(off, name).wanted == free.wanted == free.simulated
+        assert effect(off, name).called_for == free.called_for == free.simulated
         assert not effect(off, name).simulated
 
 
@@ -140,7 +140,7 @@ def test_gates_want_the_same_whether_forced_or_not(name):
 def test_what_is_forced_off_is_reported(name):
     shot = predict(wishing(POOL, **{name: 'off'}), BUSY)
     report = effect(shot, name)
-    assert (report.simulated, report.wanted) == (False, True)
+    assert (report.simulated, report.called_for) == (False, True)
     assert report.reason.startswith('the scene turns it off; it would be simulated: ')
     assert effect(predict(POOL, BUSY), name).simulated
 
@@ -214,7 +214,7 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     assert effect(shot, 'tip_curvature').reason.startswith('the tip touches the ball 5.7')
     stated = predict(scene, Stroke.from_offsets(0.2, 0, 0, 0, 2))
     assert stated.velocity.tolist() == expected.velocity.tolist()
-    assert not effect(stated, 'tip_curvature').wanted
+    assert not effect(stated, 'tip_curvature').called_for
     off = predict(wishing(scene, tip_curvature='off'), axis)
     assert off.velocity == pytest.approx(
         predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12
@@ -236,16 +236,16 @@ def test_what_is_forced_off_changes_the_numbers_of_one_thing():
     table = [strike[0].surface, table_params(Scene.load('pool_table'))]
     for gates, numbers in ((STRIKE_GATES, strike), (TABLE_GATES, table)):
         for gate in gates:
-            changed = [repr(gate.force(each, 'off')) != repr(each) for each in numbers]
+            changed = [repr(gate.apply(each, 'off')) != repr(each) for each in numbers]
             assert sum(changed) == 1
-            assert all(repr(gate.force(each, 'auto')) == repr(each) for each in numbers)
+            assert all(repr(gate.apply(each, 'auto')) == repr(each) for each in numbers)
 
 
 def test_nothing_was_simulated_in_a_refused_stroke():
     effects = predict(POOL, Stroke.from_offsets(0.9, 0.9, 0, 0, 1)).effects
     assert [effect.name for effect in effects] == NAMES
     assert {effect.reason for effect in effects} == {'the stroke was not played'}
-    assert not any(effect.simulated or effect.wanted for effect in effects)
+    assert not any(effect.simulated or effect.called_for for effect in effects)
 
 
 @pytest.mark.parametrize('name', scene_names())
@@ -260,5 +260,5 @@ def test_a_ball_that_is_struck_together_with_another_one():
         assert found[name].simulated
         assert found[name].reason.startswith('the ball is struck together with what it touches')
     off = {each.name: each for each in predict(wishing(scene, cluster='off'), LEVEL).effects}
-    assert (off['cluster'].simulated, off['cluster'].wanted) == (False, True)
+    assert (off['cluster'].simulated, off['cluster'].called_for) == (False, True)
     assert off['ball_ball'].reason.startswith('balls meet another ball 1 time')

@@ -8,8 +8,8 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.effects import check_changes, TABLE_GATES
-from billiard_shot.table.effects.effect import AUTO, Look, report
+from billiard_shot.table.effects import check_overrides, TABLE_GATES
+from billiard_shot.table.effects.effect import AUTO, EffectContext, report
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.trajectory import EventKind
@@ -17,8 +17,8 @@ from billiard_shot.table.trajectory import EventKind
 CUT = {'cue': rolling(-0.5, 0.0, 2.0, 0.0), '1': state(0.1, R, (0, 0, 0))}
 
 
-def wishing(scene, **wishes):
-    return dataclasses.replace(scene, effects=Effects(**wishes))
+def wishing(scene, **settings):
+    return dataclasses.replace(scene, effects=Effects(**settings))
 
 
 def looks(scene, states, cue='cue'):
@@ -26,7 +26,9 @@ def looks(scene, states, cue='cue'):
 
     def look(scene):
         run = simulate(scene, states)
-        return Look(scene, states[cue].velocity, states[cue].spin, run.balls[cue], run, False)
+        return EffectContext(
+            scene, states[cue].velocity, states[cue].spin, run.balls[cue], run, False
+        )
 
     return look(scene), look
 
@@ -44,7 +46,7 @@ def test_without_cushions_the_cloth_is_endless():
     }
     assert abs(run.rest['1'][0]) > POOL.table.length / 2
     found = effects(wishing(POOL, cushion='off'), CUT)
-    assert found['cushion'].wanted
+    assert found['cushion'].called_for
     assert 'the scene turns it off; it would be simulated: balls meet a cushion' in (
         found['cushion'].reason
     )
@@ -65,7 +67,7 @@ def test_without_ball_ball_they_go_through_each_other():
     assert run.rest['cue'].tolist() == alone.rest['cue'].tolist()
     assert run.rest['1'].tolist() == CUT['1'].position.tolist()
     found = effects(wishing(POOL, ball_ball='off'), CUT)['ball_ball']
-    assert (found.simulated, found.wanted) == (False, True)
+    assert (found.simulated, found.called_for) == (False, True)
 
 
 def test_without_throw_balls_are_smooth():
@@ -99,7 +101,7 @@ def test_without_clusters_balls_meet_two_by_two():
     pairs = after(runs[1], '3', EventKind.BALL).velocity
     assert pairs[0] > 1.02 * after(runs[0], '3', EventKind.CLUSTER).velocity[0]
     found = effects(wishing(scene, cluster='off'), line)['cluster']
-    assert (found.simulated, found.wanted) == (False, True)
+    assert (found.simulated, found.called_for) == (False, True)
     assert found.reason.endswith('impacts of more than two bodies: 1, of up to 4 balls')
 
 
@@ -179,8 +181,8 @@ def test_hops_left_out_move_the_cue_ball_less_than_the_tolerance():
 
 
 def test_batches_are_forced_alike():
-    for wish in ('ball_ball', 'pocket', 'throw', 'cushion'):
-        scene = wishing(POOL, **{wish: 'off'})
+    for setting in ('ball_ball', 'pocket', 'throw', 'cushion'):
+        scene = wishing(POOL, **{setting: 'off'})
         run, batch = simulate(scene, CUT), simulate_batch(scene, [CUT, CUT])
         assert batch.rest[1].tolist() == [run.rest['cue'].tolist(), run.rest['1'].tolist()]
         assert batch.searches.tolist() == [run.searches] * 2
@@ -193,6 +195,6 @@ def test_every_effect_can_be_left_to_its_gate():
 
 def test_effects_change_only_numbers_that_there_are():
     """Until they were checked, an effect with a misspelt name did nothing, without a word."""
-    check_changes(TABLE_GATES, BallClothParams, TableParams)
+    check_overrides(TABLE_GATES, BallClothParams, TableParams)
     with pytest.raises(TypeError, match='effect flight: off changes flight_gate, which is not'):
-        check_changes(TABLE_GATES, TableParams)
+        check_overrides(TABLE_GATES, TableParams)

@@ -3,37 +3,37 @@
 from billiard_shot.scene import Scene
 from billiard_shot.table.effects.air import Bounce, Flight
 from billiard_shot.table.effects.cloth import Roll, Slide, SpinDecay
+from billiard_shot.table.effects.collisions import BallBall, Cluster, Cushion, Pocket, Throw
 from billiard_shot.table.effects.effect import (
-    check_changes,
+    apply_overrides,
+    check_overrides,
     Effect,
-    forced,
-    Gate,
-    Look,
+    EffectContext,
+    EffectGate,
+    GateDecision,
     OFF,
     ON,
     report,
-    Seen,
 )
-from billiard_shot.table.effects.meetings import BallBall, Cluster, Cushion, Pocket, Throw
 from billiard_shot.table.model import ball_cloth_params, table_params
 from billiard_shot.table.params import BallClothParams, TableParams
 
 __all__ = [
     'Effect',
-    'Gate',
-    'Look',
+    'EffectGate',
+    'EffectContext',
     'OFF',
     'ON',
-    'Seen',
+    'GateDecision',
     'TABLE_GATES',
-    'check_changes',
-    'forced',
+    'check_overrides',
+    'apply_overrides',
     'params_on_table',
     'report',
     'table_on',
 ]
 
-TABLE_GATES: tuple[Gate[Look], ...] = (
+TABLE_GATES: tuple[EffectGate[EffectContext], ...] = (
     Flight(),
     Bounce(),
     Slide(),
@@ -47,14 +47,14 @@ TABLE_GATES: tuple[Gate[Look], ...] = (
 )
 
 
-check_changes(TABLE_GATES, BallClothParams, TableParams)
+check_overrides(TABLE_GATES, BallClothParams, TableParams)
 
 
 def params_on_table(scene: Scene) -> tuple[BallClothParams, TableParams]:
     """Collect the parameters of a scene's table, with the effects that it forces on or off."""
-    return forced(ball_cloth_params(scene), TABLE_GATES, scene.effects), table_on(scene)
+    return apply_overrides(ball_cloth_params(scene), TABLE_GATES, scene.effects), table_on(scene)
 
 
 def table_on(scene: Scene) -> TableParams:
     """Collect the parameters of a scene's table alone, without the ball's."""
-    return forced(table_params(scene), TABLE_GATES, scene.effects)
+    return apply_overrides(table_params(scene), TABLE_GATES, scene.effects)

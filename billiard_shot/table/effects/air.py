@@ -3,56 +3,60 @@
 from typing import ClassVar
 
 from billiard_shot.table import params
-from billiard_shot.table.effects.effect import Gate, Look, OFF, ON, Seen
+from billiard_shot.table.effects.effect import EffectContext, EffectGate, GateDecision, OFF, ON
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind, Trajectory
 
 
-class Flight(Gate[Look]):
+class Flight(EffectGate[EffectContext]):
     """Without, the ball is put back on the cloth with its horizontal motion kept."""
 
     name = 'flight'
-    needs = 'a ball leaves the cloth, by more than the tolerance'
-    changes: ClassVar = {OFF: {'flight_gate': params.OFF}, ON: {'flight_gate': params.ON}}
+    condition = 'a ball leaves the cloth, by more than the tolerance'
+    overrides: ClassVar = {OFF: {'flight_gate': params.OFF}, ON: {'flight_gate': params.ON}}
 
-    def seen(self, look: Look) -> Seen:
-        """Look for a ball that rises, and not too little."""
-        up = float(look.velocity[2])
-        rise = f'the ball rises by {_rise(look, up)}'
-        if up > 0.0 and _flies(look.trajectory, first=True):
-            return Seen(True, rise)
-        fliers = [name for name, ball in look.trajectories.items() if _flies(ball)]
+    def evaluate(self, context: EffectContext) -> GateDecision:
+        """EffectContext for a ball that rises, and not too little."""
+        up = float(context.velocity[2])
+        rise = f'the ball rises by {_rise(context, up)}'
+        if up > 0.0 and _flies(context.trajectory, first=True):
+            return GateDecision(True, rise)
+        fliers = [name for name, ball in context.trajectories.items() if _flies(ball)]
         if fliers:
-            return Seen(True, f'in an impact, a ball leaves the cloth: {", ".join(fliers)}')
+            return GateDecision(
+                True, f'in an impact, a ball leaves the cloth: {", ".join(fliers)}'
+            )
         if up > 0.0:
-            return Seen(False, f'too small to resolve within the tolerance: {rise}')
-        return Seen(False, 'the ball does not leave the cloth')
+            return GateDecision(False, f'too small to resolve within the tolerance: {rise}')
+        return GateDecision(False, 'the ball does not leave the cloth')
 
 
-class Bounce(Gate[Look]):
+class Bounce(EffectGate[EffectContext]):
     """Without, a ball stays down where it first lands."""
 
     name = 'bounce'
-    needs = 'a ball that has flown leaves the cloth again, by more than the tolerance'
-    changes: ClassVar = {
+    condition = 'a ball that has flown leaves the cloth again, by more than the tolerance'
+    overrides: ClassVar = {
         OFF: {'cloth_restitution': 0.0},
         ON: {'bounce_gate': params.ON},
     }
 
-    def seen(self, look: Look) -> Seen:
+    def evaluate(self, context: EffectContext) -> GateDecision:
         """Bounces that are not done at once."""
         bounces = sum(
             event.kind == EventKind.BOUNCE
-            for ball in look.trajectories.values()
+            for ball in context.trajectories.values()
             for event in ball.events
         )
         if bounces:
-            return Seen(True, f'bounces until those that follow are too small: {bounces}')
-        if not any(map(_flies, look.trajectories.values())):
-            return Seen(False, 'there is no flight')
-        again = look.scene.contacts.ball_table.restitution * max(float(look.velocity[2]), 0.0)
-        rise = f'the ball rises by {_rise(look, again)} after it first lands'
-        return Seen(False, f'too small to resolve within the tolerance: {rise}')
+            return GateDecision(True, f'bounces until those that follow are too small: {bounces}')
+        if not any(map(_flies, context.trajectories.values())):
+            return GateDecision(False, 'there is no flight')
+        again = context.scene.contacts.ball_table.restitution * max(
+            float(context.velocity[2]), 0.0
+        )
+        rise = f'the ball rises by {_rise(context, again)} after it first lands'
+        return GateDecision(False, f'too small to resolve within the tolerance: {rise}')
 
 
 def _flies(ball: Trajectory, first: bool = False) -> bool:
@@ -62,5 +66,5 @@ def _flies(ball: Trajectory, first: bool = False) -> bool:
     return bool(flights.any())
 
 
-def _rise(look: Look, up: float) -> str:
-    return f'{1e3 * 0.5 * up * up / look.scene.cloth.gravity:.3g} mm'
+def _rise(context: EffectContext, up: float) -> str:
+    return f'{1e3 * 0.5 * up * up / context.scene.cloth.gravity:.3g} mm'

@@ -6,55 +6,55 @@ from typing import ClassVar
 
 import numpy as np
 
-from billiard_shot.table.effects.effect import Gate, Look, OFF, Seen
+from billiard_shot.table.effects.effect import EffectContext, EffectGate, GateDecision, OFF
 from billiard_shot.table.motion import Motion
 
 
-class Slide(Gate[Look]):
+class Slide(EffectGate[EffectContext]):
     """Without, a ball rolls at once, as it would at the end of its slide."""
 
     name = 'slide'
-    needs = 'a ball slips on the cloth'
-    changes: ClassVar = {OFF: {'sliding_friction': math.inf}}
+    condition = 'a ball slips on the cloth'
+    overrides: ClassVar = {OFF: {'sliding_friction': math.inf}}
 
-    def seen(self, look: Look) -> Seen:
-        """Look for a ball that slips."""
-        return _seen(look, look.that_do(Motion.SLIDE), 'slip on the cloth')
+    def evaluate(self, context: EffectContext) -> GateDecision:
+        """EffectContext for a ball that slips."""
+        return _seen(context, context.that_do(Motion.SLIDE), 'slip on the cloth')
 
 
-class Roll(Gate[Look]):
+class Roll(EffectGate[EffectContext]):
     """Without, a rolling ball meets no resistance, and never rests."""
 
     name = 'roll'
-    needs = 'a ball comes to roll'
-    changes: ClassVar = {OFF: {'rolling_resistance': 0.0}}
+    condition = 'a ball comes to roll'
+    overrides: ClassVar = {OFF: {'rolling_resistance': 0.0}}
 
-    def seen(self, look: Look) -> Seen:
-        """Look for a ball that rolls."""
-        return _seen(look, look.that_do(Motion.ROLL), 'come to roll')
+    def evaluate(self, context: EffectContext) -> GateDecision:
+        """EffectContext for a ball that rolls."""
+        return _seen(context, context.that_do(Motion.ROLL), 'come to roll')
 
 
-class SpinDecay(Gate[Look]):
+class SpinDecay(EffectGate[EffectContext]):
     """Without, spin about the vertical stays, and a ball that has any never rests."""
 
     name = 'spin_decay'
-    needs = 'a ball spins about the vertical'
-    changes: ClassVar = {OFF: {'spin_deceleration': 0.0}}
+    condition = 'a ball spins about the vertical'
+    overrides: ClassVar = {OFF: {'spin_deceleration': 0.0}}
 
-    def seen(self, look: Look) -> Seen:
-        """Look for a ball that spins about the vertical, on a cloth that slows it."""
+    def evaluate(self, context: EffectContext) -> GateDecision:
+        """EffectContext for a ball that spins about the vertical, on a cloth that slows it."""
         turning = [
-            name for name, ball in look.trajectories.items() if np.any(ball.rows['spin'][:, 2])
+            name for name, ball in context.trajectories.items() if np.any(ball.rows['spin'][:, 2])
         ]
-        if turning and look.scene.cloth.spin_deceleration == 0.0:
-            return Seen(False, 'the cloth does not slow spin about the vertical')
-        return _seen(look, turning, 'spin about the vertical')
+        if turning and context.scene.cloth.spin_deceleration == 0.0:
+            return GateDecision(False, 'the cloth does not slow spin about the vertical')
+        return _seen(context, turning, 'spin about the vertical')
 
 
-def _seen(look: Look, names: Sequence[str], what: str) -> Seen:
+def _seen(context: EffectContext, names: Sequence[str], what: str) -> GateDecision:
     """Say which balls do something, or that none does."""
     return (
-        Seen(True, f'balls that {what}: {", ".join(names)}')
+        GateDecision(True, f'balls that {what}: {", ".join(names)}')
         if names
-        else Seen(False, f'no ball that would {what}')
+        else GateDecision(False, f'no ball that would {what}')
     )

@@ -1,9 +1,9 @@
 """
 What an effect is: something of the physics that is simulated where it is called for.
 
-Gates are where the simulation is, in compiled code, which leaves out what is not called for. Here
-is, for each effect, what the gate decided and why; and what a scene's wish changes in the numbers
-that the compiled code gets, so that an effect that is forced off costs it nothing either.
+The compiled code simulates an effect only if the motion calls for it. A gate says afterwards, for
+one effect, whether it was simulated and why. A scene may force an effect on or off: the gate then
+overrides numbers that the compiled code gets, so an effect that is off costs nothing.
 """
 
 from abc import ABC, abstractmethod
@@ -21,7 +21,7 @@ from billiard_shot.table.trajectory import EventKind, Trajectory
 
 AUTO, OFF, ON = 'auto', 'off', 'on'
 N = TypeVar('N')
-L = TypeVar('L', bound='Look', contravariant=True)
+L = TypeVar('L', bound='EffectContext', contravariant=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +31,17 @@ class Effect:
     name: str
     simulated: bool
     reason: str
-    wanted: bool  # whether scene, stroke and motion call for it; the scene may force it off
+    called_for: bool  # whether scene, stroke and motion call for it; the scene may force it off
+
+    @property
+    def wanted(self) -> bool:
+        """Former name of `called_for`."""
+        return self.called_for
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
-    """What a gate may look at: scene and motion. Other rooms add to it."""
+class EffectContext:
+    """What a gate decides by: scene and motion. The layer `shot` adds the stroke."""
 
     scene: Scene
     velocity: NDArray[np.float64]  # of the ball that is struck, at first (3,) [m/s]
@@ -65,76 +70,76 @@ class Look:
         ]
 
 
-class Seen(NamedTuple):
+class GateDecision(NamedTuple):
     """Whether an effect was simulated, and why or why not."""
 
     simulated: bool
     reason: str
 
 
-class Gate(ABC, Generic[L]):
-    """One effect. The methods look at nothing but their arguments."""
+class EffectGate(ABC, Generic[L]):
+    """One effect. The methods depend on nothing but their arguments."""
 
     name: ClassVar[str]
-    needs: ClassVar[str]  # what it takes to be simulated, in a few words
-    # What a wish changes in the numbers, by their names; `on` is missing where there is nothing
+    condition: ClassVar[str]  # what it takes to be simulated, in a few words
+    # What a setting changes in the numbers, by their names; `on` is missing where there is nothing
     # to decide: the effect is a part of the equations, and vanishes by itself.
-    changes: ClassVar[Mapping[str, Mapping[str, Any]]]
+    overrides: ClassVar[Mapping[str, Mapping[str, Any]]]
 
-    def force(self, numbers: N, wish: str) -> N:
-        """Return numbers (a named tuple) as a wish changes them; other tuples have the rest."""
-        changes = self.changes.get(wish, {})
+    def apply(self, numbers: N, setting: str) -> N:
+        """Return numbers (a named tuple) as a setting changes them; other tuples have the rest."""
+        changes = self.overrides.get(setting, {})
         mine = {name: value for name, value in changes.items() if hasattr(numbers, name)}
         return numbers._replace(**mine) if mine else numbers  # type: ignore[attr-defined]
 
     @abstractmethod
-    def seen(self, look: L) -> Seen:
+    def evaluate(self, context: L) -> GateDecision:
         """Say whether it was simulated in a shot, and what of scene, stroke or motion decided."""
 
 
-def check_changes(gates: Iterable[Gate[Any]], *kinds: type[tuple[Any, ...]]) -> None:
+def check_overrides(gates: Iterable[EffectGate[Any]], *kinds: type[tuple[Any, ...]]) -> None:
     """Raise TypeError if a gate changes a number that no kind of named tuple has."""
     names = {name for kind in kinds for name in kind._fields}  # type: ignore[attr-defined]
     for gate in gates:
-        for wish, changes in gate.changes.items():
+        for setting, changes in gate.overrides.items():
             unknown = sorted(set(changes) - names)
             if unknown:
                 raise TypeError(
-                    f'effect {gate.name}: {wish} changes {", ".join(unknown)}, which is not a '
+                    f'effect {gate.name}: {setting} changes {", ".join(unknown)}, which is not a '
                     f'number of {", ".join(kind.__name__ for kind in kinds)}'
                 )
 
 
-def forced(numbers: N, gates: Iterable[Gate[Any]], effects: Effects) -> N:
-    """Numbers (a named tuple) for the compiled code, as a scene's wishes change them."""
+def apply_overrides(numbers: N, gates: Iterable[EffectGate[Any]], effects: Effects) -> N:
+    """Numbers (a named tuple) for the compiled code, as a scene's settings change them."""
     for gate in gates:
-        wish = getattr(effects, gate.name)
-        if wish != AUTO:
-            numbers = gate.force(numbers, wish)
+        setting = getattr(effects, gate.name)
+        if setting != AUTO:
+            numbers = gate.apply(numbers, setting)
     return numbers
 
 
-def report(gate: Gate[L], look: L, again: Callable[[Scene], L]) -> Effect:
+def report(gate: EffectGate[L], context: L, again: Callable[[Scene], L]) -> Effect:
     """
     Say what became of an effect in a shot.
 
     Parameters
     ----------
-    gate : Gate
-    look : Look
-        At the shot.
+    gate : EffectGate
+    context : EffectContext
+        Of the shot.
     again : callable
         Predicts the same in another scene: in this one, but with the effect left to its gate
         where the scene forces it on or off.
 
     """
-    simulated, reason = gate.seen(look)
-    wish = getattr(look.scene.effects, gate.name)
-    if wish == AUTO or (wish == ON and ON not in gate.changes):
+    simulated, reason = gate.evaluate(context)
+    setting = getattr(context.scene.effects, gate.name)
+    if setting == AUTO or (setting == ON and ON not in gate.overrides):
         return Effect(gate.name, simulated, reason, simulated)
-    effects = replace(look.scene.effects, **{gate.name: AUTO})
-    wanted, reason = gate.seen(again(replace(look.scene, effects=effects)))
-    if wish == ON:
-        return Effect(gate.name, simulated, f'the scene turns it on; {reason}', wanted)
-    word = 'it would be simulated' if wanted else 'nothing calls for it either'
-    return Effect(gate.name, False, f'the scene turns it off; {word}: {reason}', wanted)
+    effects = replace(context.scene.effects, **{gate.name: AUTO})
+    called_for, reason = gate.evaluate(again(replace(context.scene, effects=effects)))
+    if setting == ON:
+        return Effect(gate.name, simulated, f'the scene turns it on; {reason}', called_for)
+    word = 'it would be simulated' if called_for else 'nothing calls for it either'
+    return Effect(gate.name, False, f'the scene turns it off; {word}: {reason}', called_for)

@@ -1,4 +1,4 @@
-"""What the gates of a strike may look at."""
+"""What the gates of a strike decide by."""
 
 from dataclasses import dataclass
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.effects import Look
+from billiard_shot.table.effects import EffectContext
 
 
 @dataclass(frozen=True, slots=True)
-class ShotLook(Look):
+class ShotContext(EffectContext):
     """Scene, stroke and the motion that came of them."""
 
     stroke: Stroke
