@@ -34,3 +34,21 @@ class Status(IntEnum):
     def refused(self) -> bool:
         """Whether nothing was computed, because the request could not be met."""
         return self >= 100
+
+
+# Compiled code knows numbers, and no enumerations.
+OK = int(Status.OK)
+MISCUE = int(Status.MISCUE)
+INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
+NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
+NEVER_RESTS = int(Status.NEVER_RESTS)
+TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
+BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
+OFF_TABLE = int(Status.OFF_TABLE)
+MISS = int(Status.MISS)
+NEGATIVE_ELEVATION = int(Status.NEGATIVE_ELEVATION)
+CUE_THROUGH_CLOTH = int(Status.CUE_THROUGH_CLOTH)
+INVALID_STROKE = int(Status.INVALID_STROKE)
+INVALID_REQUEST = int(Status.INVALID_REQUEST)
+CUE_THROUGH_BALL = int(Status.CUE_THROUGH_BALL)
+CUE_THROUGH_CUSHION = int(Status.CUE_THROUGH_CUSHION)

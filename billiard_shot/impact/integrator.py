@@ -58,16 +58,11 @@ from billiard_shot.impact.state import (
 )
 from billiard_shot.impact.taylor import explicit_step
 from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
-from billiard_shot.status import Status
+from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
 ENERGY_FLOOR = 10  # why a phase ended, beside the kinds of events: the motion has died down
 CREEPS = 0.1  # a slip is stiff if friction can change so large a part of it within a step
 SECTION_EVENTS = 100  # after so many without the end of a section, another contact ends them
-
-OK = int(Status.OK)
-INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
-NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
-BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
 @inner

@@ -35,11 +35,7 @@ from billiard_shot.impact.state import (
     workspace,
 )
 from billiard_shot.records import as_rows, Floats, record, Storage, Vector
-from billiard_shot.status import Status
-
-OK = int(Status.OK)
-INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
-TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
+from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
 Scratch = tuple[list[ContactState], Workspace, list[Progress]]
 

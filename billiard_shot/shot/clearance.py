@@ -14,11 +14,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Vector
 from billiard_shot.scene import Scene
-from billiard_shot.status import Status
-
-OK = int(Status.OK)
-CUE_THROUGH_BALL = int(Status.CUE_THROUGH_BALL)
-CUE_THROUGH_CUSHION = int(Status.CUE_THROUGH_CUSHION)
+from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CUSHION, OK
 
 BUTT = 0.0145  # m: half of the 29 mm that most cues measure at their end
 CUE = 'cue'

@@ -26,19 +26,19 @@ from billiard_shot.shot.contacts import (
     weighted,
 )
 from billiard_shot.shot.model import contact_properties, StrikeModel
-from billiard_shot.status import Status
+from billiard_shot.status import (
+    CUE_THROUGH_CLOTH,
+    INFINITE_SEQUENCE,
+    INVALID_STROKE,
+    MISCUE,
+    MISS,
+    NEGATIVE_ELEVATION,
+    OK,
+    TOLERANCE_NOT_REACHED,
+)
 from billiard_shot.table.motion import append_segment, Ball, Segment, start_ball
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.roll_out import roll_out
-
-OK = int(Status.OK)
-MISCUE = int(Status.MISCUE)
-INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
-TOLERANCE_NOT_REACHED = int(Status.TOLERANCE_NOT_REACHED)
-MISS = int(Status.MISS)
-NEGATIVE_ELEVATION = int(Status.NEGATIVE_ELEVATION)
-CUE_THROUGH_CLOTH = int(Status.CUE_THROUGH_CLOTH)
-INVALID_STROKE = int(Status.INVALID_STROKE)
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.impact import friction
 from billiard_shot.impact.laws import LAWS, POISSON
-from billiard_shot.status import Status
+from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, OK, Status
 
 
 def compiled(function: Any) -> Any:
@@ -36,10 +36,6 @@ CURVE_ROWS = 2_000
 STEEPEST = 10.0  # a secondary impulse grows by at most so many steps at once
 INACTIVE, COMPRESSING, RESTORING = 0, 1, 2
 STATES = ('', 'S3', 'S2', 'S1')  # by the active contacts: 1 for the first plus 2 for the second
-
-OK = int(Status.OK)
-NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
-BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,8 @@ import numpy as np
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector3
-from billiard_shot.status import Status
+from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
+from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.event_handlers import (
     handle_boundary,
     handle_collision,
@@ -42,11 +43,6 @@ from billiard_shot.table.simulation_state import (
     Progress,
     Simulation,
 )
-
-OK = int(Status.OK)
-BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
-TABLE_OFF = int(Status.OFF_TABLE)
-INVALID_REQUEST = int(Status.INVALID_REQUEST)
 
 CLUSTER_PENDING = -1  # a status of `run_events`
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth

@@ -3,14 +3,10 @@
 import math
 
 from billiard_shot.compiled import inner
-from billiard_shot.status import Status
+from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OK
 from billiard_shot.table.motion import append_segment, Ball, FLIGHT, REST, Segment
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.segments import end_segment, start_segment
-
-OK = int(Status.OK)
-NEVER_RESTS = int(Status.NEVER_RESTS)
-BUDGET_EXCEEDED = int(Status.BUDGET_EXCEEDED)
 
 
 @inner
