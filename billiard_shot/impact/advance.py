@@ -58,7 +58,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             c.slip_2[0] = evaluate(c.slip_2, order, x)
         if c.friction_mode == SLIP_ONSET:
             c.friction_mode = SLIP if m.planar else CREEP
-        if c.normal_mode != INACTIVE:
-            c.compression[0] = max(evaluate(c.compression, order, x), 0.0)
-        elif abs(c.velocity[0]) <= m.options.rounding:
+        y = evaluate(c.compression, order, x)
+        c.compression[0] = max(y, 0.0) if c.normal_mode != INACTIVE else min(y, 0.0)
+        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= m.options.rounding:
             c.velocity[0] = 0.0

@@ -189,7 +189,10 @@ class Contact:
     friction : float
         Coulomb coefficient, 0 or above.
     stiffness : float
-        Of the contact's virtual spring, above 0; only the contacts' ratios matter.
+        Of the contact's virtual spring [N/m^exponent], above 0. Without gaps only the contacts'
+        ratios matter for velocities and impulses.
+    gap : float
+        Distance of the bodies [m], 0 or above; see `reactivation` of `collide`.
 
     Raises
     ------
@@ -205,6 +208,7 @@ class Contact:
     restitution: float = 1.0
     friction: float = 0.0
     stiffness: float = 1.0
+    gap: float = 0.0
 
     def __post_init__(self) -> None:
         """Check everything but that the bodies exist."""
@@ -213,6 +217,7 @@ class Contact:
         number('restitution', self.restitution, 0.0, 1.0)
         number('friction', self.friction, 0.0)
         number('stiffness', self.stiffness, 0.0, open_low=True)
+        number('gap', self.gap, 0.0)
         if self.a == self.b:
             raise ValueError(f'a and b must be different bodies, got {self.a} twice')
 

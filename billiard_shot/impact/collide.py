@@ -15,6 +15,8 @@ from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
 
+REACTIVATIONS = 'instant', 'distance'
+
 
 class Ending(IntEnum):
     """Why a phase ended."""
@@ -70,6 +72,11 @@ class CollisionResult:
         Kinetic energy lost at each contact to restitution and to friction [J].
     slips : (N,) float array
         Slip [m/s] with which each contact last ended.
+    lengths : (N,) float array
+        Of the contacts [m]: below zero, minus the distance at which a contact ended; zero without
+        distances.
+    duration : float
+        Until no contact is active [s], if stiffnesses are in N/m^exponent.
     phases : tuple of Phase
         The states that the collision passed through.
     evaluations : int
@@ -83,6 +90,8 @@ class CollisionResult:
     impulses: Vector
     dissipated: Vector
     slips: Vector
+    lengths: Vector
+    duration: float
     phases: tuple[Phase, ...]
     evaluations: int
 
@@ -112,6 +121,7 @@ def collide(
     law: str = 'bistiffness',
     exponent: float = 1.0,
     tolerance: float = 1e-10,
+    reactivation: str = 'instant',
 ) -> CollisionResult:
     """
     Let rigid bodies that touch collide at all their contacts at once.
@@ -130,6 +140,11 @@ def collide(
         not below 1.
     tolerance : float
         Error of the velocities relative to the largest approach speed, 1e-13 to 1e-2.
+    reactivation : {'instant', 'distance'}
+        When a contact that is not active joins. `instant`: as soon as its bodies approach, as in
+        the paper. `distance`: when the bodies have come as close as they were when it last ended;
+        at first, by its `gap`. The collision ends as soon as no contact is active, even if bodies
+        at a distance still approach.
 
     Returns
     -------
@@ -138,7 +153,8 @@ def collide(
     Raises
     ------
     ValueError
-        For a law, exponent, tolerance or body index that does not exist, naming it and its range.
+        For a law, exponent, tolerance, reactivation or body index that does not exist, naming it
+        and its range; for a gap with reactivation `instant`, which knows none.
 
     References
     ----------
@@ -150,13 +166,22 @@ def collide(
         raise ValueError(f'law must be one of {", ".join(LAWS)}, got {law!r}')
     exponent = number('exponent', exponent, 1.0)
     tolerance = number('tolerance', tolerance, 1e-13, 1e-2)
+    if reactivation not in REACTIVATIONS:
+        raise ValueError(
+            f'reactivation must be one of {", ".join(REACTIVATIONS)}, got {reactivation!r}'
+        )
+    gap = np.array([c.gap for c in contacts], float)
+    if reactivation == 'instant' and gap.any():
+        raise ValueError(f'gap must be 0 with reactivation instant, got {gap.max():g}')
     check_indices(bodies, contacts)
     count = len(contacts)
     velocities = np.array([body.velocity for body in bodies], float).reshape(-1, 3)
     spins = np.array([body.spin for body in bodies], float).reshape(-1, 3)
     if count == 0:
         none = np.zeros((0, 3))
-        return CollisionResult(Status.OK, velocities, spins, none, none[:, :2], none[:, 0], (), 0)
+        return CollisionResult(
+            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
+        )
     axes = frames(bodies, contacts)
     jacobian, mobility = jacobians(bodies, contacts, axes), mobilities(bodies)
     approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
@@ -165,6 +190,7 @@ def collide(
         np.array([c.friction for c in contacts], float),
         np.array([c.restitution for c in contacts], float),
         np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
+        None if reactivation == 'instant' else gap,
     )  # fmt: skip
     solved = solve_in_contact_space(
         properties, response(jacobian, mobility)[np.newaxis], approach[np.newaxis], [tolerance], 64
@@ -174,5 +200,6 @@ def collide(
     return CollisionResult(
         Status(solved.status[0]), velocities + change[:, :3], spins + change[:, 3:],
         np.einsum('ik,ikl->il', impulses, axes), solved.losses[0], solved.final_slips[0],
+        solved.lengths[0], float(solved.durations[0]),
         read_log(solved.log, axes), int(solved.steps[0]),
     )  # fmt: skip

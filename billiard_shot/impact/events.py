@@ -21,6 +21,7 @@ from billiard_shot.impact.state import (
     Workspace,
 )
 from billiard_shot.numerics.polynomial import evaluate, first_root, NO_ROOT, NOT_ZERO
+from billiard_shot.records import Floats
 
 
 class EventKind(IntEnum):
@@ -75,6 +76,11 @@ def first_event(
     order, noise, work = step.order, step.noise, ws.polynomials
     for j in range(len(contacts)):
         c = contacts[j]
+        if m.distances and c.normal_mode == INACTIVE:
+            x = closing_root(c, step, speed, end, work)
+            if x != NO_ROOT:
+                end, kind, contact = x, ACTIVATION, j
+            continue
         sign = -1.0 if c.normal_mode == COMPRESSION else 1.0
         at_start = noise * speed if c.velocity[0] == 0.0 else NOT_ZERO
         x = first_root(c.velocity, order, sign, 0.0, at_start, end, work)
@@ -116,6 +122,13 @@ def first_event(
         if opens and (kind != CONE_EXIT or contact != j):  # not by a friction that it cannot have
             end, kind, contact = 0.0, RESTITUTION_END, j
     return Event(end, kind, contact)
+
+
+@inner
+def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Floats) -> float:
+    """First x at which the distance at an open contact is used up."""
+    at_start = step.noise * speed * step.scale if c.compression[0] == 0.0 else NOT_ZERO
+    return first_root(c.compression, step.order, -1.0, 0.0, at_start, end, work)
 
 
 @inner

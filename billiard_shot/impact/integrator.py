@@ -96,7 +96,11 @@ def integrate(
         if is_over(m, contacts):
             return True
         p.scale = min(next_scale(p, step), m.options.max_step)
-        if p.events > m.options.tail_after and ends_section(contacts, p, event):
+        if (
+            p.events > m.options.tail_after
+            and not m.distances
+            and ends_section(contacts, p, event)
+        ):
             return False
     p.status = BUDGET_EXCEEDED
     return True
@@ -209,6 +213,7 @@ def take_step(
                 p.modes_changed = p.modes_changed or not feasible
                 break
         advance(m, contacts, step.scale, step.order, event.x)
+        p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
             if c.friction_mode == CREEP and not creeps(m, ws, c, j, step.scale):
@@ -325,10 +330,11 @@ def is_jammed(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
 
 @inner
 def is_over(m: Model, contacts: list[ContactState]) -> bool:
-    """Whether no contact is active and none approaches."""
+    """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE or c.velocity[0] < -m.options.rounding:
+        closes = c.velocity[0] < -m.options.rounding and c.compression[0] > -m.options.rounding
+        if c.normal_mode != INACTIVE or closes:
             return False
     return True
 

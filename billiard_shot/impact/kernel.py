@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 import threading
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -53,6 +53,7 @@ class ContactResult:
     # Least margin of a decision between restitution and recompression, relative to the peak of
     # compression; infinite if there was none. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
+    length: float  # [m] of the spring's compression; below zero: minus the distance
 
 
 @record
@@ -62,6 +63,7 @@ class CollisionOutcome:
     status: int  # Status
     phases: int
     steps: int
+    duration: float  # [s] if stiffnesses are in N/m^exponent
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +72,19 @@ class Properties:
 
     friction: Sequence[float] | NDArray[np.float64]  # (N,) Coulomb coefficients
     restitution: Sequence[float] | NDArray[np.float64]  # (N,)
-    stiffness: Sequence[float] | NDArray[np.float64]  # (N,) only ratios matter
+    stiffness: Sequence[float] | NDArray[np.float64]  # (N,) N/m^exponent; see `Contact`
     law: int  # see laws.py
     exponent: float = 1.0
+    gap: Sequence[float] | NDArray[np.float64] | None = None  # (N,) m; None: no distances at all
     options: Options = DEFAULT_OPTIONS
+
+
+class Units(NamedTuple):
+    """The units in which a collision is solved; 0 if nothing approaches."""
+
+    speed: float  # m/s
+    impulse: float  # N s
+    time: float  # s, if stiffnesses are in N/m^exponent
 
 
 @inner
@@ -81,6 +92,7 @@ def begin(
     properties: Floats,
     law: int,
     exponent: float,
+    distances: bool,
     options: Options,
     delassus: Floats,
     velocity: Vector,
@@ -88,12 +100,11 @@ def begin(
     contacts: list[ContactState],
     ws: Workspace,
     p: Progress,
-) -> tuple[Model, float, float]:
+) -> tuple[Model, Units]:
     """
     Set contacts and progress to where a collision begins, in its own units.
 
-    Returns the model and the units of velocities [m/s] and impulses [N s]; zeros if nothing
-    approaches.
+    Returns the model and the units, which are zero if nothing approaches.
     """
     count = len(contacts)
     speed, mobility, firmness = 0.0, 0.0, 0.0
@@ -107,19 +118,35 @@ def begin(
         for row in range(3 * count):
             for column in range(3 * count):
                 ws.delassus[row][column] = delassus[row][column] / mobility
+        units = units_of(speed, mobility, firmness, exponent)
         for j in range(count):
-            start_contact(contacts[j], properties[j], velocity, speed, firmness, j, options)
-    planar = approaches and is_planar(contacts, ws)
-    m = Model(law, exponent, min(tolerance, options.max_tolerance), planar, options)
-    return (m, speed, speed / mobility) if approaches else (m, 0.0, 0.0)
+            start_contact(
+                contacts[j], properties[j], velocity, units, firmness, distances, j, options
+            )
+        planar = is_planar(contacts, ws)
+    else:
+        units, planar = Units(0.0, 0.0, 0.0), False
+    m = Model(law, exponent, min(tolerance, options.max_tolerance), planar, distances, options)
+    return m, units
+
+
+@inner
+def units_of(speed: float, mobility: float, firmness: float, exponent: float) -> Units:
+    """
+    Find the units of a collision.
+
+    F = k y^exponent, u' = W F and y' = u are free of units if W k time^(1 + exponent) =
+    speed^(1 - exponent).
+    """
+    time = (speed ** (1.0 - exponent) / (mobility * firmness)) ** (1.0 / (1.0 + exponent))
+    return Units(speed, speed / mobility, time)
 
 
 @inner
 def finish(
     m: Model,
     velocity: Vector,
-    speed: float,
-    unit: float,
+    units: Units,
     contacts: list[ContactState],
     ws: Workspace,
     p: Progress,
@@ -131,15 +158,16 @@ def finish(
     count = len(contacts)
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
         allowed = max(m.options.imbalance * m.tolerance, m.options.min_imbalance)
-        if energy_imbalance(contacts, velocity, speed, ws) > allowed:
+        if energy_imbalance(contacts, velocity, units.speed, ws) > allowed:
             p.status = TOLERANCE_NOT_REACHED
     for j in range(count):
-        write_result(contacts[j], results[first + j], unit, speed)
+        write_result(contacts[j], results[first + j], units)
     for i in range(min(p.phases * count, len(log))):
         logged = log[i]
-        logged.impulse, logged.impulse_1 = unit * logged.impulse, unit * logged.impulse_1
-        logged.impulse_2 = unit * logged.impulse_2
-        logged.energy *= unit * speed
+        logged.impulse *= units.impulse
+        logged.impulse_1 *= units.impulse
+        logged.impulse_2 *= units.impulse
+        logged.energy *= units.impulse * units.speed
 
 
 @inner
@@ -147,13 +175,15 @@ def start_contact(
     c: ContactState,
     properties: Vector,
     velocity: Vector,
-    speed: float,
+    units: Units,
     firmness: float,
+    distances: bool,
     j: int,
     options: Options,
 ) -> None:
     """Set a contact to where the collision begins."""
     c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
+    speed = units.speed
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):
@@ -161,10 +191,12 @@ def start_contact(
             values[0] = 0.0
         for k in range(1, len(values)):
             values[k] = 0.0
-    c.compression[0] = 0.0
-    c.normal_mode = COMPRESSION if c.velocity[0] < 0.0 else INACTIVE
+    c.compression[0] = -properties[3] / (speed * units.time) if distances else 0.0
+    closes = c.velocity[0] < 0.0 and c.compression[0] == 0.0
+    c.normal_mode = COMPRESSION if closes else INACTIVE
     c.friction_mode = FRICTIONLESS
-    c.compression_rate, c.peak_compression, c.restitution_end = 1.0, 0.0, 0.0
+    c.compression_rate = 1.0 if closes or distances else 0.0
+    c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
@@ -179,20 +211,22 @@ def start(p: Progress) -> None:
     p.section, p.section_start, p.sections = -1, 0, 0
     p.scale, p.speed = 1.0, 1.0
     p.modes_changed, p.phase_open = True, False
-    p.status, p.phases, p.steps = OK, 0, 0
+    p.status, p.phases, p.steps, p.time = OK, 0, 0, 0.0
 
 
 @inner
-def clear_result(result: ContactResult) -> None:
+def clear_result(result: ContactResult, gap: float) -> None:
     """Set a result to that of a contact at which nothing happens."""
     result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
     result.restitution_loss, result.friction_loss, result.final_slip = 0.0, 0.0, 0.0
-    result.discontinuity_margin = inf
+    result.discontinuity_margin, result.length = inf, -gap
 
 
 @inner
-def write_result(c: ContactState, result: ContactResult, unit: float, speed: float) -> None:
-    """Write the result of a contact; `unit`: of impulses [N s]."""
+def write_result(c: ContactState, result: ContactResult, units: Units) -> None:
+    """Write the result of a contact."""
+    unit, speed = units.impulse, units.speed
+    result.length = speed * units.time * c.compression[0]
     result.impulse, result.impulse_1 = unit * c.impulse, unit * c.impulse_1
     result.impulse_2 = unit * c.impulse_2
     result.restitution_loss = unit * speed * c.restitution_loss
@@ -243,9 +277,10 @@ def energy_imbalance(
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
-        storage.array(np.full((1, 3), 0.5)),
+        storage.array(np.full((1, 4), 0.5)),
         0,
         1.0,
+        False,
         DEFAULT_OPTIONS,
         storage.array(np.eye(3)[np.newaxis]),
         storage.array(-np.eye(1, 3)),
@@ -262,6 +297,7 @@ def solve_collisions(
     properties: Floats,
     law: int,
     exponent: float,
+    distances: bool,
     options: Options,
     delassus: Floats,
     velocity: Floats,
@@ -278,9 +314,10 @@ def solve_collisions(
 
     Parameters
     ----------
-    properties : (N, 3) floats
-        Friction, restitution and stiffness of the contacts.
-    law, exponent, options : int, float, Options
+    properties : (N, 4) floats
+        Friction, restitution, stiffness and gap of the contacts.
+    law, exponent, distances, options : int, float, bool, Options
+        See `Model`.
     delassus : (n, 3 N, 3 N) floats
         W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
         and 3 j + 2 (tangential). If all motion stays in one plane per contact, component 3 j + 1
@@ -302,10 +339,11 @@ def solve_collisions(
     for i in range(len(tolerance)):
         if not tolerance[i] > 0.0:
             continue
-        m, speed, unit = begin(
+        m, units = begin(
             properties,
             law,
             exponent,
+            distances,
             options,
             delassus[i],
             velocity[i],
@@ -314,17 +352,18 @@ def solve_collisions(
             ws,
             p,
         )
-        if speed > 0.0:
+        if units.speed > 0.0:
             while not integrate(m, contacts, ws, p, log):
                 if ends_in_geometric_tail(m, contacts, ws, p):
                     end(m, contacts, p, log, INFINITE_SEQUENCE)
                     break
-            finish(m, velocity[i], speed, unit, contacts, ws, p, results, i * count, log)
+            finish(m, velocity[i], units, contacts, ws, p, results, i * count, log)
         else:
             for j in range(count):
-                clear_result(results[i * count + j])
+                clear_result(results[i * count + j], properties[j][3] if distances else 0.0)
         outcome = outcomes[i]
         outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
+        outcome.duration = units.time * p.time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -340,7 +379,10 @@ class Solved:
         Energy lost to restitution and to friction [J].
     final_slips, discontinuity_margins : (n, N) float arrays
         See `ContactResult`.
+    lengths : (n, N) float array
+        See `ContactResult`.
     status, phases, steps : (n,) int arrays
+    durations : (n,) float array
         See `CollisionOutcome`.
     log : (phases, N) array of PhaseLog
         Phases of the last collision.
@@ -351,9 +393,11 @@ class Solved:
     losses: NDArray[np.float64]
     final_slips: NDArray[np.float64]
     discontinuity_margins: NDArray[np.float64]
+    lengths: NDArray[np.float64]
     status: NDArray[np.int64]
     phases: NDArray[np.int64]
     steps: NDArray[np.int64]
+    durations: NDArray[np.float64]
     log: NDArray[np.void]
 
 
@@ -386,16 +430,18 @@ def solve_in_contact_space(
         storage.array(tolerance),
         phases,
     )
-    table = as_rows(ContactResult, results).view(np.float64).reshape(n, count, 7)
+    table = as_rows(ContactResult, results).view(np.float64).reshape(n, count, 8)
     ends = as_rows(CollisionOutcome, outcomes)
     return Solved(
         table[..., :3],
         table[..., 3:5],
         table[..., 5],
         table[..., 6],
+        table[..., 7],
         ends['status'],
         ends['phases'],
         ends['steps'],
+        ends['duration'],
         logged,
     )
 
@@ -440,9 +486,9 @@ def solve_stored(
     """
     run = solve_collisions.on(storage)
     n, count = len(velocity), len(properties.friction)
-    given = storage.array(
-        np.array((properties.friction, properties.restitution, properties.stiffness), float).T
-    )
+    gap = np.zeros(count) if properties.gap is None else properties.gap
+    columns = properties.friction, properties.restitution, properties.stiffness, gap
+    given = storage.array(np.array(columns, float).T)
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
@@ -451,6 +497,7 @@ def solve_stored(
             given,
             properties.law,
             float(properties.exponent),
+            properties.gap is not None,
             properties.options,
             delassus,
             velocity,

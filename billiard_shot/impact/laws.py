@@ -17,8 +17,8 @@ LAWS = {'bistiffness': BISTIFFNESS, 'energetic': ENERGETIC, 'poisson': POISSON}
 
 @inner
 def elastic_energy(stiffness: float, compression: float, exponent: float) -> float:
-    """Energy in a contact's spring."""
-    return stiffness * compression ** (exponent + 1.0) / (exponent + 1.0)
+    """Energy in a contact's spring; zero at an open contact."""
+    return stiffness * max(compression, 0.0) ** (exponent + 1.0) / (exponent + 1.0)
 
 
 @inner

@@ -63,7 +63,9 @@ class ContactState:
     stiffness: float  # relative to the largest
     normal_mode: int
     friction_mode: int
-    compression_rate: float  # of the spring, relative to the approach: y' = -rate u_n
+    compression_rate: (
+        float  # relative to the approach: y' = -rate u_n; 0: y of an open contact is 0
+    )
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
     activation_impulse: float  # normal impulse when the contact became active
@@ -80,7 +82,7 @@ class ContactState:
     velocity: Series  # polynomials: normal velocity, slip,
     slip_1: Series
     slip_2: Series
-    compression: Series
+    compression: Series  # below zero: minus the distance at an open contact
     force: Series  # on body a: normal force, friction
     friction_1: Series
     friction_2: Series
@@ -112,6 +114,7 @@ class Progress:
     scale: float  # length of the next step
     speed: float  # largest velocity that a contact has, or that its spring could still give
     modes_changed: bool  # forces jumped: friction modes must be assigned anew
+    time: float  # since the start
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
 
@@ -136,6 +139,7 @@ class Model(NamedTuple):
     exponent: float  # of the springs: force = stiffness * compression**exponent
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
+    distances: bool  # open contacts have a distance; else they close as soon as they approach
     options: Options
 
 

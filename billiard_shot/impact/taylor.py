@@ -149,8 +149,7 @@ def integrate_coefficients(
             c.slip_2[k + 1] = factor * second
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE:
-            c.compression[k + 1] = -c.compression_rate * factor * c.velocity[k]
+        c.compression[k + 1] = -c.compression_rate * factor * c.velocity[k]
 
 
 @inner

@@ -62,7 +62,7 @@ def apply(
             eliminate_sticking(contacts, ws)
             return False
     elif event.kind == ACTIVATION:
-        activate(c, known)
+        activate(c, known and not m.distances)
     else:
         if event.kind == SPRING_EXHAUSTED:
             apply_remaining_impulse(contacts, ws, j)
@@ -93,6 +93,7 @@ def deactivate(m: Model, c: ContactState) -> None:
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
     c.compression[0] = 0.0
+    c.compression_rate = 1.0 if m.distances else 0.0
 
 
 @inner

@@ -148,6 +148,8 @@ def _record(shot: Shot) -> dict[str, Any]:
             'impulses': together.impulses,
             'dissipated': together.dissipated,
             'slips': together.slips,
+            'lengths': together.lengths,
+            'duration': together.duration,
             'evaluations': together.evaluations,
             'phases': [
                 {
@@ -249,10 +251,11 @@ def _table(data: dict[str, Any]) -> TableRun:
 
 
 def _together(data: dict[str, Any]) -> CollisionResult:
-    arrays = {
+    arrays: Any = {
         name: np.array(data[name], dtype=float)
         for name in ('velocities', 'spins', 'impulses', 'dissipated', 'slips')
     }
+    lengths = np.array(data.get('lengths', np.zeros(len(arrays['slips']))), dtype=float)
     phases = tuple(
         Phase(
             tuple(phase['active']),
@@ -264,7 +267,12 @@ def _together(data: dict[str, Any]) -> CollisionResult:
         for phase in data['phases']
     )
     return CollisionResult(
-        Status(data['status']), **arrays, phases=phases, evaluations=data['evaluations']
+        Status(data['status']),
+        **arrays,
+        lengths=lengths,
+        duration=data.get('duration', 0.0),
+        phases=phases,
+        evaluations=data['evaluations'],
     )
 
 
