@@ -34,8 +34,8 @@ from billiard_shot.cue.safety import State
 from billiard_shot.ros.client import call
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.demo import quiet_environment
+from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.player import Player
-from billiard_shot.ros.running import initialized
 
 PLANNING = """
 import os, signal
@@ -50,11 +50,11 @@ while True:
     predict_batch(scene, normals, np.tile((2.0, 0.0, -0.2), (4000, 1)))
 """
 QUICK = """
-base_x:  {least: -2.5, most: 2.5, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
-base_y:  {least: -2.0, most: 2.0, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
-base_z:  {least: 0.0, most: 1.2, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
-azimuth: {least: -3.2, most: 3.2, speed: 30.0, acceleration: 300.0, jerk: 9000.0}
-incline: {least: 0.40, most: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
+base_x:  {min: -2.5, max: 2.5, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
+base_y:  {min: -2.0, max: 2.0, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
+base_z:  {min: 0.0, max: 1.2, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
+azimuth: {min: -3.2, max: 3.2, speed: 30.0, acceleration: 300.0, jerk: 9000.0}
+incline: {min: 0.40, max: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 """
 """A mechanism that aims quickly, so that many shots take minutes."""
 
@@ -129,12 +129,12 @@ def stop_latencies(player, services, count):
         )
         player.until(lambda: False, 0.05 + 0.1 * random.random())
         stopped.clear()
-        player.all_is_well = False
+        player.safety_inputs_on = False
         begin = perf_counter()
         estop.publish(Bool(data=True))
         assert player.until(lambda: stopped, 5.0)
         latencies.append(1e3 * (stopped[0] - begin))
-        player.all_is_well = True
+        player.safety_inputs_on = True
         assert player.until(lambda: services('cue_driver/clear_fault').success, 5.0)
         player.until(lambda: False, 0.05)
     return latencies
@@ -185,7 +185,7 @@ def main():
                 'billiard_shot.ros.table_sim',
                 '--ros-args',
                 '-p',
-                'haste:=1000.0',
+                'real_time_factor:=1000.0',
                 '--log-level',
                 'error',
             ),

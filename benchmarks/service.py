@@ -26,14 +26,14 @@ from std_srvs.srv import SetBool
 from billiard_shot import Scene, Status
 from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
 from billiard_shot.ros.demo import quiet_environment
-from billiard_shot.ros.running import initialized
+from billiard_shot.ros.node_runner import initialized
 
 YARDSTICK = """
 import rclpy
 from rclpy.executors import ExternalShutdownException
 from std_srvs.srv import SetBool
 
-from billiard_shot.ros.running import initialized
+from billiard_shot.ros.node_runner import initialized
 try:
     with initialized():
         node = rclpy.create_node('yardstick')

@@ -2,21 +2,21 @@
 Start the nodes: `ros2 launch billiard_shot shot.launch.py scene:=robot_table simulate:=true`.
 
 Its arguments:
-    `scene`: name or path of a scene, for all nodes; empty: as in the parameter files.
-    `mechanism`: path of a YAML file with the mechanism; empty: as in the parameter files.
-    `frame`: name of the table's frame; empty: as in the parameter files.
-    `params_dir`: folder with a YAML file of parameters per node, default config/ of this package.
+    `scene`: name or path of a scene, for all nodes; if empty, that of the parameter files.
+    `mechanism`: path of a YAML file with the mechanism; if empty, that of the parameter files.
+    `frame`: name of the table's frame; if empty, that of the parameter files.
+    `params_dir`: folder with a YAML file of parameters per node; default config/ of this package.
     `namespace`: namespace of all nodes, such as `cell1`.
-    `use_sim_time`: true makes all nodes take the time from the topic /clock.
+    `use_sim_time`: true makes all nodes use the time of the topic /clock.
     `log_level`: logging level of all nodes, such as `debug`, or `cue_driver:=debug`.
-    `cue`: false leaves out the cue_driver, for scenes whose cue is not a guided one.
-    `simulate`: true starts a simulated mechanism and a simulated table too, and lengthens the
-        time-outs to those of config/simulation.yaml.
+    `cue`: false leaves out the cue_driver, for scenes whose cue is not guided.
+    `simulate`: true also starts a simulated mechanism and a simulated table, with the longer
+        time-outs of config/simulation.yaml.
     `model`: false leaves out the robot model of the mechanical cue and its transforms.
     `rviz`: true starts RViz, if it is installed, with a view of table, balls, stroke and plan.
-    `autostart`: true configures and activates the cue_driver; false leaves that to somebody else.
+    `autostart`: true configures and activates the cue_driver; false leaves that to the operator.
 
-If one of the nodes of this package ends, the launch ends, and stops all the others.
+If a node of this package ends, the launch ends, and stops all other nodes.
 """
 
 from pathlib import Path
@@ -39,7 +39,7 @@ from billiard_shot import Scene
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.urdf import urdf_of
 
-# The kernel ends a node whose launch has died, even one that was killed. Linux only.
+# The kernel ends a node if its launch dies, even if the launch was killed. Linux only.
 END_WITH_LAUNCH = 'setpriv --pdeathsig TERM ' if shutil.which('setpriv') else ''
 
 
@@ -97,10 +97,10 @@ def nodes(context):
     }
 
     share = Path(FindPackageShare('billiard_shot').perform(context))
-    patience = [str(share / 'config' / 'simulation.yaml')] if is_on('simulate') else []
+    time_outs = [str(share / 'config' / 'simulation.yaml')] if is_on('simulate') else []
 
     def node(name, **settings):
-        files = [str(file_of(name)), *patience]
+        files = [str(file_of(name)), *time_outs]
         return process(
             'billiard_shot',
             name,
@@ -140,8 +140,8 @@ def nodes(context):
     if (cue or simulate) and scene and not Scene.load(scene).cue.guided:
         raise RuntimeError(
             f'scene: {scene!r} is not allowed with the mechanical cue; its cue must be guided, as '
-            'in the scenes paper and robot_table, or cue:=false and simulate:=false must leave '
-            'the mechanical cue out'
+            'in the scenes paper and robot_table; or leave the mechanical cue out with cue:=false '
+            'and simulate:=false'
         )
     actions = [node('predictor'), node('planner'), node('table_display')]
     if cue:
@@ -157,7 +157,7 @@ def nodes(context):
             else if_installed(
                 robot_state_publisher,
                 own,
-                message='the node cue_model takes the place of robot_state_publisher',
+                message='the node cue_model replaces robot_state_publisher',
             )
         )
     if is_on('rviz'):
@@ -171,21 +171,25 @@ def generate_launch_description():
 
     return LaunchDescription(
         [
-            argument('scene', '', 'Scene, name or path; empty: as in the parameter files'),
+            argument('scene', '', 'Scene, name or path; if empty, that of the parameter files'),
             argument(
-                'mechanism', '', 'YAML file of the mechanism; empty: as in the parameter files'
+                'mechanism',
+                '',
+                'YAML file of the mechanism; if empty, that of the parameter files',
             ),
-            argument('frame', '', "Name of the table's frame; empty: as in the parameter files"),
+            argument(
+                'frame', '', "Name of the table's frame; if empty, that of the parameter files"
+            ),
             argument(
                 'params_dir',
                 PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config']),
                 'Folder with YAML files of parameters',
             ),
             argument('namespace', '', 'Namespace of all nodes'),
-            argument('use_sim_time', 'false', 'Take the time from the topic /clock'),
-            argument('log_level', '', 'Logging level of all nodes; empty: info'),
+            argument('use_sim_time', 'false', 'Use the time of the topic /clock'),
+            argument('log_level', '', 'Logging level of all nodes; if empty, info'),
             argument('cue', 'true', 'Start the cue_driver'),
-            argument('simulate', 'false', 'Simulated mechanism and table'),
+            argument('simulate', 'false', 'Start a simulated mechanism and table'),
             argument('model', 'true', 'Robot model of the mechanical cue, and its transforms'),
             argument('rviz', 'false', 'Start RViz, if it is installed'),
             argument('autostart', 'true', 'Activate the cue_driver'),

@@ -140,7 +140,7 @@ def test_the_robot_model_has_one_publisher(launch_file, installed):
     installed.remove(RSP)
     assert publishers() == {'cue_model'}
     (warning,) = (each.msg for each in launch_file.nodes(DEFAULTS) if each.kind == 'LogInfo')
-    assert 'takes the place of robot_state_publisher: "package \'robot_state' in warning
+    assert 'replaces robot_state_publisher: "package \'robot_state' in warning
 
 
 def test_the_robot_model_is_that_of_the_parameters(launch_file, tmp_path):

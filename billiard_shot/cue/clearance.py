@@ -1,9 +1,9 @@
 """
 Whether the cue touches a ball after the strike.
 
-The cue is a straight line that ends in the tip (a point, or a sphere), as the impact has it, and
-behind the tip a round shaft: two bodies, each all points within some distance of a half-line along
-the cue. The gap to a ball is a distance to a half-line, less a constant.
+The cue consists of two bodies: the tip (a point, or a sphere, as in the impact) and the round
+shaft behind it. Each body is the set of points within some distance of a half-line along the cue.
+So the gap to a ball is the distance to a half-line, minus a constant.
 """
 
 from collections.abc import Callable
@@ -18,22 +18,23 @@ from billiard_shot.table.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
-STEP = 1e-6  # s: a gap that may close within this is touched
+MIN_STEP = 1e-6  # s: a gap that may close within this time counts as a touch
 
 SETBACK = 2.0
 """
-Where the round shaft begins behind the tip, in half-widths.
+Distance from the tip to the start of the round shaft, in half-widths of the shaft.
 
-There its rounded front is clear of a ball that the tip touches off centre by up to 0.9 radii.
+At this distance the rounded front of the shaft is clear of the ball, for offsets of up to 0.9
+radii.
 """
 
 
 class Shape(NamedTuple):
-    """Radius of a ball; of the sphere that is the tip; and half the cue's width [m]."""
+    """Radii of a ball, of the sphere of the tip's curvature, and of the shaft [m]."""
 
-    radius: float
-    dome: float
-    thickness: float
+    ball: float
+    tip: float
+    shaft: float
 
 
 def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[float, float]:
@@ -43,11 +44,11 @@ def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[floa
     Parameters
     ----------
     away, velocity : (3,) float array
-        Centre of the ball seen from the tip [m], and how it moves seen from there [m/s].
+        Centre [m] and velocity [m/s] of the ball relative to the tip.
     along : (3,) float array
         Unit vector along the cue, towards its tip.
     behind : float
-        How far behind the tip the half-line ends [m].
+        Distance from the tip back to the end of the half-line [m].
 
     """
     ahead = float(away @ along)
@@ -66,36 +67,38 @@ def first_touch(
     until: float,
 ) -> float:
     """
-    Time [s] after the strike at which a ball and the cue touch; inf if not by `until`.
+    Time [s] after the strike at which a ball and the cue touch; inf if they do not by `until`.
 
-    The cue ball, which the tip touches at first, counts when it touches again.
+    For the cue ball, which the tip touches at the start, this is the next touch.
 
-    Steps as far as the gap cannot have closed, so that no touch is stepped over (conservative
-    advancement: Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996). A
-    distance to a half-line is convex, so that within a stretch of smooth motion the gap falls
-    behind its tangent by no more than the accelerations make it.
+    Each step is so short that the gap cannot close within it (conservative advancement: Mirtich,
+    "Impulse-based dynamic simulation of rigid body systems", 1996). The distance to a half-line is
+    convex. So during smooth motion the accelerations bound how far the gap can fall below its
+    tangent.
 
     Parameters
     ----------
     ball : Trajectory
-        From the end of the strike on.
+        Trajectory of the ball from the end of the strike on.
     cue : callable
-        How far the cue has moved along its axis since then [m], and its speed [m/s], at a time
-        [s].
+        Returns the distance that the cue has moved along its axis since the strike [m], and its
+        speed [m/s], at a time [s].
     contact : (3,) float array
-        Where the end of the tip was then [m]; `along` (3,) is the unit vector along the cue.
+        Position of the tip at the end of the strike [m].
+    along : (3,) float array
+        Unit vector along the cue.
     shape : Shape
     cue_acceleration : float
         Largest acceleration of the cue [m/s^2].
     until : float
-        When to stop looking [s].
+        End of the search [s].
 
     """
     rows = ball.rows['acceleration']
     bend = cue_acceleration + float(np.sqrt((rows * rows).sum(axis=1).max()))
     bodies = (
-        (shape.dome, shape.radius + shape.dome),
-        (SETBACK * shape.thickness, shape.radius + shape.thickness),
+        (shape.tip, shape.ball + shape.tip),
+        (SETBACK * shape.shaft, shape.ball + shape.shaft),
     )
     time = 0.0
     for segment in ball.segments:
@@ -115,9 +118,9 @@ def first_touch(
             step = math.inf
             for behind, size in bodies:
                 distance, rate = gap(away, velocity, along, behind)
-                room = max(distance - size, 0.0)
-                step = min(step, (rate + math.sqrt(rate * rate + 2.0 * bend * room)) / bend)
-            if step < STEP:
+                free = max(distance - size, 0.0)
+                step = min(step, (rate + math.sqrt(rate * rate + 2.0 * bend * free)) / bend)
+            if step < MIN_STEP:
                 return time
             time += step
         time = min(time, end)

@@ -1,9 +1,10 @@
 """
-The cue's controller: orders and inputs go in, commands for the mechanism come out.
+The cue's controller: goals and inputs go in, commands for the mechanism come out.
 
-It knows no middleware and no clock: every call brings the time `now` of a steady clock [s] and the
-time on that clock at which a message was written. It acts on messages at once, and on silence and
-progress at every `tick`. After a pause without calls it trusts nothing that it heard before.
+The controller uses neither middleware nor a clock of its own. Every call passes `now`, the time of
+a steady clock [s]. Calls that pass a message also pass the time at which the message was written.
+The controller acts on messages at once; it checks for time-outs and progress at every `tick`.
+After a pause without calls, it trusts no message from before the pause.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,14 +14,14 @@ import math
 import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
-from billiard_shot.cue.inputs import Heartbeat, Input
-from billiard_shot.cue.job import Command, Job, Result, Settings
-from billiard_shot.cue.measurement import Strike, StrokeWatch
+from billiard_shot.cue.execution import Command, Execution, Result, Settings
+from billiard_shot.cue.goals import Balls, GoalRegistry, moved, ShotGoal
+from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
+from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
+from billiard_shot.cue.measurement import Strike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
-from billiard_shot.cue.orders import Balls, moved, Order, OrderBook
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.path import Array, Path
-from billiard_shot.cue.plan import aim_path, prepare
+from billiard_shot.cue.plan import aim_trajectory, prepare
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
@@ -34,10 +35,11 @@ from billiard_shot.scene import Scene
 
 RECOVERY = 4.0
 """
-For how long nothing is trusted after a pause [s].
+Time after a pause during which no input is trusted [s].
 
-A reliable middleware repeats messages and requests that a stopped process has missed; Fast DDS
-does so every three seconds. After this time all that was sent before the pause ended has come in.
+Reliable middleware resends the messages and requests that a stopped process has missed; Fast DDS
+does so every three seconds. After this time, everything sent before the end of the pause has
+arrived.
 """
 
 
@@ -49,11 +51,16 @@ class Controller:
     ----------
     mechanism : Mechanism
     scene : Scene
-        Its cue is the mechanism's, guided.
+        Its cue is that of the mechanism, and guided.
     settings : Settings
-    on_state, on_command, on_strike, on_result : callable
-        Told of every new state (`state` and `reason` are set by then), of every command as it is
-        first given, of every strike as it is measured, and of the end of every order.
+    on_state : callable
+        Called after every change of `state` and `reason`.
+    on_command : callable
+        Called with every new command, but not when a command is repeated.
+    on_strike : callable
+        Called with every measured strike.
+    on_result : callable
+        Called with the result when a goal ends.
 
     """
 
@@ -70,201 +77,201 @@ class Controller:
     ) -> None:
         self.state = State.DISARMED
         self.reason = 'started'
-        self.estop = Input('estop', settings.estop_timeout, safe=False)
-        self.interlock = Input('interlock', settings.interlock_timeout, safe=True)
-        self.joints = Heartbeat('joint_states', settings.joints_timeout)
-        self.clock = ClockWatch('ROS clock', settings.longest_pause)
-        self.rivals = ''
+        self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
+        self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
+        self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
+        self.clock = ClockWatch('ROS clock', settings.max_pause)
+        self.other_drivers = ''
         self.command: Command | None = None
         self.mechanism = mechanism
         self._scene, self._settings = scene, settings
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
-        self._book = OrderBook(settings.order_longest)
+        self._registry = GoalRegistry(settings.max_goal_validity)
         self._balls: Balls | None = None
         self.position = self._velocity = np.full(len(JOINTS), math.nan)
-        self._ran = math.inf  # at the last tick
-        self._job: Job | None = None
-        self._begin = 0.0  # of the path being followed
+        self._last_tick = math.inf
+        self._execution: Execution | None = None
+        self._begin = 0.0  # of the current trajectory
         self._number = 0  # of the last command
-        ranges = [axis.most - axis.least for axis in mechanism.axes]
+        ranges = [axis.max - axis.min for axis in mechanism.axes]
         self._near = settings.aim_tolerance * np.array(ranges)
 
     @property
     def knows_table(self) -> bool:
-        """Whether anybody has said where the balls lie."""
+        """Whether a table state has been received."""
         return self._balls is not None
 
     @property
     def shot_id(self) -> str:
-        """The shot that is being executed; '' if there is none."""
-        return self._job.shot.plan.shot_id if self._job else ''
+        """Id of the shot that is being executed; '' if there is none."""
+        return self._execution.shot.plan.shot_id if self._execution else ''
 
     def measured_elevation(self, now: float) -> tuple[float, float] | None:
-        """Elevation of the cue [rad] and its rate [rad/s]; None if nothing is known of it."""
-        if self.unfit(now):
+        """Elevation of the cue [rad] and its rate [rad/s]; None if they are not known."""
+        if self.mechanism_fault(now):
             return None
-        elevation = self.mechanism.triangle.elevation(float(self.position[INCLINE]))
-        lever = self.mechanism.triangle.lever(elevation)
-        return elevation, float(self._velocity[INCLINE]) / lever
+        elevation = self.mechanism.incline_geometry.elevation(float(self.position[INCLINE]))
+        derivative = self.mechanism.incline_geometry.length_per_elevation(elevation)
+        return elevation, float(self._velocity[INCLINE]) / derivative
 
-    # --- what it hears --------------------------------------------------------------------------
+    # --- inputs ---------------------------------------------------------------------------------
 
-    def hear_estop(self, pressed: bool, written: float, now: float) -> None:
-        """Hear the emergency stop; pressed stops everything at once, however old the message."""
+    def receive_estop(self, pressed: bool, written: float, now: float) -> None:
+        """Take the state of the emergency stop; if pressed, stop even if the message is old."""
         self._notice_pause(now)
-        self.estop.hear_value(pressed, written, now)
+        self.estop.record_value(pressed, written, now)
         if pressed and self.state is not State.ESTOP:
             self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
 
-    def hear_interlock(self, safe: bool, written: float, now: float) -> None:
-        """Hear the interlock; opened, it stops all motion at once."""
+    def receive_interlock(self, safe: bool, written: float, now: float) -> None:
+        """Take the state of the interlock; if it is not safe, stop all motion at once."""
         self._notice_pause(now)
-        self.interlock.hear_value(safe, written, now)
+        self.interlock.record_value(safe, written, now)
         self._watch_interlock(now)
 
-    def hear_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
-        """Hear where the joints (6,) are [m, rad] and how fast [per s]."""
+    def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
+        """Take measured joint positions (6,) [m, rad] and velocities [per s]."""
         self._notice_pause(now)
-        if not self.joints.hear(written, now):
+        if not self.joints.record(written, now):
             return
         self.position, self._velocity = position, velocity
-        if self.state is State.FIRING and self._job and np.isfinite(position).all():
-            watch = self._job.watch
-            if watch.see(position, velocity) and watch.strike:
-                self._tell_strike(watch.strike)
+        if self.state is State.FIRING and self._execution and np.isfinite(position).all():
+            detector = self._execution.detector
+            if detector.update(position, velocity) and detector.strike:
+                self._tell_strike(detector.strike)
             self._watch_brake(now)
 
-    def hear_clock(self, time: float, now: float) -> None:
-        """Hear the clock that orders are dated by [s]; if it fails, no stroke begins."""
-        self.clock.see(time, now)
+    def receive_clock(self, time: float, now: float) -> None:
+        """Take a reading of the clock of goals' expiries [s]; if it fails, no stroke begins."""
+        self.clock.update(time, now)
 
-    def hear_rivals(self, names: Sequence[str], now: float) -> None:
-        """Hear which other nodes command the mechanism; one is a fault, whatever the state."""
-        self.rivals = f'another node commands the mechanism: {", ".join(names)}' if names else ''
+    def receive_other_drivers(self, names: Sequence[str], now: float) -> None:
+        """Take the names of other nodes that command the mechanism; any such node is a fault."""
+        self.other_drivers = (
+            f'another node commands the mechanism: {", ".join(names)}' if names else ''
+        )
         if names and self.state is not State.FAULT:
-            self.fail(now, self.rivals)
+            self.fail(now, self.other_drivers)
 
-    def hear_table(self, balls: Mapping[str, tuple[float, float]]) -> None:
-        """Hear where the balls lie [m]."""
+    def receive_table(self, balls: Mapping[str, tuple[float, float]]) -> None:
+        """Take the positions of the balls [m]."""
         self._balls = balls
 
-    # --- what it is asked for -------------------------------------------------------------------
+    # --- requests -------------------------------------------------------------------------------
 
-    def execute(self, order: Order, now: float) -> None:
+    def execute(self, goal: ShotGoal, now: float) -> None:
         """
-        Begin to execute an order; `on_result` tells how it ends.
+        Begin to execute a goal; `on_result` is called when it ends.
 
         Raises
         ------
         RefusedError
-            If it is refused; nothing has been done then.
+            If the goal is refused. Nothing has moved then.
 
         """
         self._notice_pause(now)
-        if self._job:
+        if self._execution:
             raise RefusedError(
-                Outcome.BUSY, f'shot {self._job.shot.plan.shot_id!r} is being executed'
+                Outcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
             )
-        decision = self._decide(Event.AIM, now, order_valid=True)
+        decision = self._decide(Event.AIM, now, goal_valid=True)
         if not decision.accepted:
             raise RefusedError(Outcome.NOT_READY, decision.reason)
-        self._book.enter(order)
+        self._registry.register(goal)
         if self._balls is None:
-            raise RefusedError(
-                Outcome.TABLE_UNKNOWN, 'table_state: nobody has said where the balls lie'
-            )
-        complaint = moved(order.plan.balls, self._balls, self._settings.table_tolerance)
-        if complaint:
-            raise RefusedError(Outcome.TABLE_DIFFERS, complaint)
-        shot = prepare(self.mechanism, self._scene, order.plan)
-        self._job = Job(
+            raise RefusedError(Outcome.TABLE_UNKNOWN, 'table_state: no message received')
+        problem = moved(goal.plan.balls, self._balls, self._settings.table_tolerance)
+        if problem:
+            raise RefusedError(Outcome.TABLE_DIFFERS, problem)
+        shot = prepare(self.mechanism, self._scene, goal.plan)
+        self._execution = Execution(
             shot,
-            now + order.remaining,
-            StrokeWatch(self.mechanism, shot.profile, order.plan.shot_id),
+            now + goal.remaining,
+            StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id),
         )
-        self._event(Event.AIM, now, f'shot {order.plan.shot_id!r}')
-        self._follow(aim_path(self.mechanism, self.position, shot.aimed), now)
+        self._event(Event.AIM, now, f'shot {goal.plan.shot_id!r}')
+        self._start(aim_trajectory(self.mechanism, self.position, shot.aimed), now)
 
     def arm(self, now: float) -> Decision:
-        """Allow the shot that is aimed; it is fired once everything has settled."""
+        """Allow the aimed shot to be fired; it fires after the settling time."""
         self._notice_pause(now)
         decision = self._event(Event.ARM, now, 'armed')
-        if decision.accepted and self._job:
-            self._job.armed_until = now + self._settings.arm_timeout
-            self._job.fire_at = now + self._settings.settle_time
+        if decision.accepted and self._execution:
+            self._execution.armed_until = now + self._settings.arm_timeout
+            self._execution.fire_at = now + self._settings.settle_time
         return decision
 
     def disarm(self, now: float, reason: str, outcome: Outcome = Outcome.DISARMED) -> Decision:
-        """Stop whatever is going on, unless a latch has done so already."""
+        """Stop all motion and return to DISARMED, unless ESTOP or FAULT is latched."""
         return self._event(Event.DISARM, now, reason, outcome)
 
     def clear(self, now: float) -> Decision:
-        """Leave ESTOP or FAULT, if what led there is over."""
+        """Leave ESTOP or FAULT, if its cause is gone."""
         self._notice_pause(now)
         return self._event(Event.CLEAR, now, 'cleared')
 
     def fail(self, now: float, reason: str) -> None:
-        """Stop, and latch, because something is wrong."""
+        """Stop all motion and latch FAULT."""
         self._event(Event.FAIL, now, reason, Outcome.FAULT)
 
-    # --- what it does by itself -----------------------------------------------------------------
+    # --- periodic work --------------------------------------------------------------------------
 
     def tick(self, now: float) -> None:
-        """Look for silence and progress; to be called at a steady rate."""
+        """Check for time-outs and progress; to be called at a steady rate."""
         self._notice_pause(now)
-        self._ran = now
+        self._last_tick = now
         if self.state in MOVING:
-            if complaint := self.estop.complaint(now):
-                self._event(Event.ESTOP, now, complaint, Outcome.ESTOP)
+            if problem := self.estop.problem(now):
+                self._event(Event.ESTOP, now, problem, Outcome.ESTOP)
             self._watch_interlock(now)
-        if self.state in MOVING and (complaint := self.unfit(now)):
-            self.fail(now, complaint)
-        if self.state in BEFORE_STROKE and (complaint := self.clock.complaint(now)):
-            self._event(Event.INTERRUPTED, now, complaint, Outcome.DISARMED)
-        if self._job:
+        if self.state in MOVING and (problem := self.mechanism_fault(now)):
+            self.fail(now, problem)
+        if self.state in BEFORE_STROKE and (problem := self.clock.problem(now)):
+            self._event(Event.INTERRUPTED, now, problem, Outcome.DISARMED)
+        if self._execution:
             {
                 State.AIMING: self._aim,
                 State.AIMED: self._wait,
                 State.ARMED: self._fire,
                 State.FIRING: self._brake,
                 State.RETRACTING: self._retract,
-            }[self.state](now, self._job)
+            }[self.state](now, self._execution)
 
     def _notice_pause(self, now: float) -> None:
         """
-        Trust nothing that was heard before, if the controller did not run for too long.
+        If the controller has not run for longer than `max_pause`, trust no earlier message.
 
-        Messages and requests that waited meanwhile come in afterwards as if they were new. So an
-        input is fresh again only if a message was written some time after the pause. Until then
-        requests are refused.
+        Messages and requests that waited during the pause arrive afterwards as if they were new.
+        So an input is fresh again only once a message has been written some time after the pause.
+        Until then requests are refused.
         """
-        pause = now - self._ran
-        if pause <= self._settings.longest_pause:
+        pause = now - self._last_tick
+        if pause <= self._settings.max_pause:
             return
-        self._ran = now
+        self._last_tick = now
         for each in (self.estop, self.interlock, self.joints):
             each.forget(now + RECOVERY)
         outcome = Outcome.DISARMED if self.state in BEFORE_STROKE else Outcome.FAULT
-        self._event(Event.INTERRUPTED, now, f'this program did not run for {pause:.3g} s', outcome)
+        self._event(Event.INTERRUPTED, now, f'this process did not run for {pause:.3g} s', outcome)
 
-    def _aim(self, now: float, job: Job) -> None:
-        off = np.abs(self.position - job.shot.aimed) / self._near
-        if self._give_up(now, job):
+    def _aim(self, now: float, execution: Execution) -> None:
+        off = np.abs(self.position - execution.shot.aimed) / self._near
+        if self._give_up(now, execution):
             return
-        late = self._late(now)
-        if late >= 0.0 and off.max() <= 1.0:
-            self._event(Event.REACH, now, 'waits to be armed')
-        elif late > self._settings.late:
-            self.fail(now, self._stuck(int(off.argmax()), job.shot.aimed))
+        overdue = self._overdue(now)
+        if overdue >= 0.0 and off.max() <= 1.0:
+            self._event(Event.REACH, now, 'waiting to be armed')
+        elif overdue > self._settings.motion_timeout:
+            self.fail(now, self._stuck(int(off.argmax()), execution.shot.aimed))
 
-    def _wait(self, now: float, job: Job) -> None:
-        self._give_up(now, job)
+    def _wait(self, now: float, execution: Execution) -> None:
+        self._give_up(now, execution)
 
-    def _fire(self, now: float, job: Job) -> None:
-        if self._give_up(now, job):
+    def _fire(self, now: float, execution: Execution) -> None:
+        if self._give_up(now, execution):
             return
-        if now > job.armed_until:
+        if now > execution.armed_until:
             self._event(
                 Event.EXPIRE,
                 now,
@@ -272,64 +279,68 @@ class Controller:
                 Outcome.ARM_TIMEOUT,
             )
             return
-        settled = (np.abs(self.position - job.shot.aimed) <= self._near).all()
-        if now >= job.fire_at and settled and self._event(Event.FIRE, now, 'strikes').accepted:
-            self._follow(job.shot.stroke.path, now)
+        settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
+        if (
+            now >= execution.fire_at
+            and settled
+            and self._event(Event.FIRE, now, 'striking').accepted
+        ):
+            self._start(execution.shot.stroke.trajectory, now)
 
-    def _brake(self, now: float, job: Job) -> None:
-        late = now - self._begin - job.shot.stroke.stop
-        if late < 0.0:
+    def _brake(self, now: float, execution: Execution) -> None:
+        overdue = now - self._begin - execution.shot.stroke.stop
+        if overdue < 0.0:
             return
-        if job.watch.strike and self._velocity[STROKE] <= 0.01:
-            self._event(Event.BRAKED, now, 'draws back')
-        elif late > self._settings.late:
-            self.fail(now, 'stroke: the cue has not come to the ball, and stopped, in time')
+        if execution.detector.strike and self._velocity[STROKE] <= 0.01:
+            self._event(Event.BRAKED, now, 'drawing back')
+        elif overdue > self._settings.motion_timeout:
+            self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
 
-    def _retract(self, now: float, job: Job) -> None:
-        home = job.shot.stroke.path.positions[-1]
+    def _retract(self, now: float, execution: Execution) -> None:
+        home = execution.shot.stroke.trajectory.positions[-1]
         off = np.abs(self.position - home) / self._near
-        late = self._late(now)
-        if late >= 0.0 and off.max() <= 1.0:
+        overdue = self._overdue(now)
+        if overdue >= 0.0 and off.max() <= 1.0:
             self._event(Event.HOME, now, 'done')
-        elif late > self._settings.late:
+        elif overdue > self._settings.motion_timeout:
             self.fail(now, self._stuck(int(off.argmax()), home))
 
     def _watch_interlock(self, now: float) -> None:
-        if self.state in MOVING and (complaint := self.interlock.complaint(now)):
+        if self.state in MOVING and (problem := self.interlock.problem(now)):
             outcome = (
                 Outcome.FAULT
                 if self.state in (State.FIRING, State.RETRACTING)
                 else Outcome.DISARMED
             )
-            self._event(Event.INTERLOCK_LOST, now, complaint, outcome)
+            self._event(Event.INTERLOCK_LOST, now, problem, outcome)
 
     def _watch_brake(self, now: float) -> None:
-        assert self._job
-        profile = self._job.shot.profile
+        assert self._execution
+        profile = self._execution.shot.profile
         beyond = float(self.position[STROKE]) - max(profile.stop_at, profile.leave_at)
         if beyond > self._settings.brake_tolerance:
             self.fail(
                 now,
                 f'stroke: the cue is {1e3 * beyond:.3g} mm beyond where it should have '
-                'stopped: the brake is late, or there was no ball',
+                'stopped: the brake was late, or there was no ball',
             )
 
-    def _give_up(self, now: float, job: Job) -> bool:
-        """Drop an order that has expired, or whose table has changed."""
-        if now > job.expires:
-            self._event(Event.EXPIRE, now, 'the order has expired', Outcome.EXPIRED)
+    def _give_up(self, now: float, execution: Execution) -> bool:
+        """Whether the goal has ended, because it has expired or a ball has moved."""
+        if now > execution.expires:
+            self._event(Event.EXPIRE, now, 'the goal has expired', Outcome.EXPIRED)
             return True
-        complaint = self._moved(job)
-        if complaint:
-            self._event(Event.EXPIRE, now, complaint, Outcome.TABLE_MOVED)
-        return bool(complaint)
+        problem = self._moved(execution)
+        if problem:
+            self._event(Event.EXPIRE, now, problem, Outcome.TABLE_MOVED)
+        return bool(problem)
 
-    # --- how it decides -------------------------------------------------------------------------
+    # --- decisions ------------------------------------------------------------------------------
 
     def _event(
         self, event: Event, now: float, reason: str, outcome: Outcome = Outcome.OK
     ) -> Decision:
-        """Go where the table says; what ends a shot stops the mechanism and ends the order."""
+        """Enter the next state of the table; a state without motion stops the mechanism."""
         decision = self._decide(event, now)
         if not decision.accepted:
             return decision
@@ -340,70 +351,70 @@ class Controller:
             self.command = None if self.state is State.DISARMED else stop
             self._tell_command(stop)
         self._tell_state()
-        if self._job and self.state not in MOVING:
-            job, self._job = self._job, None
-            self._tell_result(Result(outcome, reason, job.watch.strike))
+        if self._execution and self.state not in MOVING:
+            execution, self._execution = self._execution, None
+            self._tell_result(Result(outcome, reason, execution.detector.strike))
         return decision
 
-    def _decide(self, event: Event, now: float, order_valid: bool = False) -> Decision:
-        job = self._job
-        complaints = {
-            Condition.ESTOP_FRESH: self.estop.complaint(now),
-            Condition.INTERLOCK_FRESH: self.interlock.complaint(now),
-            Condition.MECHANISM_FIT: self.unfit(now),
-            Condition.ALONE: self.rivals,
-            Condition.CLOCK_RUNS: self.clock.complaint(now),
-            Condition.ARMED_LATELY: '' if job and now <= job.armed_until else 'not armed',
-            Condition.ORDER_VALID: ''
-            if order_valid
-            else 'no order'
-            if job is None
-            else 'the order has expired'
-            if now > job.expires
-            else self._moved(job),
+    def _decide(self, event: Event, now: float, goal_valid: bool = False) -> Decision:
+        execution = self._execution
+        problems = {
+            Condition.ESTOP_FRESH: self.estop.problem(now),
+            Condition.INTERLOCK_FRESH: self.interlock.problem(now),
+            Condition.MECHANISM_HEALTHY: self.mechanism_fault(now),
+            Condition.ALONE: self.other_drivers,
+            Condition.CLOCK_RUNS: self.clock.problem(now),
+            Condition.ARM_VALID: '' if execution and now <= execution.armed_until else 'not armed',
+            Condition.GOAL_VALID: ''
+            if goal_valid
+            else 'no goal'
+            if execution is None
+            else 'the goal has expired'
+            if now > execution.expires
+            else self._moved(execution),
         }
         decision = decide(
-            self.state, event, {name for name, complaint in complaints.items() if not complaint}
+            self.state, event, {name for name, problem in problems.items() if not problem}
         )
-        why = '; '.join(complaints[name] for name in decision.missing)
+        why = '; '.join(problems[name] for name in decision.missing)
         if not why:
             return decision
         return replace(decision, reason=f'{decision.reason} ({why})')
 
-    def _moved(self, job: Job) -> str:
-        return moved(job.shot.plan.balls, self._balls or {}, self._settings.table_tolerance)
+    def _moved(self, execution: Execution) -> str:
+        return moved(execution.shot.plan.balls, self._balls or {}, self._settings.table_tolerance)
 
-    def unfit(self, now: float) -> str:
-        """Why the mechanism is not to be trusted; '' if it is."""
+    def mechanism_fault(self, now: float) -> str:
+        """Return why the mechanism is not to be trusted; '' if it is."""
         if stale := self.joints.stale(now):
             return stale
         for name, position, velocity in zip(JOINTS, self.position, self._velocity, strict=True):
             if not (math.isfinite(position) and math.isfinite(velocity)):
-                return f'joint_states: {name} is at {position}, at a speed of {velocity}'
-        least, most = self.mechanism.triangle.sides
+                return f'joint_states: {name} is at {position} with velocity {velocity}'
+        shortest, longest = self.mechanism.incline_geometry.sides
         length = float(self.position[INCLINE])
-        if not least < length < most:
+        if not shortest < length < longest:
             return (
-                f'joint_states: incline is at {length:.4g} m, which is not between {least:g} '
-                f'and {most:g} m'
+                f'joint_states: incline is at {length:.4g} m, which is not between {shortest:g} '
+                f'and {longest:g} m'
             )
         return ''
 
-    def _late(self, now: float) -> float:
-        """For how long the path that is followed has been over [s]; below 0 if it is not."""
+    def _overdue(self, now: float) -> float:
+        """Time since the end of the current trajectory [s]; negative before its end."""
         assert self.command
-        assert self.command.path
-        return now - self._begin - self.command.path.duration
+        assert self.command.trajectory
+        return now - self._begin - self.command.trajectory.duration
 
     def _stuck(self, joint: int, target: Array) -> str:
         off = float(self.position[joint] - target[joint])
         return (
             f'{JOINTS[joint]}: {off:.3g} {UNITS[joint]} from where it should have been '
-            f'{self._settings.late:g} s ago'
+            f'{self._settings.motion_timeout:g} s ago'
         )
 
-    def _follow(self, path: Path, now: float) -> None:
+    def _start(self, trajectory: JointTrajectory, now: float) -> None:
         self._number += 1
         self._begin = now
-        self.command = Command(self._number, path)
+        self.command = Command(self._number, trajectory)
         self._tell_command(self.command)

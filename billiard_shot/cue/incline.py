@@ -1,9 +1,9 @@
 """
 The incline that raises the back of the cue: actuator length to elevation, and back.
 
-Pivot, foot and head of the actuator are the corners of a triangle. Two of its sides are fixed, the
-base (pivot to foot) and the arm (pivot to head); the actuator is the third, and the angle opposite
-to it is the elevation plus a fixed one.
+The pivot and the foot and head of the actuator are the corners of a triangle. Two sides are fixed:
+the base (pivot to foot) and the arm (pivot to head). The third side is the actuator. The angle
+opposite the actuator is the elevation plus a fixed angle.
 """
 
 from collections.abc import Iterator
@@ -11,21 +11,21 @@ from dataclasses import dataclass
 import math
 from typing import Any, ClassVar
 
-from billiard_shot.cue.limits import outside, refuse
+from billiard_shot.cue.limits import check_range, raise_violations
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
 from billiard_shot.scene.mistakes import Mistake
 
 
 def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
-    least, most = abs(incline.base - incline.arm), incline.base + incline.arm
-    # At the ends themselves the triangle is flat and the actuator could turn it neither way.
-    if not least < incline.shortest < incline.longest < most:
+    low, high = abs(incline.base - incline.arm), incline.base + incline.arm
+    # At these lengths the triangle is flat, and the actuator cannot turn the incline.
+    if not low < incline.shortest < incline.longest < high:
         yield Mistake(
             ('shortest',),
             (
                 f'{incline.shortest:g}, and longest {incline.longest:g}, is not allowed; they '
-                f'must ascend, between {least:g} and {most:g}, where the triangle is flat (m)'
+                f'must ascend, between {low:g} and {high:g}, where the triangle is flat (m)'
             ),
         )
 
@@ -33,16 +33,16 @@ def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
 @dataclass(frozen=True, slots=True)
 class Incline:
     """
-    The triangle of the incline, and how long its actuator can be.
+    The triangle of the incline, and the range of the actuator's length.
 
     Parameters
     ----------
     base, arm : float
-        From the pivot to the foot and to the head of the actuator [m], above 0.
+        Distances from the pivot to the foot and to the head of the actuator [m], above 0.
     level_angle : float
-        Angle at the pivot, between base and arm, where the cue is level [rad], above 0.
+        Angle between base and arm when the cue is level [rad], above 0.
     shortest, longest : float
-        Length of the actuator when it is in and out [m].
+        Length of the retracted and of the extended actuator [m].
 
     """
 
@@ -58,22 +58,24 @@ class Incline:
 
     def length(self, elevation: float) -> float:
         """
-        Length of the actuator [m] that raises the cue to an elevation [rad].
+        Length of the actuator [m] for an elevation [rad].
 
-        The law of cosines, as a sum of squares so that a small angle loses no digits.
+        This is the law of cosines as a sum of squares, which is accurate at small angles too.
 
         Raises
         ------
         LimitError
-            If the actuator is not that short, or long.
+            If the actuator cannot have this length.
 
         """
         angle = elevation + self.level_angle
-        refuse(outside('elevation', angle, 0.0, math.pi, 'rad', 'angle of the triangle'))
+        raise_violations(
+            check_range('elevation', angle, 0.0, math.pi, 'rad', 'angle of the triangle')
+        )
         half_chord = math.sqrt(self.base * self.arm) * math.sin(angle / 2)
         length = math.hypot(self.base - self.arm, 2 * half_chord)
-        refuse(
-            outside(
+        raise_violations(
+            check_range(
                 'incline',
                 length,
                 self.shortest,
@@ -86,10 +88,10 @@ class Incline:
 
     def elevation(self, length: float) -> float:
         """
-        Elevation [rad] to which an actuator of this length [m] raises the cue.
+        Elevation of the cue [rad] for a length of the actuator [m].
 
-        The half-angle form of the law of cosines: exact for flat triangles too (W. Kahan,
-        "Miscalculating area and angles of a needle-like triangle", 2014).
+        This is the half-angle form of the law of cosines, which is accurate for flat triangles
+        too (W. Kahan, "Miscalculating area and angles of a needle-like triangle", 2014).
 
         Raises
         ------
@@ -97,23 +99,23 @@ class Incline:
             If the sides do not make a triangle.
 
         """
-        least, most = self.sides
-        refuse(outside('incline', length, least, most, 'm', 'sides of the triangle'))
-        short = math.sqrt((length - least) * (length + least))
-        long = math.sqrt((most - length) * (most + length))
+        low, high = self.sides
+        raise_violations(check_range('incline', length, low, high, 'm', 'sides of the triangle'))
+        short = math.sqrt((length - low) * (length + low))
+        long = math.sqrt((high - length) * (high + length))
         return 2 * math.atan2(short, long) - self.level_angle
 
-    def lever(self, elevation: float) -> float:
-        """How much longer the actuator gets per elevation [m/rad], at an elevation [rad]."""
+    def length_per_elevation(self, elevation: float) -> float:
+        """Rate of change of the actuator's length with the elevation [m/rad]."""
         sine = math.sin(elevation + self.level_angle)
         return self.base * self.arm * sine / self.length(elevation)
 
     @property
     def sides(self) -> tuple[float, float]:
-        """Lengths of the actuator at which the triangle is flat [m]; it must be in between."""
+        """Lengths of the actuator at which the triangle is flat [m]."""
         return abs(self.base - self.arm), self.base + self.arm
 
     @property
     def elevations(self) -> tuple[float, float]:
-        """Elevations [rad] between which the actuator can raise the cue."""
+        """Elevations [rad] for the shortest and the longest actuator."""
         return self.elevation(self.shortest), self.elevation(self.longest)

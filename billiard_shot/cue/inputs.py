@@ -9,8 +9,8 @@ class Heartbeat:
     """
     Freshness of an input that must be repeated; times are those of a steady clock [s].
 
-    An input is fresh for `timeout` after its last message was *written*. The time at which a
-    message is received proves nothing: a message may have waited in a queue.
+    An input is fresh for `timeout` after its last message was *written*. The time of reception is
+    not used, because a message may have waited in a queue.
 
     Parameters
     ----------
@@ -26,12 +26,12 @@ class Heartbeat:
     _valid_from: float = -math.inf
     _ahead: float = 0.0
 
-    def hear(self, written: float, now: float) -> bool:
+    def record(self, written: float, now: float) -> bool:
         """
-        Record a message; return whether it replaces the one before.
+        Record a message; return False if it is ignored.
 
-        It does not if it is older than that one. It does not either if it was written more than
-        `timeout` in the future, because then the clock of its publisher is wrong.
+        A message is ignored if it is older than the last one. It is also ignored if it was written
+        more than `timeout` in the future, because then the clock of its publisher is wrong.
         """
         self._ahead = max(written - now, 0.0)
         if self._ahead > self.timeout or written < self.written:
@@ -40,35 +40,35 @@ class Heartbeat:
         return True
 
     def forget(self, until: float) -> None:
-        """Treat everything that is written before the time `until` as not fresh."""
+        """Treat all messages written before the time `until` as not fresh."""
         self._valid_from = until
 
     def stale(self, now: float) -> str:
         """Return why the input is not fresh; '' if it is."""
         if self._ahead > self.timeout:
             return (
-                f'{self.name}: written {self._ahead:.3g} s in the future: its clock and the '
-                'clock of this machine differ'
+                f'{self.name}: written {self._ahead:.3g} s in the future: the clocks of the '
+                'publisher and of this machine differ'
             )
         if self.written == -math.inf:
-            return f'{self.name}: never heard'
+            return f'{self.name}: no message received'
         if now < self._valid_from:
             left = self._valid_from - now
             return (
-                f'{self.name}: not trusted for another {left:.2g} s, because this program paused'
+                f'{self.name}: not trusted for another {left:.2g} s, because this process paused'
             )
         if self.written < self._valid_from:
-            return f'{self.name}: not heard again since this program paused'
+            return f'{self.name}: no message since this process paused'
         age = now - self.written
         if age > self.timeout:
-            return f'{self.name}: silent for {age:.3g} s, more than {self.timeout:g} s'
+            return f'{self.name}: no message for {age:.3g} s, limit {self.timeout:g} s'
         return ''
 
 
 @dataclass(slots=True)
-class Input(Heartbeat):
+class HeartbeatInput(Heartbeat):
     """
-    Yes-or-no input that must be repeated.
+    Boolean input that must be repeated.
 
     Parameters
     ----------
@@ -80,12 +80,12 @@ class Input(Heartbeat):
     safe: bool = True
     value: bool | None = None
 
-    def hear_value(self, value: bool, written: float, now: float) -> None:
-        """Record a value, unless a later one is known."""
-        if self.hear(written, now):
+    def record_value(self, value: bool, written: float, now: float) -> None:
+        """Record a message with a value, unless the message is ignored."""
+        if self.record(written, now):
             self.value = value
 
-    def complaint(self, now: float) -> str:
+    def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""
         if stale := self.stale(now):
             return stale

@@ -1,24 +1,24 @@
-"""What the mechanism cannot do: every limit that a stroke breaks, and by how much."""
+"""Limits of the mechanism: each one that a stroke violates, and by how much."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
-class Excess:
+class LimitViolation:
     """
-    One limit that is broken.
+    One violated limit.
 
     Parameters
     ----------
     limit : str
-        Its name, such as `stroke.speed`.
+        Name of the limit, such as `stroke.speed`.
     value, allowed : float
-        What is asked for, and the largest (or, where the value is below it, smallest) allowed.
+        Requested value, and the bound of the allowed range that it violates.
     unit : str
-        Of both.
+        Unit of both numbers.
     reason : str
-        What sets the limit or asks for so much, if it is not plain.
+        Where the limit or the requested value comes from, if that is not obvious.
 
     """
 
@@ -30,7 +30,7 @@ class Excess:
 
     @property
     def by(self) -> float:
-        """How much is too much."""
+        """Distance of the value from the allowed bound."""
         return abs(self.value - self.allowed)
 
     def __str__(self) -> str:
@@ -43,24 +43,24 @@ class Excess:
 
 
 class LimitError(ValueError):
-    """Something that the mechanism cannot do; `excesses` are all limits in its way."""
+    """A request that the mechanism cannot fulfil; `violations` lists all violated limits."""
 
-    def __init__(self, excesses: Iterable[Excess]) -> None:
-        self.excesses = tuple(excesses)
-        super().__init__('; '.join(map(str, self.excesses)))
+    def __init__(self, violations: Iterable[LimitViolation]) -> None:
+        self.violations = tuple(violations)
+        super().__init__('; '.join(map(str, self.violations)))
 
 
-def outside(
-    limit: str, value: float, least: float, most: float, unit: str, reason: str = ''
-) -> list[Excess]:
-    """List the excess of a value that is not within [least, most]; empty if it is."""
-    if least <= value <= most:
+def check_range(
+    limit: str, value: float, low: float, high: float, unit: str, reason: str = ''
+) -> list[LimitViolation]:
+    """Return a list of one violation if a value is outside [low, high]; else an empty list."""
+    if low <= value <= high:
         return []
-    return [Excess(limit, value, most if value > most else least, unit, reason)]
+    return [LimitViolation(limit, value, high if value > high else low, unit, reason)]
 
 
-def refuse(excesses: Iterable[Excess]) -> None:
-    """Raise a `LimitError` if there are any."""
-    found = tuple(excesses)
+def raise_violations(violations: Iterable[LimitViolation]) -> None:
+    """Raise a `LimitError` if there are any violations."""
+    found = tuple(violations)
     if found:
         raise LimitError(found)

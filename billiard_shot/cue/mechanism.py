@@ -1,4 +1,4 @@
-"""The mechanical cue: its joints and what they can do, with units and ranges."""
+"""The mechanical cue: its geometry and the limits of its joints, with units and ranges."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
@@ -25,38 +25,36 @@ JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
 """
 Joints, in the order of every array of joints.
 
-`base_x base_y base_z` place the incline's pivot in the frame `table` [m]; `azimuth` turns it about
-the vertical [rad]; `incline` is the length of its actuator [m]; `stroke` is how far the cue has
-moved along its axis from where it is drawn back fully [m].
+`base_x`, `base_y` and `base_z` are the position of the incline's pivot in the frame `table` [m].
+`azimuth` is its angle about the vertical [rad]. `incline` is the length of its actuator [m].
+`stroke` is the distance of the cue along its axis from the fully drawn-back position [m].
 """
 BASE_X, BASE_Y, BASE_Z, AZIMUTH, INCLINE, STROKE = range(6)
 UNITS = ('m', 'm', 'm', 'rad', 'm', 'm')
 
 
 def _range_of_an_axis(axis: Any) -> Iterator[Mistake]:
-    if not axis.least < axis.most:
-        yield Mistake(
-            ('least',), (f'{axis.least:g} is not allowed; it must be below most, {axis.most:g}')
-        )
+    if not axis.min < axis.max:
+        yield Mistake(('min',), f'{axis.min:g} is not allowed; it must be below max, {axis.max:g}')
 
 
 @dataclass(frozen=True, slots=True)
 class Axis:
     """
-    What one joint can do; the unit u is m, or rad for `azimuth`.
+    Limits of one joint; the unit u is m, or rad for `azimuth`.
 
     Parameters
     ----------
-    least, most : float
-        Range of its position [u].
+    min, max : float
+        Range of the position [u].
     speed, acceleration, jerk : float
         Largest magnitudes [u/s, u/s^2, u/s^3], above 0.
 
     """
 
     RULES: ClassVar = (_range_of_an_axis,)
-    least: float = number('u')
-    most: float = number('u')
+    min: float = number('u', former='least')
+    max: float = number('u', former='most')
     speed: float = number('u/s', above=0)
     acceleration: float = number('u/s^2', above=0)
     jerk: float = number('u/s^3', above=0)
@@ -72,31 +70,31 @@ def _axis(*numbers: float) -> Any:
 
 
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
-    if mechanism.stroke.least != 0.0:
+    if mechanism.stroke.min != 0.0:
         yield Mistake(
-            ('stroke', 'least'), (f'{mechanism.stroke.least:g} is not allowed; it must be 0 (m)')
+            ('stroke', 'min'), (f'{mechanism.stroke.min:g} is not allowed; it must be 0 (m)')
         )
 
 
 def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
-    triangle, incline = mechanism.triangle, mechanism.incline
-    if not triangle.shortest <= incline.least < incline.most <= triangle.longest:
+    geometry, incline = mechanism.incline_geometry, mechanism.incline
+    if not geometry.shortest <= incline.min < incline.max <= geometry.longest:
         yield Mistake(
             ('incline',),
             (
-                f'{incline.least:g} to {incline.most:g} is not allowed; it must lie within '
-                f'{triangle.shortest:g} to {triangle.longest:g}, the lengths of the triangle (m)'
+                f'{incline.min:g} to {incline.max:g} is not allowed; it must lie within '
+                f'{geometry.shortest:g} to {geometry.longest:g}, the range of incline_geometry (m)'
             ),
         )
         return
-    low, high = (triangle.elevation(length) for length in (incline.least, incline.most))
-    if not low <= mechanism.least_elevation < mechanism.most_elevation <= high:
+    low, high = (geometry.elevation(length) for length in (incline.min, incline.max))
+    if not low <= mechanism.min_elevation < mechanism.max_elevation <= high:
         yield Mistake(
-            ('most_elevation',),
+            ('max_elevation',),
             (
-                f'{mechanism.most_elevation:g}, and least_elevation '
-                f'{mechanism.least_elevation:g}, is not allowed; they must ascend, within '
-                f'{low:.4g} to {high:.4g}, which the incline reaches (rad)'
+                f'{mechanism.max_elevation:g}, and min_elevation '
+                f'{mechanism.min_elevation:g}, is not allowed; they must ascend, within '
+                f'{low:.4g} to {high:.4g}, the range of the incline (rad)'
             ),
         )
 
@@ -110,26 +108,28 @@ class Mechanism:
     ----------
     base_x, base_y, base_z, azimuth, incline, stroke : Axis
         The joints, see `JOINTS`. The range of `stroke` starts at 0.
-    triangle : Incline
+    incline_geometry : Incline
         Geometry of the incline; the range of the joint `incline` lies within its lengths.
-    least_elevation, most_elevation : float
-        Range in which the cue may play [rad], 0 to pi/2.
-    least_speed : float
-        Slowest stroke that the drive can hold steady [m/s], above 0.
-    force : float
+    min_elevation, max_elevation : float
+        Range of the cue's elevation in a stroke [rad], 0 to pi/2.
+    min_speed : float
+        Slowest stroke whose speed the drive can hold constant [m/s], above 0.
+    max_force : float
         Largest force of the stroke's drive [N], above 0.
     reach : float
-        From the pivot's foot point on the cue's axis to the tip, cue drawn back [m], at least 0.
-    drop : float
-        How far the cue's axis passes below the pivot, at right angles to it [m], at least 0.
+        Distance along the drawn-back cue from the point nearest to the pivot to the tip [m], at
+        least 0.
+    axis_drop : float
+        Distance of the cue's axis below the pivot, perpendicular to the axis [m], at least 0.
     steady_time : float
-        For how long the cue moves at constant speed before it meets the ball [s], above 0.
+        Time at constant speed before the cue meets the ball [s], above 0.
     contact_time : float
-        For how long the drive lets go of the cue from the moment it meets the ball [s], above 0.
+        Time for which the drive releases the cue, from the moment it meets the ball [s], above 0.
         Leather tips touch the ball for 1 to 2 ms (Alciatore, "Cue tip contact time",
         billiards.colostate.edu).
     travel_height : float
-        Height of the tip above the cloth when the carriage travels [m], above 0; above the balls.
+        Height of the tip above the cloth when the carriage travels [m], above 0. It must be above
+        the balls.
     parts : Parts
         Masses and sizes of the moving parts, for the robot model (URDF).
 
@@ -142,13 +142,17 @@ class Mechanism:
     azimuth: Axis = _axis(-math.pi, math.pi, 1.5, 4.0, 40.0)
     incline: Axis = _axis(0.40, 0.72, 0.1, 0.5, 5.0)
     stroke: Axis = _axis(0.0, 0.6, 6.0, 150.0, 15000.0)
-    triangle: Incline = section(Incline, optional=True)
-    least_elevation: float = number('rad', least=0, most=math.pi / 2, default=0.0)
-    most_elevation: float = number('rad', least=0, most=math.pi / 2, default=1.2)
-    least_speed: float = number('m/s', above=0, default=0.05)
-    force: float = number('N', above=0, default=100.0)
+    incline_geometry: Incline = section(Incline, optional=True, former='triangle')
+    min_elevation: float = number(
+        'rad', least=0, most=math.pi / 2, default=0.0, former='least_elevation'
+    )
+    max_elevation: float = number(
+        'rad', least=0, most=math.pi / 2, default=1.2, former='most_elevation'
+    )
+    min_speed: float = number('m/s', above=0, default=0.05, former='least_speed')
+    max_force: float = number('N', above=0, default=100.0, former='force')
     reach: float = number('m', least=0, default=0.3)
-    drop: float = number('m', least=0, default=0.08)
+    axis_drop: float = number('m', least=0, default=0.08, former='drop')
     steady_time: float = number('s', above=0, default=0.02)
     contact_time: float = number('s', above=0, default=0.002)
     travel_height: float = number('m', above=0, default=0.1)
@@ -160,12 +164,12 @@ class Mechanism:
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
         """
-        Read a mechanism from a YAML file; '' is the default one.
+        Read a mechanism from a YAML file; '' stands for the default mechanism.
 
         Raises
         ------
         ValueError
-            Naming file, line, field, value and allowed range of every mistake.
+            With file, line, field, value and allowed range of every mistake.
 
         """
         if str(path) == '':

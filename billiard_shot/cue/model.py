@@ -1,11 +1,11 @@
 """
-The mechanical cue as a chain of frames: the one description of its URDF and of its transforms.
+The mechanical cue as a chain of frames, from which its URDF and its transforms are made.
 
-The frames, each moved in the one before it by a joint: `table`, the bridge (`base_x`), the trolley
-(`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline, the cue
-(`stroke`), and fixed to it the tip, with +x along the stroke. The incline turns about its pivot,
-by the elevation of the cue. The length of its actuator, the joint `incline`, is not part of the
-chain: the actuator closes a loop, which a chain cannot describe.
+Each frame is connected to the one before it by a joint: `table`, the bridge (`base_x`), the
+trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
+and the cue (`stroke`). The tip is fixed to the cue, with +x along the stroke. The incline turns
+about its pivot by the elevation of the cue. The length of its actuator, the joint `incline`, is
+not part of the chain, because the actuator closes a kinematic loop.
 """
 
 from collections.abc import Sequence
@@ -23,11 +23,11 @@ Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue', 'tip')
-"""Frames of the chain below the table's, in its order."""
+"""Frames of the chain after that of the table, in their order."""
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = (X, Y, Z, Z, Y, X)
-TURNS = ('azimuth', 'incline')
+REVOLUTE = ('azimuth', 'incline')
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +39,15 @@ class Joint:
     ----------
     name : str
     parent, child : str
-        Names of the frames that it joins.
-    turns : bool
-        Whether it turns about its axis, instead of moving along it.
+        Names of the frames that it connects.
+    revolute : bool
+        Whether the joint turns about its axis; otherwise it moves along the axis.
     axis : (3,) floats
         Unit vector in both frames.
-    least, most, speed : float
+    min, max, speed : float
         Range and largest speed [m, m/s; rad, rad/s].
     effort : float
-        Force [N] or torque [N m] that is enough for the accelerations in the mechanism.
+        Force [N] or torque [N m] that suffices for the accelerations of the mechanism.
     part : Part
     centre : (3,) floats
         Centre of the part in the frame `child` [m].
@@ -57,10 +57,10 @@ class Joint:
     name: str
     parent: str
     child: str
-    turns: bool
+    revolute: bool
     axis: Triple
-    least: float
-    most: float
+    min: float
+    max: float
     speed: float
     effort: float
     part: Part
@@ -69,7 +69,7 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Transform:
-    """Where the frame `child` is in the frame `parent`: translation [m], quaternion x y z w."""
+    """Pose of the frame `child` in the frame `parent`: translation [m], quaternion x y z w."""
 
     parent: str
     child: str
@@ -78,14 +78,14 @@ class Transform:
 
 
 def frame_names(frame: str) -> tuple[str, ...]:
-    """Names of all frames, the table's first; `cell1/table` puts `cell1/` before the others."""
+    """Names of all frames, the table's first; the prefix of `cell1/table` is added to all."""
     prefix = frame[: frame.rfind('/') + 1]
     return (frame, *(prefix + name for name in FRAMES))
 
 
 def tip_offset(mechanism: Mechanism) -> Triple:
-    """Tip in the frame of the cue [m]."""
-    return mechanism.reach, 0.0, -mechanism.drop
+    """Position of the tip in the frame of the cue [m]."""
+    return mechanism.reach, 0.0, -mechanism.axis_drop
 
 
 def chain(
@@ -105,31 +105,31 @@ def chain(
     names : sequence of str
         Names of the joints, in the order of `JOINTS`.
     incline_joint : str
-        Name of the joint of the cue's elevation, which replaces that of the incline's actuator.
+        Name of the joint of the cue's elevation, used instead of that of the incline's actuator.
 
     """
     names = [incline_joint if i == INCLINE else name for i, name in enumerate(names)]
     frames = frame_names(frame)
     low, high = (
-        mechanism.triangle.elevation(length)
-        for length in (mechanism.incline.least, mechanism.incline.most)
+        mechanism.incline_geometry.elevation(length)
+        for length in (mechanism.incline.min, mechanism.incline.max)
     )
-    # The actuator turns the incline fastest where its lever is shortest: at an end of its range.
-    per_length = max(_turn_per_length(mechanism, low), _turn_per_length(mechanism, high))
+    # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
+    per_length = max(_elevation_per_length(mechanism, x) for x in (low, high))
     joints = []
     for i, joint in enumerate(JOINTS):
         axis = mechanism.axes[i]
         factor = per_length if i == INCLINE else 1.0
-        least, most = (low, high) if i == INCLINE else (axis.least, axis.most)
+        lower, upper = (low, high) if i == INCLINE else (axis.min, axis.max)
         joints.append(
             Joint(
                 names[i],
                 frames[i],
                 frames[i + 1],
-                joint in TURNS,
+                joint in REVOLUTE,
                 AXES[i],
-                least,
-                most,
+                lower,
+                upper,
                 factor * axis.speed,
                 _effort(mechanism, i, factor * axis.acceleration),
                 getattr(mechanism.parts, joint),
@@ -150,22 +150,25 @@ def transforms(
     Raises
     ------
     ValueError
-        If a joint is not known, or the actuator of the incline cannot have that length.
+        If a joint is not finite, or if the actuator of the incline cannot have that length.
 
     """
     values = [float(value) for value in joints]
     for name, value in zip(JOINTS, values, strict=True):
         if not math.isfinite(value):
-            raise ValueError(f'{name}: its position is {value}')
-    values[INCLINE] = mechanism.triangle.elevation(values[INCLINE])
+            raise ValueError(f'{name}: position {value} is not finite')
+    values[INCLINE] = mechanism.incline_geometry.elevation(values[INCLINE])
     frames = frame_names(frame)
     found = []
     for i, (joint, axis) in enumerate(zip(JOINTS, AXES, strict=True)):
-        turn, way = (values[i], 0.0) if joint in TURNS else (0.0, values[i])
-        x, y, z = (math.sin(0.5 * turn) * np.array(axis)).tolist()
+        angle, distance = (values[i], 0.0) if joint in REVOLUTE else (0.0, values[i])
+        x, y, z = (math.sin(0.5 * angle) * np.array(axis)).tolist()
         found.append(
             Transform(
-                frames[i], frames[i + 1], way * np.array(axis), (x, y, z, math.cos(0.5 * turn))
+                frames[i],
+                frames[i + 1],
+                distance * np.array(axis),
+                (x, y, z, math.cos(0.5 * angle)),
             )
         )
     found.append(
@@ -176,21 +179,21 @@ def transforms(
 
 def _centres(mechanism: Mechanism) -> tuple[Triple, ...]:
     """Centres of the parts in their frames [m]; the bridge lies on the trolley."""
-    parts, top = mechanism.parts, mechanism.base_z.most
+    parts, top = mechanism.parts, mechanism.base_z.max
     return (
         (0.0, 0.0, top + parts.base_y.height + 0.5 * parts.base_x.height),
         (0.0, 0.0, top + 0.5 * parts.base_y.height),
         (0.0, 0.0, 0.5 * (parts.azimuth.height + parts.base_z.height)),
         (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.5 * (parts.incline.height - parts.stroke.height) - mechanism.drop),
-        (mechanism.reach - 0.5 * parts.stroke.length, 0.0, -mechanism.drop),
+        (0.0, 0.0, 0.5 * (parts.incline.height - parts.stroke.height) - mechanism.axis_drop),
+        (mechanism.reach - 0.5 * parts.stroke.length, 0.0, -mechanism.axis_drop),
     )
 
 
-def _turn_per_length(mechanism: Mechanism, elevation: float) -> float:
-    """How far the incline turns per length of its actuator, at an elevation [rad/m]."""
-    base, arm = mechanism.triangle.base, mechanism.triangle.arm
-    angle = mechanism.triangle.level_angle + elevation
+def _elevation_per_length(mechanism: Mechanism, elevation: float) -> float:
+    """Rate of change of the elevation with the actuator's length [rad/m]."""
+    base, arm = mechanism.incline_geometry.base, mechanism.incline_geometry.arm
+    angle = mechanism.incline_geometry.level_angle + elevation
     length = math.sqrt(base**2 + arm**2 - 2 * base * arm * math.cos(angle))
     return length / (base * arm * math.sin(angle))
 
@@ -199,14 +202,14 @@ def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:
     """
     Force [N] or torque [N m] for an acceleration [m/s^2, rad/s^2] of a joint.
 
-    It is an upper bound: what turns counts as if all of it was at the far end of the stroke.
+    This is an upper bound: all turning mass is taken to be at the far end of the stroke.
     """
     name = JOINTS[number]
     if name == 'stroke':
-        return mechanism.force
+        return mechanism.max_force
     mass = sum(getattr(mechanism.parts, each).mass for each in JOINTS[number:])
     gravity = STANDARD_GRAVITY if name in ('base_z', 'incline') else 0.0
-    if name not in TURNS:
+    if name not in REVOLUTE:
         return float(mass * (acceleration + gravity))
-    far = math.hypot(mechanism.reach + mechanism.stroke.most, mechanism.drop)
+    far = math.hypot(mechanism.reach + mechanism.stroke.max, mechanism.axis_drop)
     return float(mass * far * (far * acceleration + gravity))

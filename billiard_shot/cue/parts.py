@@ -71,8 +71,8 @@ class Parts:
     azimuth : Part
         The turntable, centred on the pivot.
     incline : Part
-        The box with the linear bearings and the drive of the stroke, with the cue in its lower
-        side: a level cue is nearer to the cloth than a box around it could be.
+        The box with the linear bearings and the drive of the stroke. The cue lies in its lower
+        side, because a box around a level cue would touch the cloth.
     stroke : Part
         The cue, which ends at the tip.
 

@@ -1,4 +1,4 @@
-"""A planned shot, sealed, and what the mechanism has to do for it, checked in full."""
+"""A planned shot with its seal, and the fully checked motion of the mechanism for it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -9,22 +9,27 @@ import struct
 import numpy as np
 
 from billiard_shot.cue.clearance import first_touch, Shape
+from billiard_shot.cue.joint_trajectory import Array, JointTrajectory, TrajectoryBuilder
+from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.path import Array, Path, PathBuilder
-from billiard_shot.cue.placing import place, TipPose, travel_base
-from billiard_shot.cue.profile import stroke_path, stroke_profile, StrokePath, StrokeProfile
+from billiard_shot.cue.profile import (
+    stroke_profile,
+    stroke_trajectory,
+    StrokeProfile,
+    StrokeTrajectory,
+)
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-SAME_ELEVATION = 1e-6  # rad: as near as a plan's elevation and its pose must be
+ELEVATION_TOLERANCE = 1e-6  # rad, between a plan's elevation and that of its pose
 
 PLAYABLE = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
-"""Outcomes of a prediction after which the cue's motion is known well enough to brake it."""
+"""Statuses of predictions in which the cue's motion is known well enough to brake the cue."""
 
 _OUTCOMES = {
     'stroke.speed': Outcome.SPEED_OUT_OF_LIMITS,
@@ -39,22 +44,22 @@ _OUTCOMES = {
 @dataclass(frozen=True, slots=True)
 class ShotPlan:
     """
-    A shot as a planner states it; frame `table`.
+    A planned shot, in the frame `table`.
 
     Parameters
     ----------
     shot_id : str
-        What the shot is called; the same id always means the same shot.
+        Name of the shot; the same id always means the same shot.
     position : (3,) tuple of float
-        Of the tip, before the stroke and anywhere in front of the ball on the cue's axis [m].
+        Of the tip before the stroke: any point on the cue's axis in front of the ball [m].
     quaternion : (4,) tuple of float
         Orientation of the tip frame, x y z w; +x points along the stroke.
     speed : float
         Of the cue as it meets the ball [m/s].
     elevation : float
-        By which the stroke points down [rad]; the same as the quaternion's.
+        Downward angle of the stroke [rad]; the same as that of the quaternion.
     balls : mapping of str to (x, y)
-        Where the balls lay when the shot was planned [m]; the cue ball is `cue`.
+        Positions of the balls when the shot was planned [m]; the cue ball is `cue`.
 
     """
 
@@ -67,7 +72,7 @@ class ShotPlan:
 
     @property
     def seal(self) -> str:
-        """SHA-256 over all of it, in hexadecimal: a plan that changes has another."""
+        """SHA-256 of all fields, in hexadecimal; a changed plan has another seal."""
         numbers = [*self.position, *self.quaternion, self.speed, self.elevation]
         content = hashlib.sha256()
         for text, values in [(self.shot_id, numbers), *sorted(self.balls.items())]:
@@ -78,25 +83,25 @@ class ShotPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedShot:
-    """What the mechanism has to do: `aimed` joints (6,), then the stroke; and what comes of it."""
+    """Motion of the mechanism for a plan: the `aimed` joints (6,), the stroke; its prediction."""
 
     plan: ShotPlan
     shot: Shot
     contact: TipPose
     profile: StrokeProfile
     aimed: Array
-    stroke: StrokePath
+    stroke: StrokeTrajectory
 
 
 def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     """
-    Work out how the mechanism plays a plan.
+    Compute the motion of the mechanism that plays a plan.
 
     Raises
     ------
     RefusedError
-        If it cannot be played: with the reason, and for limits of the mechanism with every one
-        that is broken and by how much.
+        If the plan cannot be played, with the reason. If the plan violates limits of the
+        mechanism, the message lists each of them, and by how much.
 
     """
     stroke = _stroke_of(plan, scene.ball.radius)
@@ -115,20 +120,22 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
             contact.elevation,
             stroke.speed,
             shot.cue_speed,
-            _room(contact, scene.cue.tip_radius),
+            _clearance(contact, scene.cue.tip_radius),
         )
-        aimed = place(mechanism, contact, profile.contact_at)
+        aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
-        outcome = _OUTCOMES.get(error.excesses[0].limit, Outcome.OUT_OF_REACH)
+        outcome = _OUTCOMES.get(error.violations[0].limit, Outcome.OUT_OF_REACH)
         raise RefusedError(outcome, str(error)) from error
     aimed[STROKE] = 0.0
-    path = stroke_path(mechanism, profile, aimed, travel_base(mechanism, aimed[BASE_Z]))
-    _check_touch(mechanism, scene, shot, contact, path)
-    return PreparedShot(plan, shot, contact, profile, aimed, path)
+    trajectory = stroke_trajectory(
+        mechanism, profile, aimed, travel_pivot_height(mechanism, aimed[BASE_Z])
+    )
+    _check_touch(mechanism, scene, shot, contact, trajectory)
+    return PreparedShot(plan, shot, contact, profile, aimed, trajectory)
 
 
 def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
-    """Where the end of the tip is as a stroke meets the cue ball, which lies at (x, y) [m]."""
+    """Pose of the tip as a stroke meets the cue ball, which lies at (x, y) [m]."""
     _, _, elevation, azimuth, speed = stroke.offsets
     radius, dome = scene.ball.radius, scene.cue.dome
     normal = np.array(stroke.touching(dome / radius).normal)
@@ -137,16 +144,16 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
     return TipPose(centre + (radius + dome) * normal + dome * along, azimuth, elevation)
 
 
-def aim_path(mechanism: Mechanism, start: Array, aimed: Array) -> Path:
-    """Draw the cue back and rise, travel above the balls, and come down: from rest to rest."""
-    builder = PathBuilder(start)
-    height = travel_base(mechanism, start[BASE_Z], aimed[BASE_Z])
+def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTrajectory:
+    """Draw the cue back and raise it, travel above the balls, and lower it: from rest to rest."""
+    builder = TrajectoryBuilder(start)
+    height = travel_pivot_height(mechanism, start[BASE_Z], aimed[BASE_Z])
     above, there = start.copy(), aimed.copy()
     above[STROKE], above[BASE_Z] = aimed[STROKE], height
     there[BASE_Z] = height
     for target in (above, there, aimed):
         builder.move(target, mechanism.speeds, mechanism.accelerations, mechanism.jerks)
-    return builder.path()
+    return builder.trajectory()
 
 
 def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
@@ -155,9 +162,9 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
         raise RefusedError(invalid, "shot_id: '' is not allowed; it must not be empty")
     if 'cue' not in plan.balls:
         raise RefusedError(invalid, "balls: there must be a ball 'cue'")
-    for name, place_ in plan.balls.items():
-        if not all(map(math.isfinite, place_)):
-            raise RefusedError(invalid, f'balls: {place_} of {name!r} must be finite (m)')
+    for name, place in plan.balls.items():
+        if not all(map(math.isfinite, place)):
+            raise RefusedError(invalid, f'balls: {place} of {name!r} must be finite (m)')
     try:
         stroke = Stroke.from_pose(
             plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'], radius)
@@ -165,7 +172,7 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     except (ValueError, ArithmeticError) as error:
         raise RefusedError(invalid, str(error)) from error
     elevation = stroke.offsets[2]
-    if not abs(plan.elevation - elevation) <= SAME_ELEVATION:
+    if not abs(plan.elevation - elevation) <= ELEVATION_TOLERANCE:
         raise RefusedError(
             invalid,
             f'elevation: {plan.elevation!r} is not allowed; the '
@@ -174,22 +181,22 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     return stroke
 
 
-def _room(contact: TipPose, thickness: float) -> float:
-    """How far the cue may move on until its lower edge touches the cloth [m]."""
+def _clearance(contact: TipPose, thickness: float) -> float:
+    """Distance that the cue can move on until its lower edge touches the cloth [m]."""
     height = float(contact.position[2]) - thickness * math.cos(contact.elevation)
     sine = math.sin(contact.elevation)
     return height / sine if sine > 0.0 else math.inf
 
 
 def _check_touch(
-    mechanism: Mechanism, scene: Scene, shot: Shot, contact: TipPose, stroke: StrokePath
+    mechanism: Mechanism, scene: Scene, shot: Shot, contact: TipPose, stroke: StrokeTrajectory
 ) -> None:
-    """Refuse a stroke whose cue, braked or drawn back, touches the ball again, or another."""
-    path = stroke.path
-    left_at = path.at(stroke.leave)[0][STROKE]
+    """Refuse a stroke in which the cue touches the cue ball again, or another ball."""
+    trajectory = stroke.trajectory
+    left_at = trajectory.at(stroke.leave)[0][STROKE]
 
     def cue(time: float) -> tuple[float, float]:
-        position, velocity, _ = path.at(min(stroke.leave + time, stroke.home))
+        position, velocity, _ = trajectory.at(min(stroke.leave + time, stroke.home))
         return float(position[STROKE] - left_at), float(velocity[STROKE])
 
     shape = Shape(scene.ball.radius, scene.cue.dome, scene.cue.tip_radius)
@@ -202,7 +209,7 @@ def _check_touch(
             contact.along,
             shape,
             mechanism.stroke.acceleration,
-            path.duration - stroke.leave,
+            trajectory.duration - stroke.leave,
         )
         if touch == math.inf:
             continue
@@ -218,6 +225,6 @@ def _check_touch(
                 f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
                 f'strike, as it {phase}; it stops after '
                 f'{1e3 * (stroke.stop - stroke.leave):.3g} ms '
-                f'and is out of the way after {1e3 * (path.duration - stroke.leave):.3g} ms'
+                f'and is out of the way after {1e3 * (trajectory.duration - stroke.leave):.3g} ms'
             ),
         )

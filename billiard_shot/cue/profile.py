@@ -1,9 +1,9 @@
 """
 The stroke: from rest to the wanted speed, through the ball, and back.
 
-The drive accelerates the cue, holds its speed until it meets the ball, lets go of it while they
-touch, brakes it and draws it back. While they touch, the ball alone changes the cue's speed, by
-what `predict` says; the path has that change as a ramp, for the drive to go along with.
+The drive accelerates the cue, holds its speed until the cue meets the ball, releases the cue
+during contact, brakes it and draws it back. During contact only the ball changes the speed of the
+cue. `predict` computes that change, and the trajectory contains it as a ramp.
 """
 
 from dataclasses import dataclass
@@ -11,48 +11,53 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.limits import Excess, outside, refuse
+from billiard_shot.cue.joint_trajectory import (
+    Array,
+    JointTrajectory,
+    ramp_times,
+    TrajectoryBuilder,
+)
+from billiard_shot.cue.limits import check_range, LimitViolation, raise_violations
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
-from billiard_shot.cue.path import Array, Path, PathBuilder, ramp_times
 
-STILL = 1e-6  # m/s: slower needs no brake
+MIN_BRAKED_SPEED = 1e-6  # m/s: a slower cue is not braked
 
 
 @dataclass(frozen=True, slots=True)
 class StrokeProfile:
     """
-    The stroke as numbers: speeds in m/s, distances along the stroke in m, times in s.
+    The stroke as numbers: speeds in m/s, positions of the joint `stroke` in m, times in s.
 
-    `contact_at` is where the joint `stroke` stands as the cue meets the ball, `leave_at` as the
-    ball leaves it and the brake sets in, `stop_at` where the brake has stopped it.
+    The cue meets the ball at `contact_at`, the ball leaves and the brake starts at `leave_at`, and
+    the cue stops at `stop_at`.
     """
 
     speed: float
-    speed_after: float  # as the ball leaves; negative: the cue recoils
-    acceleration: float  # m/s^2, while it speeds up
-    deceleration: float  # m/s^2, while it brakes
+    speed_after: float  # as the ball leaves; negative if the cue recoils
+    acceleration: float  # m/s^2, before the contact
+    deceleration: float  # m/s^2, of the brake
     jerk: float  # m/s^3
     steady_time: float
     contact_time: float
 
     @property
     def contact_at(self) -> float:
-        """Run-up: where the cue meets the ball."""
+        """Position at which the cue meets the ball: the length of the run-up."""
         return self._way(0.0, self.speed, self.acceleration) + self.speed * self.steady_time
 
     @property
     def leave_at(self) -> float:
-        """Where the ball leaves."""
+        """Position at which the ball leaves the cue."""
         return self.contact_at + 0.5 * (self.speed + self.speed_after) * self.contact_time
 
     @property
     def stop_at(self) -> float:
-        """Where the cue stops."""
+        """Position at which the cue stops."""
         return self.leave_at + self._way(self.speed_after, 0.0, self.deceleration)
 
     @property
-    def farthest(self) -> float:
-        """Where the cue stops if no ball was there to slow it down."""
+    def worst_case_stop(self) -> float:
+        """Position at which the cue stops if there is no ball to slow it down."""
         through = self.contact_at + self.speed * self.contact_time
         return max(through + self._way(self.speed, 0.0, self.deceleration), self.stop_at)
 
@@ -68,42 +73,44 @@ def stroke_profile(
     elevation: float,
     speed: float,
     speed_after: float,
-    room: float,
+    clearance: float,
 ) -> StrokeProfile:
     """
-    Find the quickest stroke within the limits of acceleration, jerk and force.
+    Find the fastest stroke within the limits of acceleration, jerk and force.
 
     Parameters
     ----------
     mechanism : Mechanism
     mass : float
-        Of the cue [kg].
+        Mass of the cue [kg].
     gravity : float
-        [m/s^2]; it helps a stroke that points down to speed up and hinders its brake.
+        [m/s^2]; it accelerates a stroke that points down, and works against the brake.
     elevation : float
         [rad]
     speed, speed_after : float
-        Of the cue as it meets the ball and as the ball leaves it [m/s]; the latter is negative if
-        the cue recoils.
-    room : float
-        How far the cue may move on from where it meets the ball, until it touches the cloth [m].
+        Speeds of the cue as it meets the ball and as the ball leaves [m/s]; the latter is negative
+        if the cue recoils.
+    clearance : float
+        Distance that the cue can move after meeting the ball before it touches the cloth [m].
 
     Raises
     ------
     LimitError
-        With all limits that are broken: speed, force, travel, cloth.
+        With all violated limits: speed, force, travel, cloth.
 
     """
     drive = mechanism.stroke
-    refuse(outside('stroke.speed', speed, mechanism.least_speed, drive.speed, 'm/s'))
+    raise_violations(check_range('stroke.speed', speed, mechanism.min_speed, drive.speed, 'm/s'))
     weight = mass * gravity * math.sin(elevation)
-    if weight >= mechanism.force:
-        refuse([Excess('force', weight, mechanism.force, 'N', 'weight along the stroke')])
-    deceleration = min(drive.acceleration, (mechanism.force - weight) / mass)
-    acceleration = min(drive.acceleration, (mechanism.force + weight) / mass)
+    if weight >= mechanism.max_force:
+        raise_violations(
+            [LimitViolation('force', weight, mechanism.max_force, 'N', 'weight along the stroke')]
+        )
+    deceleration = min(drive.acceleration, (mechanism.max_force - weight) / mass)
+    acceleration = min(drive.acceleration, (mechanism.max_force + weight) / mass)
     profile = StrokeProfile(
         speed,
-        speed_after if abs(speed_after) > STILL else 0.0,
+        speed_after if abs(speed_after) > MIN_BRAKED_SPEED else 0.0,
         acceleration,
         deceleration,
         drive.jerk,
@@ -111,42 +118,44 @@ def stroke_profile(
         mechanism.contact_time,
     )
     why = (
-        f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, as far as '
-        f'{"stroke.acceleration" if deceleration == drive.acceleration else "force"} allows'
+        f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, limited by '
+        f'{"stroke.acceleration" if deceleration == drive.acceleration else "max_force"}'
     )
-    refuse(
+    raise_violations(
         [
-            *outside('travel', profile.farthest, 0.0, drive.most, 'm', why),
-            *outside(
+            *check_range('travel', profile.worst_case_stop, 0.0, drive.max, 'm', why),
+            *check_range(
                 'travel',
                 min(profile.stop_at, profile.leave_at),
                 0.0,
-                drive.most,
+                drive.max,
                 'm',
                 'the cue recoils',
             ),
-            *outside('cloth', profile.farthest - profile.contact_at, 0.0, room, 'm', why),
+            *check_range(
+                'cloth', profile.worst_case_stop - profile.contact_at, 0.0, clearance, 'm', why
+            ),
         ]
     )
     return profile
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StrokePath:
-    """The stroke as a path of all joints; times in s from its start."""
+class StrokeTrajectory:
+    """Trajectory of all joints for a stroke; times in s from its start."""
 
-    path: Path
+    trajectory: JointTrajectory
     contact: float  # the cue meets the ball
-    leave: float  # the ball leaves it, the brake sets in
+    leave: float  # the ball leaves the cue, the brake starts
     stop: float  # the cue has stopped
-    home: float  # it is drawn back fully; what follows raises it off the table
+    home: float  # the cue is drawn back fully; after that it is raised off the table
 
 
-def stroke_path(
+def stroke_trajectory(
     mechanism: Mechanism, profile: StrokeProfile, start: Array, raised: float
-) -> StrokePath:
+) -> StrokeTrajectory:
     """
-    Write the path: speed up, hold, meet the ball, brake, draw back, rise.
+    Build the trajectory: accelerate, hold the speed, meet the ball, brake, draw back, rise.
 
     Parameters
     ----------
@@ -155,11 +164,11 @@ def stroke_path(
     start : (6,) float array
         Joints, aimed and drawn back.
     raised : float
-        Height of the pivot in the end [m].
+        Height of the pivot at the end [m].
 
     """
     stroke = np.eye(len(start))[STROKE]
-    builder = PathBuilder(start)
+    builder = TrajectoryBuilder(start)
     builder.ramp(
         profile.speed * stroke, *ramp_times(profile.speed, profile.acceleration, profile.jerk)
     )
@@ -180,4 +189,4 @@ def stroke_path(
     home = builder.time
     target[BASE_Z] = raised
     builder.move(target, mechanism.speeds, accelerations, mechanism.jerks)
-    return StrokePath(builder.path(), contact, leave, stop, home)
+    return StrokeTrajectory(builder.trajectory(), contact, leave, stop, home)

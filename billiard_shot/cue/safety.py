@@ -1,8 +1,8 @@
 """
 The safety states of the cue, as one explicit table.
 
-It says what leads from where to where, and under which conditions. Whatever is not in it is
-refused, with the reason.
+The table gives, for each state and event, the next state and the conditions for the transition.
+An event that the table does not have is refused, with the reason.
 """
 
 from collections.abc import Set
@@ -18,34 +18,34 @@ class State(IntEnum):
     to them one to one.
     """
 
-    DISARMED = 0  # nothing moves; where everything starts and ends
+    DISARMED = 0  # nothing moves; the first and the last state of every shot
     AIMING = 1  # the carriage and the incline move
     AIMED = 2  # in place, cue drawn back, waiting to be armed
     ARMED = 3  # may fire; times out
     FIRING = 4  # from the start of the stroke until the cue has stopped
-    RETRACTING = 5  # draws back and rises off the table
+    RETRACTING = 5  # the cue is drawn back and raised off the table
     ESTOP = 6  # latched: emergency stop
-    FAULT = 7  # latched: the mechanism did not do as told
+    FAULT = 7  # latched: the mechanism did not follow its commands
 
 
 MOVING = (State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING)
-"""States in which the mechanism is commanded, so that silence is dangerous."""
+"""States in which the mechanism is commanded, so that a silent input is dangerous."""
 
 BEFORE_STROKE = (State.AIMING, State.AIMED, State.ARMED)
-"""Those of them that can be left without harm: nothing has been struck."""
+"""Moving states that can be left without harm, because no ball has been struck."""
 
 
 class Event(StrEnum):
-    """What can happen to it."""
+    """Event that may change the state."""
 
     AIM = 'aim'
-    REACH = 'reach'  # the aim
+    REACH = 'reach'  # the joints have reached the aim
     ARM = 'arm'
     FIRE = 'fire'
     BRAKED = 'braked'  # the cue has stopped after the strike
-    HOME = 'home'  # drawn back and risen
+    HOME = 'home'  # the cue is drawn back and raised
     DISARM = 'disarm'
-    EXPIRE = 'expire'  # armed for too long, or the order is
+    EXPIRE = 'expire'  # the goal has expired, or the cue was armed for too long
     INTERLOCK_LOST = 'interlock_lost'
     INTERRUPTED = 'interrupted'  # the controller did not run, or the clock jumped
     ESTOP = 'estop'
@@ -54,23 +54,28 @@ class Event(StrEnum):
 
 
 class Condition(StrEnum):
-    """What may have to be true for a transition."""
+    """Condition that a transition may need."""
 
-    ESTOP_FRESH = 'estop heard lately, and not pressed'
-    INTERLOCK_FRESH = 'interlock heard lately, and safe'
-    ARMED_LATELY = 'armed for no longer than the time-out'
-    ORDER_VALID = 'the order is not expired, and no ball has moved'
-    MECHANISM_FIT = 'the mechanism is heard, and its numbers make sense'
+    ESTOP_FRESH = 'estop is fresh, and not pressed'
+    INTERLOCK_FRESH = 'interlock is fresh, and safe'
+    ARM_VALID = 'armed for no longer than the time-out'
+    GOAL_VALID = 'the goal has not expired, and no ball has moved'
+    MECHANISM_HEALTHY = 'joint_states is fresh, and its numbers are valid'
     ALONE = 'no other node commands the mechanism'
     CLOCK_RUNS = 'the clock advances, and has not jumped back'
 
 
 SAFE = frozenset(
-    {Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH, Condition.MECHANISM_FIT, Condition.ALONE}
+    {
+        Condition.ESTOP_FRESH,
+        Condition.INTERLOCK_FRESH,
+        Condition.MECHANISM_HEALTHY,
+        Condition.ALONE,
+    }
 )
-"""What motion needs."""
+"""Conditions for motion."""
 
-_ORDER = SAFE | {Condition.ORDER_VALID, Condition.CLOCK_RUNS}
+_GOAL = SAFE | {Condition.GOAL_VALID, Condition.CLOCK_RUNS}
 
 _NONE: frozenset[Condition] = frozenset()
 _S, _E = State, Event
@@ -78,13 +83,13 @@ _STROKE = (_S.FIRING, _S.RETRACTING)
 _ALL = tuple(State)
 
 TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
-    (_S.DISARMED, _E.AIM): (_S.AIMING, _ORDER),
+    (_S.DISARMED, _E.AIM): (_S.AIMING, _GOAL),
     (_S.AIMING, _E.REACH): (_S.AIMED, SAFE),
-    (_S.AIMED, _E.ARM): (_S.ARMED, _ORDER),
-    (_S.ARMED, _E.FIRE): (_S.FIRING, _ORDER | {Condition.ARMED_LATELY}),
+    (_S.AIMED, _E.ARM): (_S.ARMED, _GOAL),
+    (_S.ARMED, _E.FIRE): (_S.FIRING, _GOAL | {Condition.ARM_VALID}),
     (_S.FIRING, _E.BRAKED): (_S.RETRACTING, SAFE),
     (_S.RETRACTING, _E.HOME): (_S.DISARMED, _NONE),
-    # Before the stroke nothing is lost by starting over; within it, something has gone wrong.
+    # Before the stroke it is safe to start over; during the stroke an interruption is a fault.
     **{(state, _E.EXPIRE): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
     **{(state, _E.INTERLOCK_LOST): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
     **{(state, _E.INTERLOCK_LOST): (_S.FAULT, _NONE) for state in _STROKE},
@@ -94,13 +99,13 @@ TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
         (state, _E.DISARM): (_S.DISARMED, _NONE)
         for state in (_S.DISARMED, *BEFORE_STROKE, *_STROKE)
     },
-    # The stronger latch stays.
+    # ESTOP is the stronger latch: a failure does not replace it.
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
     (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
     (_S.FAULT, _E.CLEAR): (
         _S.DISARMED,
-        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_FIT, Condition.ALONE}),
+        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_HEALTHY, Condition.ALONE}),
     ),
 }
 """From state and event to the next state, and the conditions that must hold."""
@@ -111,7 +116,7 @@ class Decision:
     """
     Whether an event is accepted, and the state after it.
 
-    If it is refused: the reason, and the conditions that would have to hold.
+    If the event is refused, `reason` says why; `missing` lists the conditions that do not hold.
     """
 
     accepted: bool
@@ -121,7 +126,7 @@ class Decision:
 
 
 def decide(state: State, event: Event, conditions: Set[Condition]) -> Decision:
-    """Look an event up in the table, under the conditions that hold."""
+    """Look up an event in the table, given the conditions that hold."""
     if (state, event) not in TABLE:
         possible = [start.name for start, happening in TABLE if happening is event]
         return Decision(

@@ -1,8 +1,9 @@
 """
-A simulated mechanism: six second-order actuators that follow paths, and stop when nobody commands.
+A simulated mechanism: six second-order actuators that follow trajectories.
 
-What the path asks of the stroke beyond its drive's strength is the push of the ball that the path
-was made for: a drive that lets go of the cue while it touches the ball goes along with it.
+The mechanism stops by itself when commands cease. Where the acceleration of the stroke in a
+trajectory exceeds the limit of the drive, the excess is taken as the reaction of the ball: the
+drive releases the cue during contact.
 """
 
 from dataclasses import dataclass
@@ -10,32 +11,33 @@ import math
 
 import numpy as np
 
+from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
-from billiard_shot.cue.path import Array, Path
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number, yes_or_no
 
 SUBSTEP = 1e-3  # s
-STILL = 1e-6  # m/s or rad/s: slower is at rest
+MAX_REST_SPEED = 1e-6  # m/s or rad/s: slower joints are at rest
 
 
 @dataclass(frozen=True, slots=True)
 class Imperfections:
     """
-    What keeps the simulated mechanism from being perfect; by default only its bandwidth does.
+    Imperfections of the simulated mechanism; by default only the bandwidth is limited.
 
     Parameters
     ----------
     bandwidth : float
         Natural frequency of the actuators' control loops, which are critically damped [rad/s].
     latency : float
-        From a command to what it does [s].
+        Delay from a command to its effect [s].
     noise : float
-        Standard deviation of what disturbs the joints' accelerations, relative to the largest.
+        Standard deviation of the joints' disturbance accelerations, relative to the largest
+        accelerations of the joints.
     backlash : float
-        Play between each actuator and what it moves, relative to the joint's range.
+        Play between each actuator and the part that it moves, relative to the joint's range.
     encoder_step : float
-        Smallest difference that the encoders tell, relative to the joint's range.
+        Resolution of the encoders, relative to the joint's range.
 
     """
 
@@ -52,27 +54,27 @@ class Imperfections:
 @dataclass(frozen=True, slots=True)
 class Faults:
     """
-    Faults on request.
+    Simulated faults.
 
     Parameters
     ----------
     stuck_incline : bool
         The incline's actuator does not move.
     lost_encoder : bool
-        The encoders say nothing: measured positions and speeds are not numbers.
+        The encoders fail: measured positions and speeds are NaN.
     late_brake : float
-        The stroke's drive brakes so much later than it should [s].
-    dropped : float
+        Delay of the brake of the stroke's drive [s].
+    command_loss_rate : float
         Fraction of the commands that are lost.
     no_ball : bool
-        The cue meets no ball, and nothing but the drive slows it down.
+        The cue meets no ball, so only the drive slows it down.
 
     """
 
     stuck_incline: bool = yes_or_no(default=False)
     lost_encoder: bool = yes_or_no(default=False)
     late_brake: float = number('s', least=0, most=10.0, default=0.0)
-    dropped: float = number('', least=0, most=1.0, default=0.0)
+    command_loss_rate: float = number('', least=0, most=1.0, default=0.0)
     no_ball: bool = yes_or_no(default=False)
 
     def __post_init__(self) -> None:
@@ -87,11 +89,11 @@ class Stop:
     Parameters
     ----------
     commanded : bool
-        True: a command to stop. False: commands ceased.
+        True if a command stopped the mechanism, False if commands ceased.
     silence : float
-        Time since the last command, when the brake began [s].
+        Time from the last command to the start of braking [s].
     braking : float
-        Time from then until all joints stood still [s].
+        Time from the start of braking until all joints stood still [s].
 
     """
 
@@ -102,20 +104,20 @@ class Stop:
 
 class SimulatedMechanism:
     """
-    The mechanism, moved on by `advance`; times are those of any steady clock [s].
+    The mechanism, simulated by calls of `advance`; times are those of any steady clock [s].
 
     Parameters
     ----------
     mechanism : Mechanism
     imperfections : Imperfections
-    deadline : float
-        After so long without a command it stops by itself [s].
+    command_timeout : float
+        Time without a command after which the mechanism stops by itself [s].
     start : (6,) float array
-        Joints at the beginning.
+        Joints at the start.
     now : float
-        The time then [s].
+        Time of the start [s].
     seed : int
-        Of everything random.
+        Seed of all random numbers.
 
     """
 
@@ -123,7 +125,7 @@ class SimulatedMechanism:
         self,
         mechanism: Mechanism,
         imperfections: Imperfections,
-        deadline: float,
+        command_timeout: float,
         start: Array,
         now: float,
         seed: int = 0,
@@ -132,51 +134,58 @@ class SimulatedMechanism:
         self.stops: list[Stop] = []
         self.position = np.array(start, dtype=float)  # of the actuators
         self.velocity = np.zeros(len(JOINTS))
-        self.output = self.position.copy()  # of what they move; differs by the backlash
-        self._deadline = deadline
+        self.output = self.position.copy()  # of the moved parts; differs by the backlash
+        self._command_timeout = command_timeout
         self._flaws = imperfections
         self._limits = mechanism.accelerations
-        self._range = np.array([axis.most - axis.least for axis in mechanism.axes])
+        self._range = np.array([axis.max - axis.min for axis in mechanism.axes])
         self._random = np.random.default_rng(seed)
         self._now = now
-        self._heard = -math.inf
-        self._path: Path | None = None  # None: stops, and holds where it has stopped
+        self._last_command = -math.inf
+        self._trajectory: JointTrajectory | None = None  # None: stop and hold
         self._number = 0
         self._begin = now
-        self._brake: tuple[bool, float, float] | None = None  # the stop under way
+        self._brake: tuple[bool, float, float] | None = None  # the current stop
         self._brake_wanted = math.inf
 
     @property
     def moving(self) -> bool:
         """Whether any joint moves."""
-        return bool(np.any(np.abs(self.velocity) > STILL))
+        return bool(np.any(np.abs(self.velocity) > MAX_REST_SPEED))
 
     @property
     def stopped(self) -> bool:
-        """Whether it has stopped and follows no command."""
-        return self._path is None and not self.moving
+        """Whether the mechanism is at rest and follows no trajectory."""
+        return self._trajectory is None and not self.moving
 
-    def follow(self, path: Path, number: int, now: float) -> None:
-        """Follow a path; repeated under its number, it only shows that the driver is alive."""
+    def command(self, trajectory: JointTrajectory, number: int, now: float) -> None:
+        """Follow a trajectory; with an old number, only note that the driver is alive."""
         self.advance(now)
-        if self._random.random() < self.faults.dropped:
+        if self._random.random() < self.faults.command_loss_rate:
             return
-        self._heard = now
+        self._last_command = now
         if number > self._number:
-            self._number, self._path, self._begin = number, path, now + self._flaws.latency
+            self._number, self._trajectory, self._begin = (
+                number,
+                trajectory,
+                now + self._flaws.latency,
+            )
             self._brake, self._brake_wanted = None, math.inf
 
     def stop(self, now: float) -> None:
-        """Brake all joints as hard as they can; only a new path makes them move again."""
+        """Brake all joints at their largest accelerations, until a new trajectory is commanded."""
         self.advance(now)
-        if self._random.random() >= self.faults.dropped and self._path is not None:
+        if self._random.random() >= self.faults.command_loss_rate and self._trajectory is not None:
             self._stop(commanded=True)
 
     def advance(self, now: float) -> None:
-        """Move on to the time `now` [s]."""
+        """Simulate until the time `now` [s]."""
         steps = math.ceil((now - self._now) / SUBSTEP - 1e-6)
         for _ in range(max(steps, 0)):
-            if self._path is not None and self._now - self._heard > self._deadline:
+            if (
+                self._trajectory is not None
+                and self._now - self._last_command > self._command_timeout
+            ):
                 self._stop(commanded=False)
             self._step()
             self._now += SUBSTEP
@@ -186,7 +195,7 @@ class SimulatedMechanism:
                 self._brake = None
 
     def measured(self) -> tuple[Array, Array]:
-        """Positions and speeds (6,) as the encoders tell them."""
+        """Return positions and speeds (6,) as the encoders measure them."""
         if self.faults.lost_encoder:
             nothing = np.full(len(JOINTS), math.nan)
             return nothing, nothing
@@ -196,17 +205,17 @@ class SimulatedMechanism:
         return np.round(self.position / step) * step, self.velocity.copy()
 
     def _stop(self, *, commanded: bool) -> None:
-        self._path = None
-        self._brake = commanded, self._now - self._heard, self._now
+        self._trajectory = None
+        self._brake = commanded, self._now - self._last_command, self._now
 
     def _step(self) -> None:
         held = self.position[INCLINE]
-        if self._path is None:
+        if self._trajectory is None:
             if not self.moving:
                 return
             change = np.clip(-self.velocity, -self._limits * SUBSTEP, self._limits * SUBSTEP)
         else:
-            change = self._acceleration(self._path) * SUBSTEP
+            change = self._acceleration(self._trajectory) * SUBSTEP
         before = self.velocity
         self.velocity = before + change
         self.position = self.position + 0.5 * (before + self.velocity) * SUBSTEP
@@ -215,11 +224,11 @@ class SimulatedMechanism:
         play = 0.5 * self._flaws.backlash * self._range
         self.output = np.clip(self.output, self.position - play, self.position + play)
 
-    def _acceleration(self, path: Path) -> Array:
-        """Acceleration over the coming step: what the path has in its middle, and the control."""
+    def _acceleration(self, trajectory: JointTrajectory) -> Array:
+        """Acceleration over the next step: that of the trajectory at mid-step, and the control."""
         time = self._now - self._begin
-        position, velocity, _ = path.at(time)
-        _, _, wanted = path.at(time + 0.5 * SUBSTEP)
+        position, velocity, _ = trajectory.at(time)
+        _, _, wanted = trajectory.at(time + 0.5 * SUBSTEP)
         bandwidth = self._flaws.bandwidth
         control = (
             wanted

@@ -13,7 +13,7 @@ def urdf_of(
     names: Sequence[str] = JOINTS,
     incline_joint: str = 'incline_angle',
 ) -> str:
-    """URDF of a mechanism on a table; the parameters are those of `model.chain`."""
+    """Return the URDF of a mechanism on a table; the parameters are those of `model.chain`."""
     robot = ET.Element('robot', name='mechanical_cue')
     table, *_, cue, tip = frame_names(frame)
     ET.SubElement(robot, 'link', name=table)
@@ -26,12 +26,12 @@ def urdf_of(
     ET.SubElement(fixed, 'child', link=tip)
     ET.SubElement(robot, 'link', name=tip)
     ET.indent(robot)
-    # No encoding is declared: parsers that are given a string refuse one.
+    # No encoding is declared, because parsers of strings refuse an encoding declaration.
     return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
 
 
 def _add_joint(robot: ET.Element, joint: Joint) -> None:
-    kind = 'revolute' if joint.turns else 'prismatic'
+    kind = 'revolute' if joint.revolute else 'prismatic'
     element = ET.SubElement(robot, 'joint', name=joint.name, type=kind)
     ET.SubElement(element, 'parent', link=joint.parent)
     ET.SubElement(element, 'child', link=joint.child)
@@ -39,8 +39,8 @@ def _add_joint(robot: ET.Element, joint: Joint) -> None:
     ET.SubElement(
         element,
         'limit',
-        lower=repr(joint.least),
-        upper=repr(joint.most),
+        lower=repr(joint.min),
+        upper=repr(joint.max),
         velocity=repr(joint.speed),
         effort=repr(joint.effort),
     )

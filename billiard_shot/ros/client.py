@@ -1,17 +1,17 @@
 """
-Asks a running predictor for the four shots of the paper, and prints what comes back.
+Ask a running predictor for the four shots of the paper, and print its answers.
 
     python -m billiard_shot.ros.client
 
-Needs no `ros2` command. The shots are those of Jia, Mason, Erdmann (WAFR 2008), Table 1, the jump
-with its normal corrected.
+The `ros2` command is not needed. The shots are those of Jia, Mason, Erdmann (WAFR 2008), Table 1;
+the normal of the jump is corrected.
 """
 
 from collections.abc import Sequence
 import math
 import sys
 import time
-from typing import TypeVar
+from typing import Any, TYPE_CHECKING
 
 from billiard_shot_msgs.srv import PredictShot
 import numpy as np
@@ -22,8 +22,11 @@ from rclpy.node import Node
 from billiard_shot import Scene, Status
 from billiard_shot.ros import conversions
 from billiard_shot.ros.conversions import Triple
-from billiard_shot.ros.running import initialized
+from billiard_shot.ros.node_runner import initialized
 from billiard_shot.table.motion import Motion
+
+if TYPE_CHECKING:
+    from rclpy.task import Future
 
 PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
     'vertical': ((-1.0, -2.0, 1.0), (0.0, 0.0, -2.0)),
@@ -31,22 +34,20 @@ PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
     'jump': ((-1.0, 0.0, 1.0), (1.0, 0.0, -1.0)),
     'massé': ((-2.0, -1.0, 12.0), (4.0, 0.0, -16.0)),
 }
-"""Outward normal at the point the tip meets (any length), and velocity of the cue (m/s)."""
+"""Outward normal at the contact point (of any length), and velocity of the cue (m/s)."""
 
 RETREAT = 0.05
-"""Metres from the ball to where the tip starts."""
+"""Distance from the ball to the start of the tip [m]."""
 
 START_UP = 120.0
-"""Seconds to wait for the service: a predictor that has to compile the library takes a while."""
+"""Time to wait for the service [s]; a predictor may have to compile the library first."""
 
-REPEAT = 2.0
-"""Seconds without an answer after which a request that is harmless is sent anew."""
-
-Answer = TypeVar('Answer')
+RETRY_PERIOD = 2.0
+"""Time without an answer after which a repeatable request is sent again [s]."""
 
 
 def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.Request:
-    """Request for the stroke that meets a ball at the origin of the table at `normal`."""
+    """Make the request for a stroke that meets the ball, at the origin, at `normal`."""
     n = np.asarray(normal) / np.linalg.norm(normal)
     speed = float(np.linalg.norm(velocity))
     direction = np.asarray(velocity) / speed
@@ -60,46 +61,61 @@ def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.
         math.sin(azimuth) * math.cos(elevation),
         math.cos(azimuth) * math.cos(elevation),
     )
-    return conversions.make_request(contact - RETREAT * direction, quaternion, speed)
+    x, y, z = (contact - RETREAT * direction).tolist()
+    return conversions.make_request((x, y, z), quaternion, speed)
 
 
 def call(
-    node: Node, client: Client, request: object, timeout: float = 10.0, repeatable: bool = False
-) -> Answer:
+    node: Node,
+    client: 'Client[Any, Any]',
+    request: Any,
+    timeout: float = 10.0,
+    repeatable: bool = False,
+) -> Any:
     """
-    Answer of a service.
+    Call a service, and return its answer.
 
     Parameters
     ----------
-    node, client, request
-        Who asks, through what, and what.
+    node : Node
+    client : Client
+        Client of the service.
+    request
+        Request message.
     timeout : float
-        Seconds to wait for an answer.
+        Time to wait for an answer [s].
     repeatable : bool
-        Whether the request may be carried out twice; it is then sent anew where no answer comes.
-        An answer is lost where the server has not yet discovered who asks, though the client
-        has long seen the server (github.com/ros2/rmw_fastrtps/issues/842).
+        Whether the request may be executed twice. It is then sent again if there is no answer.
+        The answer is lost if the server has not yet discovered the client, even if the client has
+        discovered the server (github.com/ros2/rmw_fastrtps/issues/842).
 
     Raises
     ------
     TimeoutError
-        If there is none within `timeout` seconds.
+        If there is no answer within `timeout`.
 
     """
     end = time.monotonic() + timeout
     while (left := end - time.monotonic()) > 0.0:
         future = client.call_async(request)
         rclpy.spin_until_future_complete(
-            node, future, timeout_sec=min(left, REPEAT) if repeatable else left
+            node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
         )
         if future.done():
-            return future.result()
+            return result_of(future)
         client.remove_pending_request(future)
     raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
 
 
+def result_of(future: 'Future[Any]') -> Any:
+    """Return the result of a future that is done."""
+    result = future.result()
+    assert result is not None
+    return result
+
+
 def report(response: PredictShot.Response) -> str:
-    """Lines for people: outcome, ball, cue, and the samples of the trajectory."""
+    """Format a response as text: status, ball, cue, and the samples of the trajectory."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
     if status.refused:
@@ -125,17 +141,15 @@ def report(response: PredictShot.Response) -> str:
 
 
 def main(args: Sequence[str] | None = None) -> None:
-    """Call `predict_shot` for every shot; exit code 1 where one is refused or not answered."""
+    """Call `predict_shot` for every shot; exit with 1 if a shot is refused or not answered."""
     radius = Scene.load('paper').ball.radius
     with initialized(args):
         node = Node('paper_shots')
-        client = node.create_client(PredictShot, 'predict_shot')
+        client: Client[Any, Any] = node.create_client(PredictShot, 'predict_shot')
         if not client.wait_for_service(timeout_sec=START_UP):
             sys.exit(f'no service {client.service_name}: is the predictor running?')
         for name, (normal, velocity) in PAPER_SHOTS.items():
-            response: PredictShot.Response = call(
-                node, client, request_for(normal, velocity, radius), repeatable=True
-            )
+            response = call(node, client, request_for(normal, velocity, radius), repeatable=True)
             print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
             print(report(response), end='\n\n', flush=True)
             if Status(response.status).refused:

@@ -1,4 +1,4 @@
-"""Between messages and the library: pure functions, each way, and the checks of every request."""
+"""Conversions between messages and the library, and the checks of requests: pure functions."""
 
 from array import array
 from dataclasses import replace
@@ -20,14 +20,14 @@ from billiard_shot.status import Status
 CUE_BALL = 'cue'
 """Name of the cue ball in scenes and in the table state."""
 
-TELLING = 8
+MAX_KEY_TIMES = 8
 """Largest number of samples in a short answer."""
 
 Triple = tuple[float, float, float]
 
 
 class BadRequestError(ValueError):
-    """A request that cannot be met: its status, and a message that names the field."""
+    """An invalid request, with its status and a message that names the field."""
 
     def __init__(self, status: Status, message: str) -> None:
         super().__init__(message)
@@ -46,7 +46,7 @@ def make_request(
     sample_count: int = 0,
     frame: str = FRAME,
 ) -> PredictShot.Request:
-    """Request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), all in `frame`."""
+    """Make the request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), in `frame`."""
     request = PredictShot.Request()
     request.header.frame_id = frame
     request.cue_pose = Pose(
@@ -62,7 +62,7 @@ def make_request(
 
 def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
     """
-    Stroke that a request asks for, at the ball whose centre is `ball` (metres, frame table).
+    Read the stroke in a request, at the ball whose centre is `ball` (metres, frame table).
 
     Raises
     ------
@@ -81,9 +81,8 @@ def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
     if not 0.0 < request.speed < math.inf:
         raise BadRequestError(invalid, f'speed is {request.speed}: must be finite and above 0 m/s')
     try:
-        return Stroke.from_pose(
-            position, tuple(q / length for q in quaternion), request.speed, ball=ball
-        )
+        direction = tuple(q / length for q in quaternion)
+        return Stroke.from_pose(position, direction, request.speed, ball=ball)
     except (ValueError, ArithmeticError) as error:
         raise BadRequestError(invalid, f'cue_pose, speed: {error}') from error
 
@@ -95,7 +94,7 @@ def ball_of(
     frame: str,
 ) -> Triple:
     """
-    Centre of the cue ball (metres, in `frame`) for a request, from it or from the table state.
+    Centre of the cue ball (metres, in `frame`), from a request or from the table state.
 
     Raises
     ------
@@ -106,7 +105,9 @@ def ball_of(
     if not request.use_table_state:
         return _resting('ball_position', request.ball_position, radius)
     if table is None:
-        raise _invalid('use_table_state is true, but nothing has come in on topic table_state')
+        raise _invalid(
+            'use_table_state is true, but no message has been received on topic table_state'
+        )
     check_frame('table_state.header.frame_id', table.header, frame)
     balls = [ball for ball in table.balls if ball.id == CUE_BALL]
     if len(balls) != 1:
@@ -120,12 +121,12 @@ def ball_of(
 
 def scene_of(scene: Scene, table: TableState) -> Scene:
     """
-    Put the balls of a table state in place of those of a scene.
+    Replace the balls of a scene by those of a table state.
 
     Raises
     ------
     BadRequestError
-        INVALID_REQUEST, with the ball and what is wrong with its place.
+        INVALID_REQUEST, with the ball and the reason why it cannot lie there.
 
     """
     balls: dict[str, tuple[float, float]] = {}
@@ -142,7 +143,7 @@ def scene_of(scene: Scene, table: TableState) -> Scene:
 
 def check_common(request: PredictShot.Request, frame: str) -> None:
     """
-    Check the fields that are neither stroke nor ball.
+    Check the fields that describe neither the stroke nor the ball.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def check_common(request: PredictShot.Request, frame: str) -> None:
 
 def check_frame(field: str, header: Header, frame: str) -> None:
     """
-    Check that a header is in the table's frame; an empty frame stands for it.
+    Check that a header is in the table's frame, or that its frame is empty.
 
     Raises
     ------
@@ -177,15 +178,15 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 
 
 def refusal(status: Status, message: str) -> PredictShot.Response:
-    """Answer that says why there is no prediction."""
+    """Make the answer to a request without a prediction; the message says why."""
     return PredictShot.Response(status=int(status), message=message)
 
 
 def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
     """
-    Answer with everything in `shot`, its trajectory as `trajectory_message` has it.
+    Make the answer for a shot; `trajectory_message` describes the samples of its trajectory.
 
-    Numbers that are not finite never leave the node: such a shot becomes a refusal.
+    A shot with numbers that are not finite becomes a refusal.
     """
     if shot.status.refused:
         return refusal(shot.status, shot.message)
@@ -223,11 +224,11 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
 
 def trajectory_message(trajectory: Trajectory, count: int) -> BallTrajectory:
     """
-    Message of a library trajectory until rest.
+    Message of a trajectory until rest.
 
-    In `count` samples, equally spaced in time; 0: in those of `telling_times`.
+    It has `count` samples, equally spaced in time. If `count` is 0, they are at the `key_times`.
     """
-    times = np.linspace(0.0, trajectory.duration, count) if count else telling_times(trajectory)
+    times = np.linspace(0.0, trajectory.duration, count) if count else key_times(trajectory)
     state = trajectory.at(times)
     return BallTrajectory(
         times=_doubles(times),
@@ -238,15 +239,15 @@ def trajectory_message(trajectory: Trajectory, count: int) -> BallTrajectory:
     )
 
 
-def telling_times(trajectory: Trajectory) -> NDArray[np.float64]:
-    """Find the times [s] of start, changes of motion, and rest: at most `TELLING` of them."""
+def key_times(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Find the times [s] of start, changes of motion, and rest: at most `MAX_KEY_TIMES`."""
     segments = trajectory.segments
     changes = [now.start for before, now in pairwise(segments) if now.motion != before.motion]
-    return np.unique([0.0, *changes[: TELLING - 2], trajectory.duration])
+    return np.unique([0.0, *changes[: MAX_KEY_TIMES - 2], trajectory.duration])
 
 
-def vectors(flat: array) -> NDArray[np.float64]:
-    """Array (n, 3) of a flat array of a message; a view, nothing is copied."""
+def vectors(flat: 'array[float]') -> NDArray[np.float64]:
+    """View the flat array of a message as an array (n, 3), without a copy."""
     return np.frombuffer(flat, dtype=np.float64).reshape(-1, 3)
 
 
@@ -258,8 +259,8 @@ def _filled(kind: type, values: Any) -> Any:
     return kind(x=x, y=y, z=z)
 
 
-def _doubles(values: NDArray[np.float64]) -> array:
-    # Many times faster than assigning a list, which is converted and checked number by number.
+def _doubles(values: NDArray[np.float64]) -> 'array[float]':
+    # Much faster than assigning a list, whose numbers are converted and checked one by one.
     return array('d', np.ascontiguousarray(values, dtype=np.float64).tobytes())
 
 

@@ -15,12 +15,12 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.cue import joint_trajectory
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.job import Result
+from billiard_shot.cue.execution import Result
+from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.measurement import Strike as MeasuredStrike
-from billiard_shot.cue.orders import Order
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.path import Path
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.conversions import BadRequestError, check_frame
@@ -30,14 +30,14 @@ Joints = NDArray[np.float64]
 Places = Mapping[str, tuple[float, float]]
 
 RUN_UP = 0.05
-"""Metres from the ball to where a plan has the tip, for it must start in front of the ball."""
+"""Distance [m] from the ball to the tip's position in a plan, which is in front of the ball."""
 
 
-# --- orders and results -------------------------------------------------------------------------
+# --- goals and results --------------------------------------------------------------------------
 
 
 def plan_of(stroke: Stroke, balls: Places, scene: Scene, shot_id: str) -> ShotPlan:
-    """Plan for a stroke at the ball `cue` of balls that lie at (x, y) [m]."""
+    """Plan of a stroke at the ball `cue`; the balls lie at (x, y) [m]."""
     tip = tip_at(stroke, balls['cue'], scene)
     x, y, z = (tip.position - RUN_UP * tip.along).tolist()
     return ShotPlan(shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
@@ -50,7 +50,7 @@ def goal_of(
     expiry: Time,
     frame: str = FRAME,
 ) -> ExecuteShot.Goal:
-    """Goal to play a plan, made at `stamp`, until `expiry`."""
+    """Make the goal message for a plan made at `stamp`; the goal expires at `expiry`."""
     message = Plan(
         header=Header(frame_id=frame, stamp=stamp),
         shot_id=plan.shot_id,
@@ -65,14 +65,14 @@ def goal_of(
     return ExecuteShot.Goal(plan=message, nonce=nonce, expiry=expiry)
 
 
-def order_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> Order:
+def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
     """
-    Order that a goal stands for, at ROS time `now`, with the table in `frame`.
+    Read a goal message at ROS time `now`; the frame of the table is `frame`.
 
     Raises
     ------
     RefusedError
-        INVALID_PLAN, if the frame is another or a ball is there twice.
+        INVALID_PLAN, if the message is in another frame or has a ball twice.
 
     """
     message = goal.plan
@@ -89,30 +89,30 @@ def order_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> Order:
         message.elevation,
         balls_of(message.balls),
     )
-    return Order(plan, message.seal, goal.nonce, seconds(goal.expiry) - seconds(now))
+    return ShotGoal(plan, message.seal, goal.nonce, seconds(goal.expiry) - seconds(now))
 
 
 def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
     """
-    Where the balls on the table lie, (x, y) [m].
+    Positions (x, y) [m] of the balls that are on the table.
 
     Raises
     ------
     RefusedError
-        INVALID_PLAN, if a ball is there twice.
+        INVALID_PLAN, if a ball occurs twice.
 
     """
     places: dict[str, tuple[float, float]] = {}
     for ball in balls:
         if ball.id in places:
-            raise RefusedError(Outcome.INVALID_PLAN, f'balls: {ball.id!r} is there twice')
+            raise RefusedError(Outcome.INVALID_PLAN, f'balls: {ball.id!r} occurs twice')
         if not ball.pocketed:
             places[ball.id] = ball.position.x, ball.position.y
     return places
 
 
 def result_of(result: Result, header: Header) -> ExecuteShot.Result:
-    """Say in a message how an order ended."""
+    """Message of the result of a goal."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
         message.struck = True
@@ -135,7 +135,7 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     """
     Stroke of a measured strike at a ball whose centre is `ball` [m].
 
-    The tip is taken back along its axis, for what is measured may lie inside of the ball.
+    The tip is moved back along its axis, because the measured position may lie inside the ball.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
 
 
 def state_message(controller: Controller, stamp: Time) -> CueState:
-    """Message of what the cue is doing."""
+    """Message of the state of the cue."""
     return CueState(
         header=Header(stamp=stamp),
         state=int(controller.state),
@@ -162,37 +162,37 @@ def state_message(controller: Controller, stamp: Time) -> CueState:
 
 def health(controller: Controller, life: str, now: float) -> dict[str, str]:
     """
-    Condition of everything that a shot needs, by name: 'ok' or a complaint.
+    Condition of everything that a shot needs, by name: 'ok' or a problem.
 
     Parameters
     ----------
     controller : Controller
     life : str
-        Why the node takes no goals; '' if it does.
+        Why the node accepts no goals; '' if it does.
     now : float
         Time of the controller's clock [s].
 
     """
-    complaints = {
+    problems = {
         'node': life,
-        'estop': controller.estop.complaint(now),
-        'interlock': controller.interlock.complaint(now),
-        'mechanism': controller.unfit(now),
-        'table': '' if controller.knows_table else 'table_state: never heard',
-        'clock': controller.clock.complaint(now),
-        'other drivers': controller.rivals,
+        'estop': controller.estop.problem(now),
+        'interlock': controller.interlock.problem(now),
+        'mechanism': controller.mechanism_fault(now),
+        'table': '' if controller.knows_table else 'table_state: no message received',
+        'clock': controller.clock.problem(now),
+        'other drivers': controller.other_drivers,
     }
-    return {name: complaint or 'ok' for name, complaint in complaints.items()}
+    return {name: problem or 'ok' for name, problem in problems.items()}
 
 
 def diagnostics_message(
     name: str, controller: Controller, found: Mapping[str, str], stamp: Time
 ) -> DiagnosticArray:
-    """Diagnostics of the cue of the node `name`, whose `health` is `found`."""
+    """Diagnostics message of the node `name`, whose `health` is `found`."""
     wrong = [value for value in found.values() if value != 'ok']
     level = (
         DiagnosticStatus.ERROR
-        if controller.state is State.FAULT or controller.rivals
+        if controller.state is State.FAULT or controller.other_drivers
         else (
             DiagnosticStatus.WARN
             if controller.state is State.ESTOP or wrong
@@ -219,7 +219,7 @@ def table_message(
     snapshot: int,
     header: Header,
 ) -> TableState:
-    """Message of where the balls' centres are [m], and which are not on the table any more."""
+    """Message of the centres of the balls [m]; those in `pocketed` are off the table."""
     return TableState(
         header=header,
         snapshot_id=snapshot,
@@ -234,18 +234,18 @@ def table_message(
 
 
 def command_name(driver: str, number: int) -> str:
-    """Name of a command, for `header.frame_id` of a trajectory: who gave it, and its number."""
+    """Name of a command, for `header.frame_id` of a trajectory: its driver and its number."""
     return f'{driver}/{number}'
 
 
 def command_of(message: JointTrajectory) -> tuple[str, int]:
     """
-    Driver that gave a command, and the number of the command.
+    Driver and number of a command.
 
     Raises
     ------
     ValueError
-        If the message does not name them.
+        If the message does not contain them.
 
     """
     driver, _, number = message.header.frame_id.rpartition('/')
@@ -258,13 +258,19 @@ def command_of(message: JointTrajectory) -> tuple[str, int]:
 
 
 def trajectory_message(
-    path: Path, names: Sequence[str], stamp: Time, command: str
+    trajectory: joint_trajectory.JointTrajectory, names: Sequence[str], stamp: Time, command: str
 ) -> JointTrajectory:
-    """Message of a path that begins at `stamp`; `command` names it (`command_name`)."""
+    """Message of a trajectory that begins at `stamp`; `command` is its `command_name`."""
     message = JointTrajectory(
         header=Header(stamp=stamp, frame_id=command), joint_names=list(names)
     )
-    rows = zip(path.times, path.positions, path.velocities, path.accelerations, strict=True)
+    rows = zip(
+        trajectory.times,
+        trajectory.positions,
+        trajectory.velocities,
+        trajectory.accelerations,
+        strict=True,
+    )
     for time, position, velocity, acceleration in rows:
         message.points.append(
             JointTrajectoryPoint(
@@ -279,10 +285,10 @@ def trajectory_message(
 
 def stop_message(position: Joints, names: Sequence[str], command: str) -> JointTrajectory:
     """
-    Zero command: be still where you are, at once.
+    Zero command: stop at once.
 
-    One point, at no time, with no speed; stamp 0 means now. The positions are left out if nobody
-    knows them.
+    It has one point at time 0 with zero velocities; its stamp 0 means now. Unknown positions are
+    left out.
     """
     known = np.isfinite(position).all()
     return JointTrajectory(
@@ -297,7 +303,7 @@ def stop_message(position: Joints, names: Sequence[str], command: str) -> JointT
 
 
 def is_stop(message: JointTrajectory) -> bool:
-    """Whether a message is a zero command."""
+    """Whether a message is a zero command (`stop_message`)."""
     return (
         len(message.points) == 1
         and not any(message.points[0].velocities)
@@ -305,9 +311,11 @@ def is_stop(message: JointTrajectory) -> bool:
     )
 
 
-def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
+def trajectory_of(
+    message: JointTrajectory, names: Sequence[str]
+) -> joint_trajectory.JointTrajectory:
     """
-    Path of a trajectory message, its joints in the order of `names`.
+    Read a trajectory message; the joints are put in the order of `names`.
 
     Raises
     ------
@@ -318,23 +326,23 @@ def path_of(message: JointTrajectory, names: Sequence[str]) -> Path:
     """
     if sorted(message.joint_names) != sorted(names):
         raise ValueError(f'joint_names: {message.joint_names} must be {list(names)}')
-    order = [message.joint_names.index(name) for name in names]
+    columns = [message.joint_names.index(name) for name in names]
     times = np.array([seconds(point.time_from_start) for point in message.points])
     rows = []
     for field in ('positions', 'velocities', 'accelerations'):
         values = [getattr(point, field) for point in message.points]
-        if not values or any(len(each) != len(order) for each in values):
-            raise ValueError(f'points: each must have {len(order)} {field}')
-        rows.append(np.array(values)[:, order])
+        if not values or any(len(each) != len(columns) for each in values):
+            raise ValueError(f'points: each must have {len(columns)} {field}')
+        rows.append(np.array(values)[:, columns])
     if not (np.diff(times) > 0.0).all() or not all(np.isfinite(row).all() for row in rows):
         raise ValueError('points: numbers must be finite, and times ascend')
-    return Path(times, *rows)
+    return joint_trajectory.JointTrajectory(times, *rows)
 
 
 def joints_message(
     names: Sequence[str], position: Joints, velocity: Joints, stamp: Time
 ) -> JointState:
-    """Message of where joints are and how fast they move."""
+    """Message of the positions and velocities of joints."""
     return JointState(
         header=Header(stamp=stamp),
         name=list(names),
@@ -344,7 +352,7 @@ def joints_message(
 
 
 def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints] | None:
-    """Positions and velocities of the joints `names`; None if the message is about others."""
+    """Positions and velocities of the joints `names`; None if the message lacks any of them."""
     where = {name: i for i, name in enumerate(message.name)}
     if not all(name in where for name in names) or not (
         len(message.position) == len(message.velocity) == len(message.name)
@@ -358,7 +366,7 @@ def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints
 
 
 def seconds(time: Time | Duration) -> float:
-    """Time or duration in seconds."""
+    """Convert a time or a duration to seconds."""
     return time.sec + 1e-9 * time.nanosec
 
 

@@ -1,8 +1,9 @@
-"""The node `cue_driver`: plays shots with the mechanical cue, and stops it where it must."""
+"""The node `cue_driver`: plays shots with the mechanical cue, and stops it when necessary."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 import math
 from time import monotonic
+from typing import Any, TypeAlias
 import uuid
 
 from billiard_shot_msgs.action import ExecuteShot
@@ -22,7 +23,7 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.job import Command, Result
+from billiard_shot.cue.execution import Command, Result
 from billiard_shot.cue.measurement import Strike as MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.outcome import Outcome, RefusedError
@@ -30,8 +31,10 @@ from billiard_shot.cue.safety import Decision, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.conversions import check_frame
-from billiard_shot.ros.running import be_urgent, EVERY_STATE, LATCHED, run, warm_up
+from billiard_shot.ros.node_runner import EVERY_STATE, LATCHED, run, set_niceness, warm_up
 from billiard_shot.ros.writing_time import stamped, written
+
+GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -40,47 +43,50 @@ UNCONFIGURED = (
 )
 INACTIVE = 'the node is not active: activate it'
 
-REMIND = 8.0
-"""Seconds after which the node logs again why it is not ready."""
+REMINDER_PERIOD = 8.0
+"""Time after which the node logs again why it is not ready [s]."""
 
 
 class CueDriver(LifecycleNode):
     """
     Lifecycle node with the action `execute_shot` (billiard_shot_msgs/action/ExecuteShot).
 
-    Publishes `~/incline_angle` (std_msgs/msg/Float64), the commanded elevation in radians;
-    `~/actuation` (trajectory_msgs/msg/JointTrajectory), which is repeated as long as it holds,
-    for the mechanism stops when commands cease, and whose `header.frame_id` names the driver and
-    numbers the command; `~/state` (billiard_shot_msgs/msg/CueState),
-    latched;
-    `~/strike` (billiard_shot_msgs/msg/Strike), what was measured; the elevation of the cue as a
-    joint in `joint_states`; and `/diagnostics`. Services `~/arm`, `~/disarm` and `~/clear_fault`
-    (std_srvs/srv/Trigger). Subscribes to `joint_states`, `table_state`, and to `estop` (true:
-    stop) and `interlock` (true: safe), std_msgs/msg/Bool, which have to be repeated: silence means
-    stop, and so do messages that were written too long ago. Another publisher of its commands is a
-    fault.
+    Publishes:
+
+    - `~/incline_angle` (std_msgs/msg/Float64), the commanded elevation in radians;
+    - `~/actuation` (trajectory_msgs/msg/JointTrajectory), the current command. It is repeated,
+      because the mechanism stops when commands cease. `header.frame_id` contains the driver and
+      the number of the command;
+    - `~/state` (billiard_shot_msgs/msg/CueState), latched;
+    - `~/strike` (billiard_shot_msgs/msg/Strike), the measured strike;
+    - the elevation of the cue as a joint in `joint_states`, and `/diagnostics`.
+
+    Services: `~/arm`, `~/disarm` and `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to
+    `joint_states`, `table_state`, and to `estop` (true means stop) and `interlock` (true means
+    safe), std_msgs/msg/Bool. These two must be repeated: silence stops the cue, and so do messages
+    that were written too long ago. Another publisher of its commands is a fault.
     Its parameters are `cue_parameters.CUE_DRIVER`. They can be set while the node is unconfigured.
     """
 
     def __init__(self) -> None:
         super().__init__('cue_driver')
-        self._life = UNCONFIGURED
+        self._inactive = UNCONFIGURED
         parameters.declare(
             self,
             cue_parameters.CUE_DRIVER,
             lambda: (
                 ''
-                if self._life is UNCONFIGURED
+                if self._inactive is UNCONFIGURED
                 else 'can be set only while the node is unconfigured; deactivate it and clean it '
                 'up first'
             ),
         )
-        be_urgent(self, self.get_parameter('niceness').value)
-        self._called = self.get_clock().now()
+        set_niceness(self, self.get_parameter('niceness').value)
+        self._decision_time = self.get_clock().now()
         self._table: TableState | None = None
-        self._waiting = -math.inf  # when it last logged why it is not ready
-        self._goal: ServerGoalHandle | None = None
-        self._ended: Future | None = None
+        self._reminded = -math.inf  # time of the last log that the node is not ready
+        self._goal: GoalHandle | None = None
+        self._ended: Future[Result] | None = None
         self._command = JointTrajectory()
         self._angle = Float64()
         topic = {
@@ -98,11 +104,11 @@ class CueDriver(LifecycleNode):
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
 
         # Deep queues: the stop may be pressed in one message and released in the next, and a
-        # strike is measured from a series of joint_states. Old messages are not fresh anyway.
-        self.create_subscription(Bool, 'estop', self._hear_estop, 10)
-        self.create_subscription(Bool, 'interlock', self._hear_interlock, 10)
-        self.create_subscription(JointState, 'joint_states', self._hear_joints, 50)
-        self.create_subscription(TableState, 'table_state', self._hear_table, LATCHED)
+        # strike is measured from a series of joint_states. Messages that waited are not fresh.
+        self.create_subscription(Bool, 'estop', self._on_estop, 10)
+        self.create_subscription(Bool, 'interlock', self._on_interlock, 10)
+        self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
+        self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_service(Trigger, '~/arm', self._arm)
         self.create_service(
             Trigger,
@@ -114,122 +120,122 @@ class CueDriver(LifecycleNode):
         )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(self.get_parameter('period').value, self._tick, clock=steady)
-        self.create_timer(1.0, self._diagnose, clock=steady)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
         self._server = ActionServer(
             self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel
         )
         if self.get_parameter('autostart').value and self.trigger_configure() is SUCCESS:
             self.trigger_activate()
 
-    # --- life -----------------------------------------------------------------------------------
+    # --- lifecycle ------------------------------------------------------------------------------
 
     def _configure(self) -> None:
         """
-        Take over the parameters.
+        Apply the parameters.
 
         Raises
         ------
         ValueError, OSError
-            If they do not fit together, or a file that they name cannot be read any more.
+            If they contradict each other, or if a file that they name can no longer be read.
 
         """
 
-        def value(name: str) -> object:
+        def value(name: str) -> Any:
             return self.get_parameter(name).value
 
         self._names, self._incline_joint = value('joint_names'), value('incline_joint')
         scene = cue_parameters.guided_scene(value('scene'))
-        self._name = uuid.uuid4().hex[:8]  # a new one, because commands are numbered anew
+        self._name = uuid.uuid4().hex[:8]  # a new name, because the numbers of commands start over
         warm_up(self, scene, other_balls=True, compiles=False)
         self._controller = Controller(
             Mechanism.load(value('mechanism')),
             scene,
             cue_parameters.settings_of(self),
             on_state=self._tell_state,
-            on_command=self._give,
+            on_command=self._publish_command,
             on_strike=self._tell_strike,
-            on_result=self._end,
+            on_result=self._finish,
         )
-        if self._table:  # it is latched, and does not come again
-            self._hear_table(self._table)
+        if self._table:  # it is latched, and is not sent again
+            self._on_table(self._table)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start over with the parameters as they are now."""
+        """Start over with the current parameters."""
         try:
             self._configure()
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
-        self._life = INACTIVE
+        self._inactive = INACTIVE
         self._tell_state()
         return super().on_configure(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Allow parameters to be set."""
-        self._life = UNCONFIGURED
+        self._inactive = UNCONFIGURED
         return super().on_cleanup(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """From now on goals are executed."""
+        """Accept goals from now on."""
         result = super().on_activate(state)
         if result is SUCCESS:
-            self._life = ''
+            self._inactive = ''
             self.get_logger().info(f'ready: action {self.resolve_topic_name("execute_shot")}')
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Disarm, which stops the mechanism, and execute no more goals."""
+        """Disarm, which stops the mechanism, and accept no more goals."""
         self._controller.disarm(monotonic(), 'deactivated')
-        self._life = INACTIVE
+        self._inactive = INACTIVE
         return super().on_deactivate(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Disarm first, whatever is going on."""
-        if not self._life:
+        """Disarm first, in every state."""
+        if not self._inactive:
             self.on_deactivate(state)
         return super().on_shutdown(state)
 
-    # --- what it hears and is asked for ---------------------------------------------------------
+    # --- inputs and requests --------------------------------------------------------------------
 
-    def _hear_estop(self, message: Bool, info: dict[str, int]) -> None:
+    def _on_estop(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = monotonic()
-        self._controller.hear_estop(message.data, written(info, now), now)
+        self._controller.receive_estop(message.data, written(info, now), now)
 
-    def _hear_interlock(self, message: Bool, info: dict[str, int]) -> None:
+    def _on_interlock(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = monotonic()
-        self._controller.hear_interlock(message.data, written(info, now), now)
+        self._controller.receive_interlock(message.data, written(info, now), now)
 
-    def _hear_joints(self, message: JointState, info: dict[str, int]) -> None:
+    def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
         joints = conversions.joints_of(message, self._names)
         if joints:
             now = monotonic()
             stamp = stamped(Time.from_msg(message.header.stamp), self.get_clock(), now)
-            self._controller.hear_joints(*joints, min(written(info, now), stamp), now)
+            self._controller.receive_joints(*joints, min(written(info, now), stamp), now)
 
-    def _hear_table(self, message: TableState) -> None:
+    def _on_table(self, message: TableState) -> None:
         self._table = message
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
-            self._controller.hear_table(conversions.balls_of(message.balls))
+            self._controller.receive_table(conversions.balls_of(message.balls))
         except ValueError as error:
             self.get_logger().error(f'ignored a table_state: {error}')
 
     def _arm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         decision = (
             self._controller.arm(monotonic())
-            if not self._life
-            else Decision(False, self._controller.state, f'arm: {self._life}')
+            if not self._inactive
+            else Decision(False, self._controller.state, f'arm: {self._inactive}')
         )
         return _answer(response, decision)
 
-    async def _execute(self, goal: ServerGoalHandle) -> ExecuteShot.Result:
-        self._called = self.get_clock().now()
-        now = self._called.to_msg()
+    async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
+        self._decision_time = self.get_clock().now()
+        now = self._decision_time.to_msg()
         try:
-            if self._life:
-                raise RefusedError(Outcome.NOT_READY, self._life)
+            if self._inactive:
+                raise RefusedError(Outcome.NOT_READY, self._inactive)
             self._controller.execute(
-                conversions.order_of(goal.request, now, self.get_parameter('frame').value),
+                conversions.shot_goal_of(goal.request, now, self.get_parameter('frame').value),
                 monotonic(),
             )
         except RefusedError as error:
@@ -240,7 +246,8 @@ class CueDriver(LifecycleNode):
             )
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
-        result: Result = await self._ended
+        result = await self._ended
+        assert result is not None
         if result.outcome is Outcome.OK:
             goal.succeed()
         elif goal.is_cancel_requested:
@@ -249,7 +256,7 @@ class CueDriver(LifecycleNode):
             goal.abort()
         return conversions.result_of(result, parameters.table_header(self))
 
-    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+    def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in (
             State.AIMING,
             State.AIMED,
@@ -259,50 +266,48 @@ class CueDriver(LifecycleNode):
         self._controller.disarm(monotonic(), 'canceled', Outcome.CANCELED)
         return CancelResponse.ACCEPT
 
-    # --- what it says ---------------------------------------------------------------------------
+    # --- outputs --------------------------------------------------------------------------------
 
     def _tick(self) -> None:
         now = monotonic()
-        self._called = self.get_clock().now()
-        self._controller.hear_clock(1e-9 * self._called.nanoseconds, now)
-        self._controller.hear_rivals(self._other_drivers(), now)
+        self._decision_time = self.get_clock().now()
+        self._controller.receive_clock(1e-9 * self._decision_time.nanoseconds, now)
+        self._controller.receive_other_drivers(self._other_drivers(), now)
         self._controller.tick(now)
         if self._controller.command:
             self._actuation.publish(self._command)
             self._incline.publish(self._angle)
         elevation = self._controller.measured_elevation(now)
         if elevation:
+            angle, rate = map(np.atleast_1d, elevation)
+            stamp = self.get_clock().now().to_msg()
             self._joints.publish(
-                conversions.joints_message(
-                    [self._incline_joint],
-                    *map(np.atleast_1d, elevation),
-                    self.get_clock().now().to_msg(),
-                )
+                conversions.joints_message([self._incline_joint], angle, rate, stamp)
             )
 
-    def _give(self, command: Command) -> None:
+    def _publish_command(self, command: Command) -> None:
         """
         Publish a new command, which `_tick` repeats.
 
-        A path has the stamp of the decision. If this process is stopped between the decision and
-        the publication, the mechanism sees that the command is old.
+        A trajectory has the stamp of the decision. So if this process is paused between the
+        decision and the publication, the mechanism sees that the command is old.
         """
         name = conversions.command_name(self._name, command.number)
-        if command.path is None:
+        if command.trajectory is None:
             self._command = conversions.stop_message(self._controller.position, self._names, name)
         else:
             self._command = conversions.trajectory_message(
-                command.path, self._names, self._called.to_msg(), name
+                command.trajectory, self._names, self._decision_time.to_msg(), name
             )
-            self._angle.data = self._controller.mechanism.triangle.elevation(
-                float(command.path.positions[-1, INCLINE])
+            self._angle.data = self._controller.mechanism.incline_geometry.elevation(
+                float(command.trajectory.positions[-1, INCLINE])
             )
         self._actuation.publish(self._command)
 
     def _other_drivers(self) -> list[str]:
-        """Names of other nodes that publish commands; only an active driver cares."""
+        """Names of other nodes that publish commands; empty while the driver is not active."""
         topic = self._actuation.topic_name
-        if self._life or self.count_publishers(topic) < 2:
+        if self._inactive or self.count_publishers(topic) < 2:
             return []
         # A publisher is discovered a little earlier than the name of its node.
         nodes = [
@@ -326,7 +331,7 @@ class CueDriver(LifecycleNode):
     def _tell_strike(self, strike: MeasuredStrike) -> None:
         self._strike.publish(conversions.strike_message(strike, parameters.table_header(self)))
 
-    def _end(self, result: Result) -> None:
+    def _finish(self, result: Result) -> None:
         self._goal = None
         if self._ended:
             self._ended.set_result(result)
@@ -334,9 +339,9 @@ class CueDriver(LifecycleNode):
     def _state_message(self) -> CueState:
         return conversions.state_message(self._controller, self.get_clock().now().to_msg())
 
-    def _diagnose(self) -> None:
+    def _publish_diagnostics(self) -> None:
         now = monotonic()
-        health = conversions.health(self._controller, self._life, now)
+        health = conversions.health(self._controller, self._inactive, now)
         self._diagnostics.publish(
             conversions.diagnostics_message(
                 self.get_fully_qualified_name(),
@@ -347,14 +352,14 @@ class CueDriver(LifecycleNode):
         )
         wrong = [value for value in health.values() if value != 'ok']
         if not wrong:
-            self._waiting = -math.inf
-        elif now - self._waiting > REMIND:
-            self._waiting = now
+            self._reminded = -math.inf
+        elif now - self._reminded > REMINDER_PERIOD:
+            self._reminded = now
             self.get_logger().warning(f'not ready: {"; ".join(wrong)}')
 
 
 def _answering(act: Callable[[], Decision]) -> Callable[..., Trigger.Response]:
-    """Service that does something and says what came of it."""
+    """Make the callback of a service that acts on the controller and answers with its decision."""
     return lambda _, response: _answer(response, act())
 
 

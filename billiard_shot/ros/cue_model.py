@@ -1,4 +1,4 @@
-"""The node `cue_model`: the mechanical cue as a robot model and as transforms."""
+"""The node `cue_model`: publishes the robot model and the transforms of the mechanical cue."""
 
 from collections.abc import Sequence
 
@@ -13,15 +13,15 @@ from billiard_shot.cue import model
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters
-from billiard_shot.ros.running import LATCHED, run
+from billiard_shot.ros.node_runner import LATCHED, run
 
 try:
     from tf2_msgs.msg import TFMessage
-except ImportError:  # there is no wheel of it on PyPI
+except ImportError:  # PyPI has no wheel of it
     TFMessage = None
 
 TRANSFORMS = QoSProfile(depth=100)
-"""As tf2_ros publishes transforms."""
+"""QoS with which tf2_ros publishes transforms."""
 
 
 class CueModel(Node):
@@ -29,10 +29,11 @@ class CueModel(Node):
     Node that does what robot_state_publisher does, for the mechanical cue alone.
 
     Publishes the robot model (URDF) on `robot_description` (std_msgs/msg/String), latched, and
-    the transforms from the table's frame to the tip on `/tf` (tf2_msgs/msg/TFMessage), where
-    `joint_states` (sensor_msgs/msg/JointState) have the joints. It needs no `incline_angle` in
-    `joint_states`: the elevation follows from the length of the incline's actuator. Without the
-    package tf2_msgs there are no transforms. Its parameters are `cue_parameters.CUE_MODEL`.
+    the transforms from the table's frame to the tip on `/tf` (tf2_msgs/msg/TFMessage), for the
+    joints in `joint_states` (sensor_msgs/msg/JointState). It does not need `incline_angle` in
+    `joint_states`, because the elevation follows from the length of the incline's actuator.
+    Without the package tf2_msgs it publishes no transforms. Its parameters are
+    `cue_parameters.CUE_MODEL`.
     """
 
     def __init__(self) -> None:
@@ -57,7 +58,7 @@ class CueModel(Node):
             self.get_logger().warning('no transforms on /tf: the package tf2_msgs is missing')
         else:
             self._transforms = self.create_publisher(TFMessage, '/tf', TRANSFORMS)
-            self.create_subscription(JointState, 'joint_states', self._hear, 50)
+            self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
             self.create_timer(
                 1.0 / self.get_parameter('rate').value,
                 self._publish,
@@ -65,12 +66,12 @@ class CueModel(Node):
             )
         self.get_logger().info('ready: describes the mechanical cue')
 
-    def _hear(self, message: JointState) -> None:
+    def _on_joints(self, message: JointState) -> None:
         if set(self._names) <= set(message.name):
             self._message = message
 
     def _publish(self) -> None:
-        """Publish the transforms for the last joints, once."""
+        """Publish the transforms for the last joints, once per message."""
         message, self._message = self._message, None
         if message is None:
             return

@@ -5,7 +5,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from billiard_shot.cue.job import Settings
+from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.ros.parameters import Parameter, TABLE_FRAME
@@ -14,7 +14,7 @@ from billiard_shot.scene import Scene
 
 def guided_scene(name_or_path: str) -> Scene:
     """
-    Load a scene whose cue is one that bearings guide, as the mechanism's is.
+    Load a scene, and check that its cue is guided, as the cue of the mechanism is.
 
     Raises
     ------
@@ -25,8 +25,8 @@ def guided_scene(name_or_path: str) -> Scene:
     scene = Scene.load(name_or_path)
     if not scene.cue.guided:
         raise ValueError(
-            f'scene: {name_or_path!r} is not allowed; its cue must be guided, as that of the '
-            'mechanism is and as in the scenes paper and robot_table'
+            f'scene: {name_or_path!r} is not allowed; its cue must be guided, as in '
+            'the scenes paper and robot_table'
         )
     return scene
 
@@ -47,121 +47,124 @@ def _topic(name: str) -> None:
 SCENE = Parameter(
     'scene',
     'paper',
-    'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file; its cue is '
-    'guided.',
+    'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue '
+    'must be guided.',
     check=guided_scene,
 )
 MECHANISM = Parameter(
     'mechanism',
     '',
-    'Path of a YAML file with the mechanism; empty: the one in the library.',
+    'Path of a YAML file with the mechanism. If it is empty, the default mechanism is used.',
     check=Mechanism.load,
 )
 JOINT_NAMES = Parameter(
     'joint_names',
     list(JOINTS),
-    f'Names of the joints in the messages, in the order {", ".join(JOINTS)}.',
+    f'Names of the joints in messages, in the order {", ".join(JOINTS)}.',
     check=_six_names,
 )
 INCLINE_JOINT = Parameter(
     'incline_joint',
     'incline_angle',
-    'Name under which the elevation of the cue is published in joint_states.',
+    'Name of the joint in joint_states that has the elevation of the cue.',
 )
 NICENESS = Parameter(
     'niceness',
     -10,
-    'Scheduling priority that the node asks for, lower is more urgent; where it '
-    'may not have it, it goes on without.',
+    'Niceness that the process requests; lower is more urgent. If the request is denied, the node '
+    'runs without it.',
     limits=(-20, 19),
     read_only=True,
 )
-TIMEOUT = {'unit': 's', 'limits': (0.05, 2.0)}
-"""Longer silence than the upper limit is too long to wait for a stop."""
+
+
+def _timeout(name: str, description: str, former: str = '', read_only: bool = False) -> Parameter:
+    """Time-out for a stop; more than 2 s would be too long to wait for it."""
+    return Parameter(
+        name, 0.5, description, unit='s', limits=(0.05, 2.0), read_only=read_only, former=former
+    )
+
+
+def _topic_parameter(name: str, default: str, description: str) -> Parameter:
+    return Parameter(name, default, description, check=_topic, read_only=True)
+
 
 CUE_DRIVER = (
     TABLE_FRAME,
     SCENE,
     MECHANISM,
     JOINT_NAMES,
-    Parameter('autostart', False, 'Configure and activate the node as it starts.', read_only=True),
+    Parameter('autostart', False, 'Configure and activate the node at start-up.', read_only=True),
     INCLINE_JOINT,
-    Parameter(
-        'incline_topic',
-        '~/incline_angle',
-        'Topic of the commanded angle of the incline.',
-        check=_topic,
-        read_only=True,
+    _topic_parameter(
+        'incline_topic', '~/incline_angle', 'Topic of the commanded elevation of the cue.'
     ),
-    Parameter(
-        'actuation_topic',
-        '~/actuation',
-        'Topic of the commanded trajectories.',
-        check=_topic,
-        read_only=True,
-    ),
+    _topic_parameter('actuation_topic', '~/actuation', 'Topic of the commanded trajectories.'),
     NICENESS,
     Parameter(
         'period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1), read_only=True
     ),
-    Parameter(
-        'estop_timeout',
-        0.5,
-        'Silence on `estop` for longer than this is an emergency stop.',
-        **TIMEOUT,
+    _timeout(
+        'estop_timeout', 'If `estop` is silent for longer than this, it is an emergency stop.'
     ),
-    Parameter(
+    _timeout(
         'interlock_timeout',
-        0.5,
-        'Silence on `interlock` for longer than this means that it is open.',
-        **TIMEOUT,
+        'If `interlock` is silent for longer than this, it counts as open.',
     ),
-    Parameter(
-        'joints_timeout',
-        0.5,
-        'Silence on `joint_states` for longer than this is a fault.',
-        **TIMEOUT,
+    _timeout(
+        'joint_states_timeout',
+        'If `joint_states` is silent for longer than this, it is a fault.',
+        former='joints_timeout',
     ),
     Parameter(
         'arm_timeout',
         5.0,
-        'Armed for longer than this without firing, the cue disarms.',
+        'If the cue is armed for longer than this without firing, it disarms.',
         unit='s',
         limits=(0.1, 60.0),
     ),
-    Parameter('settle_time', 0.1, 'Time from armed to the stroke.', unit='s', limits=(0.0, 10.0)),
     Parameter(
-        'order_longest',
+        'settle_time',
+        0.1,
+        'Time from armed to the start of the stroke.',
+        unit='s',
+        limits=(0.0, 10.0),
+    ),
+    Parameter(
+        'max_goal_validity',
         600.0,
         'Longest time for which a goal may be valid.',
         unit='s',
         limits=(1.0, 3600.0),
+        former='order_longest',
     ),
     Parameter(
-        'late',
+        'motion_timeout',
         2.0,
-        'How late the mechanism may be, which may take a while to hear the first command; '
-        'later is a fault.',
+        'Longest allowed delay behind the commanded trajectory, start-up included; beyond it the '
+        'driver faults.',
         unit='s',
         limits=(0.1, 30.0),
+        former='late',
     ),
     Parameter(
         'aim_tolerance',
         2e-4,
-        'How near a joint must be to where it should, as a part of its range.',
+        'Largest error of the position of a joint, relative to its range.',
         limits=(1e-9, 0.01),
     ),
     Parameter(
         'brake_tolerance',
         0.005,
-        'How far the cue may go beyond where it should stop; farther is a fault.',
+        'Largest distance by which the cue may overrun its planned stop; beyond it the driver '
+        'faults.',
         unit='m',
         limits=(1e-4, 0.02),
     ),
     Parameter(
         'table_tolerance',
         0.001,
-        'How far a ball may lie from where the plan has it.',
+        'Largest distance of a ball from its planned place.',
         unit='m',
         limits=(0.0, 0.02),
     ),
@@ -170,31 +173,26 @@ CUE_DRIVER = (
 CUE_SIM = (
     replace(MECHANISM, read_only=True),
     replace(JOINT_NAMES, read_only=True),
-    Parameter(
-        'actuation_topic',
-        'cue_driver/actuation',
-        'Topic of the commanded trajectories.',
-        check=_topic,
-        read_only=True,
+    _topic_parameter(
+        'actuation_topic', 'cue_driver/actuation', 'Topic of the commanded trajectories.'
     ),
     NICENESS,
-    Parameter(
-        'deadline',
-        0.5,
-        'Without a command for longer than this the mechanism stops by itself; a command '
-        'older than this is refused.',
-        **TIMEOUT,
+    _timeout(
+        'command_timeout',
+        'If no command arrives for longer than this, the mechanism stops. A command older than '
+        'this is refused.',
+        former='deadline',
         read_only=True,
     ),
     Parameter(
         'rate',
         200.0,
-        'How often joint_states is published.',
+        'Rate at which joint_states is published.',
         unit='Hz',
         limits=(10.0, 1000.0),
         read_only=True,
     ),
-    Parameter('seed', 0, 'Seed of everything random.', limits=(0, 2**31 - 1), read_only=True),
+    Parameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
     Parameter(
         'bandwidth',
         150.0,
@@ -206,7 +204,7 @@ CUE_SIM = (
     Parameter(
         'latency',
         0.0,
-        'Time from a command to what it does.',
+        'Delay from a command to its effect.',
         unit='s',
         limits=(0.0, 1.0),
         read_only=True,
@@ -214,7 +212,8 @@ CUE_SIM = (
     Parameter(
         'noise',
         0.0,
-        'Standard deviation of what disturbs the accelerations, relative to the largest ones.',
+        'Standard deviation of the disturbance accelerations, relative to the largest '
+        'accelerations.',
         limits=(0.0, 1.0),
         read_only=True,
     ),
@@ -228,47 +227,48 @@ CUE_SIM = (
     Parameter(
         'encoder_step',
         0.0,
-        'Smallest difference that the encoders tell, relative to the range of the joint.',
+        'Resolution of the encoders, relative to the range of the joint.',
         limits=(0.0, 0.1),
         read_only=True,
     ),
     Parameter('stuck_incline', False, 'Fault: the actuator of the incline does not move.'),
-    Parameter('lost_encoder', False, 'Fault: joint_states has no numbers.'),
+    Parameter('lost_encoder', False, 'Fault: all numbers in joint_states are NaN.'),
     Parameter(
         'late_brake',
         0.0,
-        'Fault: the stroke brakes so much later than it should.',
+        'Fault: delay of the brake of the stroke.',
         unit='s',
         limits=(0.0, 10.0),
     ),
-    Parameter('dropped', 0.0, 'Fault: part of the commands that are lost.', limits=(0.0, 1.0)),
+    Parameter(
+        'command_loss_rate',
+        0.0,
+        'Fault: fraction of the commands that are lost.',
+        limits=(0.0, 1.0),
+        former='dropped',
+    ),
     Parameter('no_ball', False, 'Fault: the cue meets no ball.'),
 )
 
 TABLE_SIM = (
     TABLE_FRAME,
     replace(SCENE, read_only=True),
-    Parameter(
-        'strike_topic',
-        'cue_driver/strike',
-        'Topic of the measured strikes.',
-        check=_topic,
-        read_only=True,
-    ),
+    _topic_parameter('strike_topic', 'cue_driver/strike', 'Topic of the measured strikes.'),
     Parameter(
         'rate',
         30.0,
-        'How often table_state is published while balls move.',
+        'Rate at which table_state is published while balls move.',
         unit='Hz',
         limits=(1.0, 1000.0),
         read_only=True,
     ),
     Parameter(
-        'haste',
+        'real_time_factor',
         1.0,
-        'How many times faster than real the balls move.',
+        'Speed of the simulation relative to real time.',
         limits=(1e-3, 1e6),
         read_only=True,
+        former='haste',
     ),
 )
 
@@ -277,8 +277,8 @@ TABLE_DISPLAY = (
     Parameter(
         'scene',
         'paper',
-        'Table, and balls until table_state has come in: name of a bundled scene, or path of a '
-        'YAML file.',
+        'Table, and balls until table_state has been received: name of a bundled scene, or path '
+        'of a YAML file.',
         check=Scene.load,
     ),
     MECHANISM,
@@ -293,7 +293,7 @@ CUE_MODEL = (
     Parameter(
         'rate',
         50.0,
-        'How often transforms are published at most.',
+        'Highest rate at which transforms are published.',
         unit='Hz',
         limits=(1.0, 1000.0),
     ),
@@ -301,23 +301,23 @@ CUE_MODEL = (
 
 
 def read_into(kind: type, node: Node) -> Any:
-    """Dataclass whose fields are the node's parameters of the same names."""
+    """Make a dataclass from the node's parameters with the names of its fields."""
     return kind(**{field.name: node.get_parameter(field.name).value for field in fields(kind)})
 
 
 def imperfections_of(node: Node) -> Imperfections:
-    """How imperfect the simulated mechanism is wanted."""
+    """Read the imperfections of the simulated mechanism."""
     return read_into(Imperfections, node)
 
 
 def faults_of(node: Node) -> Faults:
-    """Which faults are wanted now."""
+    """Read the current faults of the simulated mechanism."""
     return read_into(Faults, node)
 
 
 def settings_of(node: Node) -> Settings:
     """
-    Read what the controller goes by.
+    Read the settings of the controller.
 
     Raises
     ------
@@ -327,9 +327,10 @@ def settings_of(node: Node) -> Settings:
     """
     settings: Settings = read_into(Settings, node)
     period = node.get_parameter('period').value
-    if settings.longest_pause < 2.0 * period:
+    if settings.max_pause < 2.0 * period:
         raise ValueError(
-            f'estop_timeout, interlock_timeout, joints_timeout: {2 * settings.longest_pause:g} s '
-            f'is not allowed; each must be at least four times the period of {period:g} s'
+            'estop_timeout, interlock_timeout, joint_states_timeout: '
+            f'{2 * settings.max_pause:g} s is not allowed; each must be at least four times the '
+            f'period of {period:g} s'
         )
     return settings

@@ -1,4 +1,4 @@
-"""Shots as RViz and Foxglove show them: the cue, ways of balls by motion, a path with times."""
+"""Shots for RViz and Foxglove: the cue, paths of balls coloured by motion, a timed path."""
 
 from collections.abc import Sequence
 
@@ -18,20 +18,20 @@ from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
 LAST_SECOND = 2**31 - 1
-"""Largest second that fits into a stamp; a shot absurd enough may last beyond it."""
+"""Largest second that fits into a stamp; later times of extreme shots are clipped to it."""
 
-CURVED = 17
-"""Points of a segment that is curved; a ball that rolls goes straight."""
+CURVE_POINTS = 17
+"""Number of points of a curved segment; a rolling ball moves straight."""
 
 CUE, LENGTH, WIDTH = '#c8955c', 0.5, 0.0065
-"""Colour of the cue; length and half its width [m] where the scene does not know its shape."""
+"""Colour of the cue; its length and radius [m] if the scene does not give its shape."""
 
 FAINT = 0.3
-"""Opacity of what is not there any more, or is second best."""
+"""Opacity of starting positions, and of plans that are not the best."""
 
 
 def path_of(trajectory: BallTrajectory, header: Header) -> Path:
-    """Path whose poses carry the times of the samples, as if the strike ended at its stamp."""
+    """Path whose poses have the times of the samples; the strike ends at the stamp of the path."""
     start = Time.from_msg(header.stamp).nanoseconds
     path = Path(header=header)
     points = markers.points_of(vectors(trajectory.positions))
@@ -46,20 +46,20 @@ def path_of(trajectory: BallTrajectory, header: Header) -> Path:
 
 
 def shot_markers(shot: Shot, header: Header) -> MarkerArray:
-    """Show the cue as it meets the ball, and the way of every ball that moves."""
+    """Show the cue as it meets the ball, and the path of every moving ball."""
     return markers.array_of(_shot(shot, 1.0), header)
 
 
 def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -> MarkerArray:
     """
-    Planned shots, the best one first: it as `shot_markers` shows it, the others faint.
+    Show planned shots: the first, which is the best, as `shot_markers` does, the others faint.
 
     Parameters
     ----------
     shots : sequence of Shot
-        What the planned strokes do.
+        Shots of the planned strokes.
     labels : sequence of str
-        A line of text for each, shown where the cue starts, such as its chance of success.
+        A line of text for each shot, such as its success probability, shown at the end of the cue.
     header : Header
         Frame of the table, and time.
 
@@ -85,7 +85,7 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
     for name, trajectory in balls.items():
         if trajectory.duration == 0.0:
             continue
-        points, motions = _way(trajectory)
+        points, motions = _polyline(trajectory)
         shown += [
             markers.line(
                 'paths',
@@ -114,13 +114,13 @@ def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return tip, tip - (shot.scene.cue.length or LENGTH) * along
 
 
-def _way(trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Points (n, 3) [m] of a trajectory until it rests or does the same for ever, and motions."""
+def _polyline(trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Points (n, 3) [m] of a trajectory until its final motion, and the motions at the points."""
     times, motions = [0.0], [int(trajectory.at(0.0).motion)]
     for segment in trajectory.segments:
         if segment.start >= trajectory.duration:
             break
-        count = 2 if segment.motion is Motion.ROLL else CURVED
+        count = 2 if segment.motion is Motion.ROLL else CURVE_POINTS
         times += np.linspace(segment.start, segment.end, count).tolist()
         motions += count * [int(segment.motion)]
     return trajectory.at(times).position, np.array(motions, np.uint8)

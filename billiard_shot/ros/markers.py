@@ -1,4 +1,4 @@
-"""Markers in the frame of the table: the few kinds that the displays are made of."""
+"""Markers in the frame of the table, of the kinds that the displays need."""
 
 from collections.abc import Iterable, Sequence
 
@@ -8,11 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-SIDES = 24  # of what is round
+SIDES = 24  # of the polygon for a circle
 
 
 def array_of(markers: Iterable[Marker], header: Header) -> MarkerArray:
-    """Array of markers in place of all that were on its topic before; numbered in each `ns`."""
+    """Array of markers that replaces all earlier ones on its topic; ids count within each `ns`."""
     result = [Marker(action=Marker.DELETEALL), *markers]
     count: dict[str, int] = {}
     for marker in result:
@@ -23,7 +23,7 @@ def array_of(markers: Iterable[Marker], header: Header) -> MarkerArray:
 
 
 def colour(code: str, alpha: float = 1.0) -> ColorRGBA:
-    """Colour of `#rrggbb`, as opaque as alpha, 0 to 1, says."""
+    """Colour of `#rrggbb`, with the opacity `alpha`, 0 to 1."""
     red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return ColorRGBA(r=red, g=green, b=blue, a=float(alpha))
 
@@ -35,7 +35,7 @@ def box(namespace: str, low: ArrayLike, high: ArrayLike, paint: ColorRGBA) -> Ma
 
 
 def ball(namespace: str, centre: ArrayLike, radius: float, paint: ColorRGBA) -> Marker:
-    """Ball of a radius at a centre (3,) [m]."""
+    """Ball with a centre (3,) and a radius [m]."""
     return _shape(namespace, Marker.SPHERE, centre, np.full(3, 2 * radius), paint)
 
 
@@ -48,7 +48,7 @@ def disc(
 
 
 def label(text: str, place: ArrayLike, height: float, paint: ColorRGBA) -> Marker:
-    """Text of a height [m] that faces who looks at it, at a place (3,) [m]."""
+    """Text of a height [m] that faces the viewer, at a place (3,) [m]."""
     marker = _shape('labels', Marker.TEXT_VIEW_FACING, place, (0.0, 0.0, height), paint)
     marker.text = text
     return marker
@@ -83,7 +83,7 @@ def prisms(
 def cone(
     namespace: str, tip: ArrayLike, end: ArrayLike, radii: tuple[float, float], paint: ColorRGBA
 ) -> Marker:
-    """Cut cone between two points (3,), with its radii there [m]."""
+    """Cone frustum between two points (3,), with its radii at these points [m]."""
     tip, end = np.asarray(tip, float), np.asarray(end, float)
     axis = (end - tip) / np.linalg.norm(end - tip)
     one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -95,7 +95,7 @@ def cone(
 
 
 def points_of(points: NDArray[np.float64]) -> list[Point]:
-    """Points of an array (n, 3)."""
+    """Convert an array (n, 3) to points."""
     return [Point(x=x, y=y, z=z) for x, y, z in points.tolist()]
 
 
@@ -123,7 +123,7 @@ def _fan(polygon: NDArray[np.float64]) -> list[NDArray[np.float64]]:
 
 
 def _strip(one: NDArray[np.float64], other: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Triangles between two closed polygons of equally many corners (n, 3)."""
+    """Triangles between two closed polygons with the same number of corners (n, 3)."""
     a, b = np.roll(one, -1, axis=0), np.roll(other, -1, axis=0)
     return [
         np.array(corners)

@@ -1,7 +1,7 @@
-"""Parameters of the nodes: declared with a full descriptor, checked at start-up and when set."""
+"""Parameters of the nodes: declared with full descriptors, checked at start-up and when set."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -30,18 +30,21 @@ class Parameter:
 
     Parameters
     ----------
-    name, default
-        The default's type is the parameter's type.
+    name : str
+    default
+        Its type is the type of the parameter.
     description : str
-        What it is, in one sentence.
+        Meaning of the parameter.
     unit : str
-        Unit of its value; '' where it has none.
+        Unit of the value; '' if it has no unit.
     limits : pair of numbers, optional
         Smallest and largest allowed value.
     check : callable, optional
-        Raises ValueError or OSError for a value that limits cannot rule out.
+        Raises ValueError or OSError for bad values within the limits.
     read_only : bool
-        Whether the value can only be given when the node starts.
+        Whether the value can be given only when the node starts.
+    former : str
+        Name in the version before, which is still accepted when the node starts; '' for none.
 
     """
 
@@ -52,10 +55,11 @@ class Parameter:
     limits: tuple[float, float] | None = None
     check: Callable[[Any], object] | None = None
     read_only: bool = False
+    former: str = ''
 
     @property
     def descriptor(self) -> ParameterDescriptor:
-        """What `ros2 param describe` shows; rclpy itself enforces the range in it."""
+        """Descriptor for `ros2 param describe`; rclpy itself enforces its range."""
         unit = f' Unit: {self.unit}.' if self.unit else ''
         result = ParameterDescriptor(description=self.description + unit, read_only=self.read_only)
         if self.limits and isinstance(self.default, float):
@@ -78,8 +82,8 @@ def _frame(name: str) -> None:
 TABLE_FRAME = Parameter(
     'frame',
     FRAME,
-    'Frame of the table (REP-103), with its origin on the cloth at the centre of the bed: frame '
-    'of all messages that the node publishes. Messages in another frame are refused.',
+    'Frame of the table (REP-103), with its origin on the cloth at the centre of the bed. All '
+    'messages that the node publishes are in this frame. Messages in another frame are refused.',
     check=_frame,
 )
 
@@ -94,23 +98,25 @@ PREDICTOR = (
     Parameter(
         'tolerance',
         1e-4,
-        'Largest error of the trajectory on the cloth where a request does not say.',
+        'Largest error of the trajectory on the cloth, if the request does not give one.',
         unit='m',
         limits=(1e-12, 1.0),
     ),
     Parameter(
         'sample_count',
         0,
-        'Samples in the trajectory of an answer, if the request does not say. 0: the start, every '
-        'change of motion, and the rest.',
+        'Samples in the trajectory of an answer, if the request does not give a number. With 0 '
+        'there are samples at the start, at changes of motion, and at rest.',
         limits=(0, MAX_SAMPLES),
     ),
-    Parameter('path_samples', 200, 'Poses on the topic `~/path`.', limits=(2, MAX_SAMPLES)),
+    Parameter(
+        'path_samples', 200, 'Number of poses on the topic `~/path`.', limits=(2, MAX_SAMPLES)
+    ),
 )
 
 
 def table_header(node: Node) -> Header:
-    """Header of a message of a node: the frame of the table, and the time now."""
+    """Make the header of a message of a node: the frame of the table, and the current time."""
     return Header(
         frame_id=node.get_parameter('frame').value, stamp=node.get_clock().now().to_msg()
     )
@@ -124,18 +130,18 @@ def declare(
     """
     Declare `parameters`, and refuse bad values from now on.
 
-    `fixed` returns why none of them can be set at the moment; '' if they can.
+    `fixed` returns why the parameters cannot be set at the moment; '' if they can.
 
     Raises
     ------
     rclpy.exceptions.ParameterException
-        If a value given at start-up is of another type, out of range, or fails its check.
+        If a value given at start-up has the wrong type, is out of range, or fails its check.
 
     """
     parameters = tuple(parameters)
     checks = {parameter.name: parameter.check for parameter in parameters}
 
-    def verify(settings: list[Setting]) -> SetParametersResult:
+    def verify(settings: 'list[Setting[Any]]') -> SetParametersResult:
         for setting in settings:
             if setting.name not in checks:
                 continue
@@ -150,4 +156,23 @@ def declare(
 
     node.add_on_set_parameters_callback(verify)
     for parameter in parameters:
-        node.declare_parameter(parameter.name, parameter.default, parameter.descriptor)
+        value = _under_former_name(node, parameter) if parameter.former else parameter.default
+        node.declare_parameter(parameter.name, value, parameter.descriptor)
+
+
+def _under_former_name(node: Node, parameter: Parameter) -> Any:
+    """Return the value given at start-up under the former name of a parameter, or its default."""
+    node.declare_parameter(parameter.former, None, ParameterDescriptor(dynamic_typing=True))
+    is_given = node.get_parameter(parameter.former).value is not None
+    node.undeclare_parameter(parameter.former)
+    if not is_given:
+        return parameter.default
+    node.get_logger().warning(
+        f'parameter {parameter.former!r} is now named {parameter.name!r}; the next version will '
+        'ignore the former name'
+    )
+    # Declared again with its type and range, which rclpy checks.
+    descriptor = replace(parameter, read_only=False).descriptor
+    value = node.declare_parameter(parameter.former, parameter.default, descriptor).value
+    node.undeclare_parameter(parameter.former)
+    return value

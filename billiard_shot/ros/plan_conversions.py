@@ -1,4 +1,4 @@
-"""Between messages of the planner and the library: pure functions, each way."""
+"""Conversions between messages of the planner and the library: pure functions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -47,12 +47,12 @@ TARGET_FIELDS = {
     'within_deg': 'target.within',
     'radius': 'target.radius',
 }
-"""Fields of a goal, by the names that the library has for them in its messages."""
+"""Fields of a goal, by the names that the library uses in its messages."""
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
-    """What `billiard_shot.plan` is asked for."""
+class PlanRequest:
+    """Arguments of `billiard_shot.plan`."""
 
     scene: Scene
     target: dict[str, Any]
@@ -62,15 +62,17 @@ class Task:
     seed: int
 
 
-def task_of(goal: PlanShot.Goal, default: Task, table: TableState | None, frame: str) -> Task:
+def plan_request_of(
+    goal: PlanShot.Goal, default: PlanRequest, table: TableState | None, frame: str
+) -> PlanRequest:
     """
-    Task that a goal asks for; what it leaves open is as in `default`, or on the table.
+    Make the request for a goal; missing values are those of `default` or of the table state.
 
     Raises
     ------
     ValueError
-        Naming the field, its value, and what is allowed. What the library checks is not checked
-        here.
+        With the field, its value, and the allowed range. Fields that the library checks are not
+        checked here.
 
     """
     if goal.sample_count > MAX_SAMPLES:
@@ -102,24 +104,24 @@ def task_of(goal: PlanShot.Goal, default: Task, table: TableState | None, frame:
         except ValueError as error:
             raise ValueError(_renamed(str(error), NOISE_FIELDS)) from None
     target = target_of(goal.target) or default.target
-    return Task(
+    return PlanRequest(
         scene, target, noise, constraints, goal.budget or default.budget, goal.seed or default.seed
     )
 
 
 def with_balls(scene: Scene, balls: Sequence[BallState]) -> Scene:
     """
-    Scene with the balls where they are now.
+    Replace the balls of a scene.
 
     Raises
     ------
     ValueError
-        For balls that cannot lie so; if there is no cue ball, or a name is there twice.
+        If the balls cannot lie there, if there is no cue ball, or if a name occurs twice.
 
     """
     names = [ball.id for ball in balls]
     if len(set(names)) < len(names):
-        raise ValueError(f'balls: each name must be there once, but they are {names}')
+        raise ValueError(f'balls: each name must occur only once: {names}')
     places = {ball.id: (ball.position.x, ball.position.y) for ball in balls if not ball.pocketed}
     if CUE_BALL not in places:
         raise ValueError(f'balls: the cue ball, {CUE_BALL!r}, must be on the table')
@@ -128,9 +130,10 @@ def with_balls(scene: Scene, balls: Sequence[BallState]) -> Scene:
 
 def in_fields(message: str, goal: PlanShot.Goal) -> str:
     """
-    Name the fields of a goal in a message of `plan`.
+    Replace names in a message of `plan` by the fields of a goal.
 
-    Names of the node's parameters stay, where the goal leaves the target or the limits to them.
+    If the goal leaves the target or the limits to the node's parameters, the names of the
+    parameters stay.
     """
     if goal.target.kind != Target.DEFAULT and message.startswith('target: '):
         return _renamed(message.removeprefix('target: '), TARGET_FIELDS)
@@ -151,7 +154,7 @@ def _renamed(message: str, names: dict[str, str]) -> str:
 
 
 def target_of(target: Target) -> dict[str, Any] | None:
-    """Target in the form that `plan` takes; None for that of the node."""
+    """Read a target in the form that `plan` takes; None for the target of the node."""
     point = target.point.x, target.point.y
     found: dict[str, Any]
     match target.kind:
@@ -184,12 +187,12 @@ def target_of(target: Target) -> dict[str, Any] | None:
 
 def target_message(target: Mapping[str, Any]) -> Target:
     """
-    Message of a target in the form that `plan` takes.
+    Make the message of a target in the form that `plan` takes.
 
     Raises
     ------
     ValueError
-        Naming every field that is wrong, its value and what is allowed.
+        With every invalid field, its value and the allowed range.
 
     """
     match targets.read_target(target):
@@ -231,7 +234,7 @@ def _flat(kind: type, place: tuple[float, float] | None) -> Any:
 def result_of(
     result: PlanResult, plan_id: str, scene: Scene, goal: PlanShot.Goal, header: Header
 ) -> PlanShot.Result:
-    """Make the result of a goal that was planned in `scene`, as long as the goal asks for."""
+    """Make the result of a goal that was planned in `scene`, in the requested length."""
     radius = scene.ball.radius
     return PlanShot.Result(
         status=int(result.status),
@@ -252,13 +255,13 @@ def result_of(
 
 
 def places_of(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Where all balls of a scene lie, (x, y) [m], the cue ball among them."""
+    """Positions (x, y) [m] of all balls of a scene, including the cue ball."""
     x, y, _ = scene.cue_ball
     return {CUE_BALL: (x, y), **scene.balls}
 
 
 def ranked_message(planned: RankedStroke, header: Header, sample_count: int) -> RankedPlan:
-    """Message of a planned stroke, its trajectory as `trajectory_message` has it."""
+    """Message of a planned stroke; `trajectory_message` describes the samples."""
     a, b, elevation, azimuth, speed = planned.stroke.offsets
     low, high = planned.interval
     tip = tip_at(planned.stroke, planned.scene.cue_ball[:2], planned.scene)

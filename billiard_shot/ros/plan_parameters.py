@@ -8,7 +8,7 @@ from billiard_shot.scene import Scene
 
 
 def _target(text: str) -> None:
-    """Raise ValueError where a target is no mapping; whether it fits the scene, `plan` says."""
+    """Raise ValueError if a target is not a mapping; `plan` checks whether it fits the scene."""
     try:
         target = yaml.safe_load(text)
     except yaml.YAMLError as error:
@@ -25,46 +25,47 @@ PLANNER = (
     Parameter(
         'scene',
         'blocked',
-        'Table, balls until table_state has come in, and who plays: name of a bundled scene, or '
-        'path of a YAML file.',
+        'Table, balls until table_state has been received, robot and noise: name of a bundled '
+        'scene, or path of a YAML file.',
         check=Scene.load,
     ),
     Parameter(
         'target',
         "{pot: '8', pocket: any}",
-        'What the stroke has to reach where a goal does not say: a YAML mapping, see '
+        'Target of the stroke, if the goal does not give one: a YAML mapping, see '
         'docs/planning.md.',
         check=_target,
     ),
     Parameter(
         'plan_at_start',
         False,
-        'Whether to plan for the target as the node starts, with the balls of the scene.',
+        'Whether to plan for the target at start-up, with the balls of the scene.',
     ),
     Parameter(
         'budget',
         20_000,
-        'Most strokes that are simulated where a goal does not say.',
+        'Largest number of simulated strokes, if the goal does not give one.',
         limits=(1, 10_000_000),
     ),
     Parameter(
         'seed',
         1,
-        'Of all that is random where a goal does not say.',
+        'Seed of all random numbers, if the goal does not give one.',
         limits=(0, 2**31 - 1),
     ),
     Parameter(
-        'noise_times',
+        'noise_scale',
         1.0,
         "Factor on the standard deviations of the scene's noise.",
         limits=(0.0, 100.0),
+        former='noise_times',
     ),
-    Parameter('speed_min', 0.1, 'Slowest stroke.', unit='m/s', limits=(0.001, 20.0)),
-    Parameter('speed_max', 4.5, 'Fastest stroke.', unit='m/s', limits=(0.001, 20.0)),
+    Parameter('speed_min', 0.1, 'Speed of the slowest stroke.', unit='m/s', limits=(0.001, 20.0)),
+    Parameter('speed_max', 4.5, 'Speed of the fastest stroke.', unit='m/s', limits=(0.001, 20.0)),
     Parameter(
         'elevation_min_deg',
         0.0,
-        'Least elevation of the cue.',
+        'Smallest elevation of the cue.',
         unit='degrees',
         limits=(0.0, 90.0),
     ),
@@ -78,21 +79,21 @@ PLANNER = (
     Parameter(
         'azimuth_deg',
         0.0,
-        'Middle of the directions of strokes, counter-clockwise from +x.',
+        'Middle of the range of directions of strokes, counter-clockwise from +x.',
         unit='degrees',
         limits=(-360.0, 360.0),
     ),
     Parameter(
         'azimuth_range_deg',
         180.0,
-        'How far they reach to each side of it.',
+        'Half-width of the range of directions, about `azimuth_deg`.',
         unit='degrees',
         limits=(0.0, 180.0),
     ),
     Parameter(
         'offset_max',
         0.5,
-        'Largest distance of the tip from the middle of the ball.',
+        'Largest offset of the tip from the centre of the ball.',
         unit='ball radii',
         limits=(0.001, 0.99),
     ),

@@ -3,13 +3,13 @@ Plan strokes for targets and play them: plan, seal, execute, and compare with th
 
     ros2 run billiard_shot plan_player '{rest: [0.5, -0.3], radius: 0.1}'
 
-Needs what the player needs, and a planner with the same scene as the cue_driver.
+Needs the nodes that the player needs, and a planner with the same scene as the cue_driver.
 """
 
 import argparse
 from collections.abc import Mapping, Sequence
 import math
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot, PlanShot
@@ -18,7 +18,7 @@ from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
-from billiard_shot.ros.client import call
+from billiard_shot.ros.client import call, result_of
 from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
@@ -26,11 +26,14 @@ from billiard_shot.ros.player import (
     NotReadyError,
     own_arguments,
     parser_of,
-    play,
+    play_shot,
     Player,
     run_player,
 )
-from billiard_shot.ros.sealing import VALID_FOR
+from billiard_shot.ros.sealing import DEFAULT_VALIDITY
+
+if TYPE_CHECKING:
+    from rclpy.client import Client
 
 NOISE = {
     'sigma_a': 2e-4,
@@ -39,60 +42,60 @@ NOISE = {
     'sigma_azimuth': 4e-4,
     'sigma_speed': 0.005,
 }
-"""How exactly the mechanism plays, with a margin."""
+"""Execution noise of the mechanism, with a margin."""
 
 LIMITS = {'speed_min': 0.2, 'speed_max': 2.0, 'elevation_max_deg': 57.0, 'offset_max': 0.35}
-"""Limits of the strokes by default: slower, lower and more central than what it can play."""
+"""Default limits of strokes, which are narrower than those of the mechanism."""
 
 BUDGET = 6000
-"""Strokes to simulate by default."""
+"""Default number of strokes to simulate."""
 
-LONGEST_PLAN = 600.0
-"""Seconds to wait for a plan."""
+PLAN_TIMEOUT = 600.0
+"""Time to wait for a plan [s]."""
 
 
 class NoPlanError(RuntimeError):
-    """The planner has no stroke; the message says why."""
+    """The planner has found no stroke; the message says why."""
 
 
 class PlanPlayer(Player):
-    """Player that asks a planner for strokes; its arguments are those of `Player`."""
+    """Player that gets its strokes from a planner; its arguments are those of `Player`."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        self._plan = ActionClient(self, PlanShot, 'plan_shot')
-        self._seal = self.create_client(SealShot, 'seal_shot')
+        self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
+        self._seal: Client[Any, Any] = self.create_client(SealShot, 'seal_shot')
 
     def wait_for_all(self) -> None:
-        """Wait for the planner, too."""
+        """Wait for the planner and for everything that a shot needs."""
         self.wait_for('action', 'plan_shot', self._plan.server_is_ready)
         self.wait_for('service', 'seal_shot', self._seal.service_is_ready)
         super().wait_for_all()
 
     def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
-        """Plan for a target, with the balls as they lie; NoPlanError if there is no stroke."""
+        """Plan for a target and the current balls; NoPlanError if no stroke is found."""
         sent = self._plan.send_goal_async(
-            PlanShot.Goal(target=target, balls=self.table.balls, **goal)
+            PlanShot.Goal(target=target, balls=self.known_table().balls, **goal)
         )
         if not self.until(sent.done, 10.0):
             raise NotReadyError('no answer from action plan_shot within 10 s')
-        ended = sent.result().get_result_async()
+        handle = result_of(sent)
+        ended = handle.get_result_async()
         try:
-            self.until(ended.done, LONGEST_PLAN)
+            self.until(ended.done, PLAN_TIMEOUT)
         finally:
             if not ended.done():
-                sent.result().cancel_goal_async()
+                handle.cancel_goal_async()
                 self.until(ended.done, 2.0)
-        if not ended.done() or ended.result().status != GoalStatus.STATUS_SUCCEEDED:
-            raise NoPlanError(
-                ended.result().result.message
-                if ended.done()
-                else f'no plan within {LONGEST_PLAN:g} s'
-            )
-        return ended.result().result
+        if not ended.done():
+            raise NoPlanError(f'no plan within {PLAN_TIMEOUT:g} s')
+        response = result_of(ended)
+        if response.status != GoalStatus.STATUS_SUCCEEDED:
+            raise NoPlanError(response.result.message)
+        return response.result
 
-    def seal(self, plan_id: str, valid_for: float = VALID_FOR) -> ExecuteShot.Goal:
-        """Sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
+    def seal(self, plan_id: str, valid_for: float = DEFAULT_VALIDITY) -> ExecuteShot.Goal:
+        """Get a sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
         sealed = call(
             self,
             self._seal,
@@ -109,9 +112,9 @@ def play_target(
     text: str,
     limits: dict[str, Any] | None = None,
     arm: bool = True,
-    valid_for: float = VALID_FOR,
+    valid_for: float = DEFAULT_VALIDITY,
 ) -> bool:
-    """Plan for a target in YAML, play, and print what was reached; False if it was missed."""
+    """Plan for a target in YAML, play, and print the result; return False if it was missed."""
     target = _target_of(text)
     try:
         result = player.plan(target, use_noise=True, **NOISE, **goal_limits(limits or LIMITS))
@@ -126,7 +129,7 @@ def play_target(
         f'  plan        {best.kind}, success {100 * best.success:.0f} % '
         f'(95 % CI {100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)'
     )
-    if not play(player, 'planned', goal, arm):
+    if not play_shot(player, 'planned', goal, arm):
         return False
     reached, words = judge(target, player.balls())
     print(f'  target      {words}', flush=True)
@@ -134,7 +137,7 @@ def play_target(
 
 
 def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[bool, str]:
-    """Whether a target was reached, as far as the balls at rest can tell, and words for it."""
+    """Judge by the balls at rest whether a target was reached; return that, and a sentence."""
     if CUE_BALL not in balls:
         return False, 'not reached: the cue ball is not on the table'
     if target.kind == Target.POT and target.ball in balls:
@@ -148,11 +151,11 @@ def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[boo
         )
     if target.kind == Target.POT:
         return True, f'reached: ball {target.ball!r} is pocketed'
-    return True, 'not judged: balls at rest do not tell whether it was reached'
+    return True, 'not judged: the balls at rest do not show whether it was reached'
 
 
 def goal_limits(limits: dict[str, Any]) -> dict[str, Any]:
-    """Fields of a goal of `plan_shot` for limits such as `LIMITS`."""
+    """Convert limits such as `LIMITS` to fields of a goal of `plan_shot`."""
     fields = {name: value for name, value in limits.items() if not name.endswith('_deg')}
     fields |= {
         name.removesuffix('_deg'): math.radians(value)
@@ -183,7 +186,7 @@ def _budget(text: str) -> int:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play to targets."""
-    parser = parser_of('plan_player', __doc__.strip().splitlines()[0])
+    parser = parser_of('plan_player', __doc__)
     parser.add_argument(
         'targets',
         nargs='+',
@@ -194,19 +197,22 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     add_player_arguments(parser, scene=False)
     parser.add_argument(
-        '--first-contact', default='', metavar='BALL', help='that the cue ball has to meet first'
+        '--first-contact',
+        default='',
+        metavar='BALL',
+        help='ball that the cue ball must contact first',
     )
     parser.add_argument(
         '--budget',
         type=_budget,
         default=BUDGET,
         metavar='N',
-        help=f'most strokes to simulate ({BUDGET})',
+        help=f'largest number of strokes to simulate ({BUDGET})',
     )
     for name, text in (
-        ('speed_min', 'slowest stroke in m/s'),
-        ('speed_max', 'fastest stroke in m/s'),
-        ('elevation_max_deg', 'steepest stroke in degrees'),
+        ('speed_min', 'speed of the slowest stroke in m/s'),
+        ('speed_max', 'speed of the fastest stroke in m/s'),
+        ('elevation_max_deg', 'elevation of the steepest stroke in degrees'),
         ('offset_max', 'largest offset of the tip in ball radii'),
     ):
         parser.add_argument(
@@ -220,7 +226,7 @@ def main(args: Sequence[str] | None = None) -> None:
     limits = {name: getattr(options, name) for name in (*LIMITS, 'budget', 'first_contact')}
     run_player(
         lambda: PlanPlayer(
-            simulate_safety_inputs=options.simulate_safety_inputs, patience=options.wait
+            simulate_safety_inputs=options.simulate_safety_inputs, timeout=options.wait
         ),
         lambda player, text: play_target(player, text, limits, options.arm, options.valid_for),
         options.targets,

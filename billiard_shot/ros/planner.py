@@ -1,8 +1,9 @@
-"""The node `planner`: searches which stroke reaches a target, and shows the last plan."""
+"""The node `planner`: searches for strokes that reach a target, and shows the last plan."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 import threading
+from typing import Any, TypeAlias
 
 from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState
@@ -19,32 +20,34 @@ import yaml
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
-from billiard_shot.ros.plan_conversions import Task
-from billiard_shot.ros.running import LATCHED, run, wait_for_machine_code
+from billiard_shot.ros.node_runner import LATCHED, run, wait_for_machine_code
+from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.ros.sealing import LastPlan, seal
 from billiard_shot.scene import Noise, Robot
 
-LOOK = 0.02
-"""Seconds between two looks at a search."""
+GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
+
+POLL_PERIOD = 0.02
+"""Time between two checks of a search [s]."""
 
 BEST_SAMPLES = 200
-"""Samples of the trajectory on `~/best`."""
+"""Number of samples of the trajectory on `~/best`."""
 
-TELL = 0.1
-"""Seconds between two feedbacks at least."""
+FEEDBACK_PERIOD = 0.1
+"""Shortest time between two feedback messages [s]."""
 
 
 @dataclass(slots=True, eq=False)
 class Search:
-    """A search that goes on in a thread of its own."""
+    """A search that runs in its own thread."""
 
-    task: Task
-    goal: ServerGoalHandle | None  # None: what the node plans by itself
-    ended: Future | None
+    request: PlanRequest
+    goal: 'GoalHandle | None'  # None: planned at start-up
+    ended: 'Future[None] | None'
     stop: threading.Event = field(default_factory=threading.Event)
     preempted: bool = False
     progress: Progress | None = None
-    told: int = 0
+    reported: int = 0  # simulations in the last feedback
     result: PlanResult | None = None
     plan_id: str = ''
     thread: threading.Thread | None = None
@@ -55,19 +58,19 @@ class Search:
         self.thread.start()
 
     def _run(self) -> None:
-        task = self.task
+        request = self.request
         self.result = plan(
-            task.scene,
-            task.target,
-            task.noise,
-            task.budget,
-            task.seed,
-            task.constraints,
-            self._see,
+            request.scene,
+            request.target,
+            request.noise,
+            request.budget,
+            request.seed,
+            request.constraints,
+            self._on_progress,
             lambda: self.stop.is_set() or not rclpy.ok(),
         )
 
-    def _see(self, progress: Progress) -> None:
+    def _on_progress(self, progress: Progress) -> None:
         self.progress = progress
 
 
@@ -78,10 +81,10 @@ class Planner(Node):
     Its service `seal_shot` (billiard_shot_msgs/srv/SealShot) makes a goal of `execute_shot` from a
     stroke of the last plan. Publishes the last plan, latched: its best stroke on `~/best`
     (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
-    (visualization_msgs/msg/MarkerArray). Plans for its parameter `target` as it starts, if
-    `plan_at_start` is true. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState),
-    latched, for goals that do not say where the balls are. A new goal preempts the one that is
-    being planned. Its parameters are `plan_parameters.PLANNER`.
+    (visualization_msgs/msg/MarkerArray). If `plan_at_start` is true, it plans for its parameter
+    `target` at start-up. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState), latched,
+    for goals without positions of the balls. A new goal preempts the one that is being planned.
+    Its parameters are `plan_parameters.PLANNER`.
     """
 
     def __init__(self) -> None:
@@ -96,8 +99,8 @@ class Planner(Node):
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(LOOK, self._look, clock=steady, autostart=False)
-        self._looks = 0
+        self._timer = self.create_timer(POLL_PERIOD, self._poll, clock=steady, autostart=False)
+        self._polls = 0  # since the last feedback
         wait_for_machine_code(self)
         warm_up(self._default)
         self._server = ActionServer(
@@ -109,14 +112,14 @@ class Planner(Node):
             self._start(Search(self._default, None, None))
 
     def _configure(self) -> None:
-        """Take over the parameters, all checked by now."""
+        """Apply the parameters, which have been checked."""
         scene = Scene.load(self.get_parameter('scene').value)
         limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
         own = asdict(Robot())
-        self._default = Task(
+        self._default = PlanRequest(
             scene,
             yaml.safe_load(self.get_parameter('target').value),
-            scene.noise.times(self.get_parameter('noise_times').value),
+            scene.noise.times(self.get_parameter('noise_scale').value),
             {name: value for name, value in limits.items() if value != own[name]},
             self.get_parameter('budget').value,
             self.get_parameter('seed').value,
@@ -125,28 +128,31 @@ class Planner(Node):
     def _keep_table(self, message: TableState) -> None:
         self._table = message
 
-    async def _execute(self, goal: ServerGoalHandle) -> PlanShot.Result:
+    async def _execute(self, goal: GoalHandle) -> PlanShot.Result:
         try:
-            task = plan_conversions.task_of(
+            request = plan_conversions.plan_request_of(
                 goal.request, self._default, self._table, self.get_parameter('frame').value
             )
         except ValueError as error:
             return self._refuse(goal, str(error))
-        while self._search:  # and all that came before this one
+        while self._search:  # and all goals that were waiting before this one
             self._search.preempted = True
             self._search.stop.set()
-            if self._search.ended is None:
-                self._search.ended = Future(executor=self.executor)
-            await self._search.ended
+            ended = self._search.ended
+            if ended is None:
+                ended = self._search.ended = Future(executor=self.executor)
+            await ended
         if goal.is_cancel_requested:
             goal.canceled()
             return PlanShot.Result(
                 status=int(Status.CANCELLED), message='cancelled before it began'
             )
-        search = Search(task, goal, Future(executor=self.executor))
+        ended = Future(executor=self.executor)
+        search = Search(request, goal, ended)
         self._start(search)
-        await search.ended
+        await ended
         result = search.result
+        assert result is not None
         if goal.is_cancel_requested:
             goal.canceled()
         elif result.status == Status.OK:
@@ -154,7 +160,7 @@ class Planner(Node):
         else:
             goal.abort()
         message = plan_conversions.result_of(
-            result, search.plan_id, task.scene, goal.request, parameters.table_header(self)
+            result, search.plan_id, request.scene, goal.request, parameters.table_header(self)
         )
         message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
@@ -166,12 +172,12 @@ class Planner(Node):
             request, self._last, self._default.scene, self._table, parameters.table_header(self)
         )
 
-    def _refuse(self, goal: ServerGoalHandle, why: str) -> PlanShot.Result:
+    def _refuse(self, goal: GoalHandle, why: str) -> PlanShot.Result:
         self.get_logger().warning(f'refused: {why}')
         goal.abort()
         return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=why)
 
-    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+    def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:
             self._search.stop.set()
         return CancelResponse.ACCEPT
@@ -181,14 +187,14 @@ class Planner(Node):
         search.begin()
         self._timer.reset()
 
-    def _look(self) -> None:
-        """Tell how far the search has come; when it has ended, show and tell that."""
+    def _poll(self) -> None:
+        """Report the progress of the search; when it has ended, keep and show its result."""
         search = self._search
         if search is None:
             self._timer.cancel()
             return
-        if search.thread.is_alive():
-            self._tell(search)
+        if search.thread and search.thread.is_alive():
+            self._report(search)
             return
         self._search = None
         self._timer.cancel()
@@ -196,11 +202,16 @@ class Planner(Node):
         if search.ended:
             search.ended.set_result(None)
 
-    def _tell(self, search: Search) -> None:
-        self._looks += 1
+    def _report(self, search: Search) -> None:
+        self._polls += 1
         now = search.progress
-        if search.goal and now and self._looks * LOOK >= TELL and now.simulations > search.told:
-            self._looks, search.told = 0, now.simulations
+        if (
+            search.goal
+            and now
+            and self._polls * POLL_PERIOD >= FEEDBACK_PERIOD
+            and now.simulations > search.reported
+        ):
+            self._polls, search.reported = 0, now.simulations
             search.goal.publish_feedback(
                 PlanShot.Feedback(
                     simulations=now.simulations, budget=now.budget, success=now.success
@@ -208,7 +219,7 @@ class Planner(Node):
             )
 
     def _keep(self, search: Search) -> None:
-        """Keep a plan, for it may be sealed, and show it."""
+        """Keep a plan, because it may be sealed later, and show it."""
         result = search.result
         if result is None:
             return
@@ -229,11 +240,11 @@ class Planner(Node):
             )
 
 
-def warm_up(task: Task) -> None:
-    """Plan a little, so that loading the library does not fall to a goal."""
+def warm_up(request: PlanRequest) -> None:
+    """Make small plans, so that the first goal does not have to load the library."""
     table = Scene.load('blocked')
     plan(table, {'pot': '8'}, Noise(), budget=300)
-    plan(task.scene, task.target, task.noise, 50, task.seed, task.constraints)
+    plan(request.scene, request.target, request.noise, 50, request.seed, request.constraints)
 
 
 def main(args: Sequence[str] | None = None) -> None:

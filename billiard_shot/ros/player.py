@@ -1,5 +1,5 @@
 """
-Play strokes with the mechanical cue: predict, execute, and compare the cue ball's resting place.
+Play strokes with the mechanical cue: predict, execute, and compare the final cue-ball position.
 
     ros2 run billiard_shot player --b 0.3 --speed 0.5
 
@@ -13,7 +13,7 @@ import math
 import signal
 import sys
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any, TYPE_CHECKING, TypeVar
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
@@ -21,6 +21,7 @@ from billiard_shot_msgs.msg import CueState, TableState
 from billiard_shot_msgs.srv import PredictShot
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
+from numpy.typing import NDArray
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.node import Node
@@ -33,27 +34,32 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.client import call, START_UP
-from billiard_shot.ros.running import EVERY_STATE, initialized, LATCHED
-from billiard_shot.ros.sealing import LONGEST, sealed_goal, short_id, VALID_FOR
+from billiard_shot.ros.client import call, result_of, START_UP
+from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED
+from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
 
-ALIVE = 0.05
-"""Seconds between two messages of the simulated safety inputs."""
+if TYPE_CHECKING:
+    from rclpy.client import Client
+    from rclpy.publisher import Publisher
+
+SAFETY_PERIOD = 0.05
+"""Time between two messages of the simulated safety inputs [s]."""
 
 DISCOVERY = 1.0
-"""Seconds in which other publishers are discovered, before anything is simulated."""
+"""Time for discovering other publishers before the safety inputs are simulated [s]."""
 
 SAFETY_INPUTS = {'estop': False, 'interlock': True}
-"""Topics of the safety inputs, and the values with which the cue may move."""
+"""Topics of the safety inputs, and the values that allow motion."""
 
-SOON = 2.0
-"""Seconds of waiting about which nothing is said."""
+QUIET_WAIT = 2.0
+"""Time of waiting after which the player logs what it waits for [s]."""
 
-STILL = 1e-3
-"""Metres: a ball that moves less within `AT_REST` seconds rests."""
+REST_DISTANCE = 1e-3
+"""A ball that moves less than this [m] within `REST_TIME` is at rest."""
 
-AT_REST = 0.5
+REST_TIME = 0.5
+"""Time in which a ball at rest moves less than `REST_DISTANCE` [s]."""
 
 PLAYED, FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -61,9 +67,9 @@ PLAYED, FAILED, NOT_READY = 0, 1, 3
 EXIT_CODES = """\
 exit codes:
   0  every shot was played, and reached its target if it has one
-  1  a shot was refused, ended early, or missed its target; the output says why, and the
-     shots after it are not played
-  2  the arguments are wrong
+  1  a shot was refused, ended early, or missed its target; the output says why; later
+     shots are not played
+  2  the arguments are invalid
   3  a node is missing or not ready; the message names it
   130, 143  ended by Ctrl+C or SIGTERM; a shot that has not begun is cancelled
 """
@@ -73,12 +79,12 @@ R = TypeVar('R')
 
 
 class NotReadyError(RuntimeError):
-    """Something that a shot needs is missing."""
+    """A node, topic or service that a shot needs is missing or not ready."""
 
 
 class Player(Node):
     """
-    Node that plays shots and watches the table.
+    Node that plays shots and monitors the table.
 
     Parameters
     ----------
@@ -87,8 +93,8 @@ class Player(Node):
     simulate_safety_inputs : bool
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
-    patience : float
-        Seconds to wait for each of the other nodes.
+    timeout : float
+        Time to wait for each of the other nodes [s].
 
     """
 
@@ -96,30 +102,32 @@ class Player(Node):
         self,
         namespace: str = '',
         simulate_safety_inputs: bool = False,
-        patience: float = START_UP,
+        timeout: float = START_UP,
     ) -> None:
         super().__init__('player', namespace=namespace)
-        self._patience = patience
+        self._timeout = timeout
         self.states: list[CueState] = []
         self.table: TableState | None = None
-        self.all_is_well = True
-        self.troubles: list[str] = []
-        self._predict = self.create_client(PredictShot, 'predict_shot')
-        self._arm = self.create_client(Trigger, 'cue_driver/arm')
-        self._execute = ActionClient(self, ExecuteShot, 'execute_shot')
-        self.create_subscription(TableState, 'table_state', self._see, LATCHED)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
+        self.safety_inputs_on = True
+        self.problems: list[str] = []
+        self._predict: Client[Any, Any] = self.create_client(PredictShot, 'predict_shot')
+        self._arm: Client[Any, Any] = self.create_client(Trigger, 'cue_driver/arm')
+        self._execute: ActionClient[Any, Any, Any] = ActionClient(
+            self, ExecuteShot, 'execute_shot'
+        )
+        self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
-        self._safety: dict[str, Any] = {}
+        self._safety: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
         if simulate_safety_inputs:
             self.get_logger().warning(
                 'simulating the emergency stop and the interlock: never do this on a robot'
             )
             self._safety = {name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS}
-            self.create_timer(ALIVE, self._say)
+            self.create_timer(SAFETY_PERIOD, self._publish_safety_inputs)
 
-    def _say(self) -> None:
+    def _publish_safety_inputs(self) -> None:
         for name in SAFETY_INPUTS:
             for other in self.get_publishers_info_by_topic(self.resolve_topic_name(name)):
                 if (other.node_name, other.node_namespace) != (
@@ -130,24 +138,24 @@ class Player(Node):
                         f'node {other.node_name!r} publishes {name!r}: this cell has safety '
                         'equipment, so the safety inputs must not be simulated'
                     )
-        if self.all_is_well and monotonic() > self._discovered:
+        if self.safety_inputs_on and monotonic() > self._discovered:
             for name, value in SAFETY_INPUTS.items():
                 self._safety[name].publish(Bool(data=value))
 
-    def _see(self, message: TableState) -> None:
+    def _on_table(self, message: TableState) -> None:
         self.table = message
 
-    def _diagnose(self, message: DiagnosticArray) -> None:
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name == self.resolve_topic_name('cue_driver'):
-                self.troubles = [
+                self.problems = [
                     f'{each.key}: {each.value}'
                     for each in status.values
                     if each.key != 'shot_id' and each.value != 'ok'
                 ]
 
     def until(self, condition: Callable[[], object], seconds: float) -> bool:
-        """Spin until something is true; False if it is not in time."""
+        """Spin until a condition holds; return False if it does not within `seconds`."""
         deadline = monotonic() + seconds
         while not condition():
             if monotonic() > deadline:
@@ -157,43 +165,51 @@ class Player(Node):
 
     def wait_for_all(self) -> None:
         """Wait for everything that a shot needs; NotReadyError names what is missing."""
-        for name, found in (
-            ('service predict_shot', self._predict.service_is_ready),
-            ('service cue_driver/arm', self._arm.service_is_ready),
-            ('action execute_shot', self._execute.server_is_ready),
-            ('topic table_state', lambda: self.table),
-            ('topic cue_driver/state', lambda: self.states),
-        ):
-            self.wait_for(*name.split(), found)
-        if self._safety:  # else a shot could end before safety equipment is discovered
+        needs: tuple[tuple[str, str, Callable[[], object]], ...] = (
+            ('service', 'predict_shot', self._predict.service_is_ready),
+            ('service', 'cue_driver/arm', self._arm.service_is_ready),
+            ('action', 'execute_shot', self._execute.server_is_ready),
+            ('topic', 'table_state', lambda: self.table),
+            ('topic', 'cue_driver/state', lambda: self.states),
+        )
+        for need in needs:
+            self.wait_for(*need)
+        if self._safety:  # otherwise a shot could end before safety equipment is discovered
             self.until(lambda: monotonic() > self._discovered, DISCOVERY)
-        self.troubles = ['no diagnostics']
-        if not self.until(lambda: not self.troubles, self._patience):
-            raise NotReadyError(f'cue_driver is not ready: {"; ".join(self.troubles)}')
+        self.problems = ['no diagnostics']
+        if not self.until(lambda: not self.problems, self._timeout):
+            raise NotReadyError(f'cue_driver is not ready: {"; ".join(self.problems)}')
 
     def wait_for(self, kind: str, name: str, found: Callable[[], object]) -> None:
-        """Wait for a service, action or topic, and say so if it takes a while."""
+        """Wait for a service, action or topic; log if it is not found soon."""
         name = f'{kind} {self.resolve_topic_name(name)}'
-        if self.until(found, min(SOON, self._patience)):
+        if self.until(found, min(QUIET_WAIT, self._timeout)):
             return
         self.get_logger().info(f'waiting for {name}')
-        if not self.until(found, self._patience - SOON):
-            raise NotReadyError(f'no {name} within {self._patience:g} s')
+        if not self.until(found, self._timeout - QUIET_WAIT):
+            raise NotReadyError(f'no {name} within {self._timeout:g} s')
 
     def balls(self) -> dict[str, tuple[float, float]]:
-        """Where the balls on the table lie now, (x, y) [m]."""
-        return cue_conversions.balls_of(self.table.balls)
+        """Return the current positions (x, y) [m] of the balls on the table."""
+        return cue_conversions.balls_of(self.known_table().balls)
+
+    def known_table(self) -> TableState:
+        """Last table state; NotReadyError if none has been received."""
+        if self.table is None:
+            raise NotReadyError('table_state: no message received')
+        return self.table
 
     def goal(
-        self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = VALID_FOR
+        self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = DEFAULT_VALIDITY
     ) -> ExecuteShot.Goal:
-        """Sealed goal for a stroke at the cue ball, where it lies now."""
+        """Make a sealed goal for a stroke at the cue ball, at its current position."""
         plan = cue_conversions.plan_of(stroke, self.balls(), scene, shot_id)
-        header = Header(frame_id=self.table.header.frame_id, stamp=self.get_clock().now().to_msg())
+        frame = self.known_table().header.frame_id
+        header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
         return sealed_goal(plan, header, valid_for)
 
     def predict(self, goal: ExecuteShot.Goal) -> PredictShot.Response:
-        """Ask the predictor about the planned stroke."""
+        """Call the predictor for the planned stroke."""
         request = PredictShot.Request(
             cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True
         )
@@ -206,32 +222,33 @@ class Player(Node):
         on_aimed: Callable[[], None] = lambda: None,
     ) -> Any:
         """
-        Send a goal, and return status and result when it has ended.
+        Send a goal, and return its status and result when it has ended.
+
+        If this call is interrupted, for example by Ctrl+C, the goal is cancelled.
 
         Parameters
         ----------
         goal
         arm : bool
-            Whether to arm the cue as soon as it is aimed; otherwise somebody else has to.
+            Whether to arm the cue as soon as it is aimed; otherwise the operator has to arm it.
         on_aimed : callable
             Called when the cue is aimed and waits to be armed.
-
-        If this is interrupted, such as by Ctrl+C, the goal is cancelled.
 
         """
         sent = self._execute.send_goal_async(goal)
         if not self.until(sent.done, 10.0):
             raise NotReadyError('no answer from action execute_shot within 10 s')
-        ended = sent.result().get_result_async()
+        handle = result_of(sent)
+        ended = handle.get_result_async()
         try:
             self._wait_for_end(goal, ended, arm, on_aimed)
         finally:
             if not ended.done():
-                sent.result().cancel_goal_async()
+                handle.cancel_goal_async()
                 self.until(ended.done, 2.0)
         if not ended.done():
             raise NotReadyError('action execute_shot does not end')
-        return ended.result()
+        return result_of(ended)
 
     def _wait_for_end(
         self, goal: ExecuteShot.Goal, ended: Any, arm: bool, on_aimed: Callable[[], None]
@@ -243,8 +260,8 @@ class Player(Node):
             if arm:
                 answer = self._arm.call_async(Trigger.Request())
                 self.until(lambda: answer.done() or ended.done(), 10.0)
-                if answer.done() and not answer.result().success:
-                    self.get_logger().error(f'not armed: {answer.result().message}')
+                if answer.done() and not result_of(answer).success:
+                    self.get_logger().error(f'not armed: {result_of(answer).message}')
                     return
         self.until(ended.done, left)
 
@@ -252,8 +269,8 @@ class Player(Node):
         last = self.states[-1]
         return last.state == State.AIMED and last.shot_id == goal.plan.shot_id
 
-    def rest(self, seconds: float = 60.0) -> np.ndarray | None:
-        """Wait until the cue ball rests, at (x, y) [m]; None if it does not, or has fallen."""
+    def wait_for_rest(self, seconds: float = 60.0) -> NDArray[np.float64] | None:
+        """Wait until the cue ball is at rest, at (x, y) [m]; None if it is not, or is pocketed."""
         last, since = (math.inf, math.inf), monotonic()
         deadline = monotonic() + seconds
         while monotonic() < deadline:
@@ -261,15 +278,15 @@ class Player(Node):
             place = self.balls().get(conversions.CUE_BALL)
             if place is None:
                 return None
-            if not math.dist(place, last) <= STILL:
+            if not math.dist(place, last) <= REST_DISTANCE:
                 last, since = place, monotonic()
-            elif monotonic() - since > AT_REST:
+            elif monotonic() - since > REST_TIME:
                 return np.array(place)
         return None
 
 
-def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
-    """Play one shot and print the prediction and the outcome; whether it was played."""
+def play_shot(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
+    """Play one shot and print its prediction and outcome; return False if it was not played."""
     answer = player.predict(goal)
     status = Status(answer.status)
     print(
@@ -293,7 +310,7 @@ def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
     print(f'  executed    {Outcome(result.outcome).name}: {result.message}')
     if response.status != GoalStatus.STATUS_SUCCEEDED:
         return False
-    rest = player.rest()
+    rest = player.wait_for_rest()
     speed = result.strike.speed
     print(
         f'  measured    {speed:.4f} m/s ({100 * (speed / goal.plan.speed - 1):+.3f} %), '
@@ -312,33 +329,33 @@ def play(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
 
 
 def add_player_arguments(parser: argparse.ArgumentParser, scene: bool) -> None:
-    """Options of both players; `scene`: whether one has to be known."""
+    """Add the options of both players; `scene` adds the option of the scene."""
     if scene:
         parser.add_argument(
             '--scene',
             default='paper',
             metavar='SCENE',
-            help='bundled scene or YAML file, that of the cue_driver (paper)',
+            help='bundled scene or YAML file; the same as for the cue_driver (paper)',
         )
     parser.add_argument(
         '--arm',
         action='store_true',
-        help='arm each shot as soon as it is aimed; otherwise wait until somebody calls the '
-        'service cue_driver/arm',
+        help='arm each shot as soon as it is aimed; otherwise wait for a call of the service '
+        'cue_driver/arm',
     )
     parser.add_argument(
         '--wait',
         type=float,
         default=START_UP,
         metavar='S',
-        help=f'seconds to wait for each node ({START_UP:g})',
+        help=f'time to wait for each node in seconds ({START_UP:g})',
     )
     parser.add_argument(
         '--valid-for',
         type=_validity,
-        default=VALID_FOR,
+        default=DEFAULT_VALIDITY,
         metavar='S',
-        help=f'seconds within which a shot has to be fired ({VALID_FOR:g})',
+        help=f'time in seconds within which a shot must be fired ({DEFAULT_VALIDITY:g})',
     )
     parser.add_argument(
         '--simulate-safety-inputs',
@@ -350,26 +367,26 @@ def add_player_arguments(parser: argparse.ArgumentParser, scene: bool) -> None:
 
 def _validity(text: str) -> float:
     seconds = float(text)
-    if not 0.0 < seconds <= LONGEST:
+    if not 0.0 < seconds <= MAX_VALIDITY:
         raise argparse.ArgumentTypeError(
-            f'{text} is not allowed; it must be above 0 and at most {LONGEST:g} (s)'
+            f'{text} is not allowed; it must be above 0 and at most {MAX_VALIDITY:g} (s)'
         )
     return seconds
 
 
-def parser_of(name: str, text: str) -> argparse.ArgumentParser:
-    """Parser of a program that `ros2 run` starts."""
+def parser_of(name: str, docstring: str | None) -> argparse.ArgumentParser:
+    """Make the argument parser of a program that `ros2 run` starts."""
     return argparse.ArgumentParser(
         prog=f'ros2 run billiard_shot {name}',
-        description=text,
+        description=(docstring or '').strip().partition('\n')[0],
         epilog=EXIT_CODES + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:
-    """Arguments that are not for ROS."""
-    return remove_ros_args(sys.argv if args is None else ['', *args])[1:]
+    """Return the arguments that are not ROS arguments."""
+    return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
 
 
 def run_player(
@@ -379,18 +396,18 @@ def run_player(
     name: str,
     args: Sequence[str] | None,
 ) -> None:
-    """Make a player, play the rounds until one fails, and end with one of `EXIT_CODES`."""
+    """Make a player, play the rounds until one fails, and exit with one of `EXIT_CODES`."""
 
     def end(number: int, _: object) -> None:
         sys.exit(128 + number)
 
-    # Not the handlers of rclpy: with its context shut down, no goal can be cancelled.
+    # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
     with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, end)
         try:
             player = make()
-            gc.freeze()  # a long search for garbage would be a silence, and silence means stop
+            gc.freeze()  # a long garbage collection would silence the safety inputs
             player.wait_for_all()
             code = PLAYED if all(play_round(player, each) for each in rounds) else FAILED
         except (NotReadyError, TimeoutError) as error:
@@ -401,7 +418,7 @@ def run_player(
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play strokes."""
-    parser = parser_of('player', __doc__.strip().splitlines()[0])
+    parser = parser_of('player', __doc__)
     add_stroke_arguments(parser)
     add_player_arguments(parser, scene=True)
     options = parser.parse_args(own_arguments(args))
@@ -414,11 +431,11 @@ def main(args: Sequence[str] | None = None) -> None:
     def play_stroke(player: Player, item: tuple[str, Stroke]) -> bool:
         name, stroke = item
         goal = player.goal(stroke, scene, f'{name} {short_id()}', options.valid_for)
-        return play(player, name, goal, options.arm)
+        return play_shot(player, name, goal, options.arm)
 
     run_player(
         lambda: Player(
-            simulate_safety_inputs=options.simulate_safety_inputs, patience=options.wait
+            simulate_safety_inputs=options.simulate_safety_inputs, timeout=options.wait
         ),
         play_stroke,
         strokes.items(),

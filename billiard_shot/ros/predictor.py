@@ -1,4 +1,4 @@
-"""The node `predictor`: answers what a stroke does to the ball, and shows the last answer."""
+"""The node `predictor`: predicts the shot for a stroke, and shows the last prediction."""
 
 from collections.abc import Sequence
 
@@ -12,23 +12,23 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, Scene, Shot
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.ros.node_runner import LATCHED, run, warm_up
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
-"""Seconds from an answer to its path and markers; answers in between share one showing."""
+"""Time from an answer to its path and markers [s]; only the last answer in it is shown."""
 
 
 class Predictor(Node):
     """
     Node with the service `predict_shot` (billiard_shot_msgs/srv/PredictShot).
 
-    Publishes the last shot, latched, from a timer and after the answer: the cue ball's path on
-    `~/path` (nav_msgs/msg/Path), the cue and all balls that move on `~/markers`
-    (visualization_msgs/msg/MarkerArray), and all of it on `~/shot` (std_msgs/msg/String), as
-    the JSON that `billiard_shot.load_shot` reads. Subscribes to
-    `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
-    `use_table_state`. Its parameters are `parameters.PREDICTOR`.
+    After an answer, a timer publishes the shot, latched: the cue ball's path on `~/path`
+    (nav_msgs/msg/Path), the cue and all moving balls on `~/markers`
+    (visualization_msgs/msg/MarkerArray), and the whole shot on `~/shot` (std_msgs/msg/String), as
+    the JSON that `billiard_shot.load_shot` reads. Subscribes to `table_state`
+    (billiard_shot_msgs/msg/TableState), latched, for requests with `use_table_state`. Its
+    parameters are `parameters.PREDICTOR`.
     """
 
     def __init__(self) -> None:
@@ -51,7 +51,7 @@ class Predictor(Node):
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
     def _configure(self) -> None:
-        """Take over the parameters, all checked by now."""
+        """Apply the parameters, which have been checked."""
         self._scene = Scene.load(self.get_parameter('scene').value)
         self._tolerance = self.get_parameter('tolerance').value
         self._sample_count = self.get_parameter('sample_count').value
@@ -81,16 +81,18 @@ class Predictor(Node):
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
             self._shown = shot
-            # The executor sends the answer when this callback returns, and only then gets to the
-            # timer. One that already runs is left alone, or a stream of requests would hold it up.
+            # The executor sends the answer when this callback returns, before it runs the timer.
+            # A running timer is not reset, because a stream of requests would delay it forever.
             if self._show_timer.is_canceled():
                 self._show_timer.reset()
         return response
 
     def _show(self) -> None:
         self._show_timer.cancel()
-        header = parameters.table_header(self)
         shot = self._shown
+        if shot is None:
+            return
+        header = parameters.table_header(self)
         self._path.publish(
             display.path_of(
                 conversions.trajectory_message(shot.trajectory, self._path_samples), header

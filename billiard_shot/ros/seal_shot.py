@@ -3,30 +3,33 @@ Print a sealed goal of `execute_shot` as one line of YAML, for `ros2 action send
 
     ros2 run billiard_shot seal_shot
 
-Needs a planner that has planned a stroke.
+Needs a planner that has made a plan.
 """
 
 import array
 from collections.abc import Sequence
 import math
 import sys
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from billiard_shot_msgs.srv import SealShot
 from rclpy.node import Node
 import yaml
 
 from billiard_shot.ros.client import call
+from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.player import own_arguments, parser_of
-from billiard_shot.ros.running import initialized
-from billiard_shot.ros.sealing import VALID_FOR
+from billiard_shot.ros.sealing import DEFAULT_VALIDITY
 
-PATIENCE = 10.0
-"""Seconds to wait for the planner."""
+if TYPE_CHECKING:
+    from rclpy.client import Client
+
+TIMEOUT = 10.0
+"""Time to wait for the planner [s]."""
 
 
 def plain(message: Any) -> Any:
-    """Message as mappings, lists, numbers and strings."""
+    """Convert a message to mappings, lists, numbers and strings."""
     if hasattr(message, 'get_fields_and_field_types'):
         return {
             name: plain(getattr(message, name)) for name in message.get_fields_and_field_types()
@@ -37,7 +40,7 @@ def plain(message: Any) -> Any:
 
 
 def one_line(fields: dict[str, Any]) -> str:
-    """YAML in one line, that reads back as the same numbers."""
+    """Write YAML in one line; reading it gives exactly the same numbers."""
     return yaml.safe_dump(
         fields,
         default_flow_style=True,
@@ -49,8 +52,10 @@ def one_line(fields: dict[str, Any]) -> str:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Ask the planner for a sealed goal and print it; the exit code is 1 if it refuses."""
-    parser = parser_of('seal_shot', __doc__.strip().splitlines()[0])
-    parser.epilog = 'exit codes: 0 printed; 1 refused; 2 wrong arguments; 3 no planner answers'
+    parser = parser_of('seal_shot', __doc__)
+    parser.epilog = (
+        'exit codes: 0 printed; 1 refused; 2 invalid arguments; 3 no answer from a planner'
+    )
     parser.add_argument(
         '--plan-id',
         default='',
@@ -68,9 +73,9 @@ def main(args: Sequence[str] | None = None) -> None:
     parser.add_argument(
         '--valid-for',
         type=float,
-        default=VALID_FOR,
+        default=DEFAULT_VALIDITY,
         metavar='S',
-        help=f'seconds within which the shot has to be fired ({VALID_FOR:g})',
+        help=f'time in seconds within which the shot must be fired ({DEFAULT_VALIDITY:g})',
     )
     options = parser.parse_args(own_arguments(args))
     if not 1 <= options.rank < 2**32:
@@ -79,10 +84,10 @@ def main(args: Sequence[str] | None = None) -> None:
     try:
         with initialized(args):
             node = Node('seal_shot')
-            client = node.create_client(SealShot, 'seal_shot')
-            if not client.wait_for_service(timeout_sec=PATIENCE):
+            client: Client[Any, Any] = node.create_client(SealShot, 'seal_shot')
+            if not client.wait_for_service(timeout_sec=TIMEOUT):
                 raise TimeoutError(
-                    f'no service {client.service_name} within {PATIENCE:g} s: is '
+                    f'no service {client.service_name} within {TIMEOUT:g} s: is '
                     'the planner running?'
                 )
             sealed = call(node, client, request, repeatable=True)

@@ -1,4 +1,4 @@
-"""Planned and given strokes become goals of `execute_shot`: sealed, with a nonce and an expiry."""
+"""Makes goals of `execute_shot` from strokes: sealed, with a nonce and an expiry."""
 
 from dataclasses import dataclass, field
 import uuid
@@ -18,21 +18,21 @@ from billiard_shot.ros.conversions import BadRequestError, CUE_BALL
 from billiard_shot.ros.cue_conversions import balls_of, goal_of, plan_of
 from billiard_shot.ros.plan_conversions import places_of
 
-VALID_FOR = 60.0
-"""Seconds for which a goal is valid, if a request does not say."""
+DEFAULT_VALIDITY = 60.0
+"""Time for which a goal is valid, if the request does not give one [s]."""
 
-LONGEST = 3600.0
-"""Most seconds for which a goal may be valid."""
+MAX_VALIDITY = 3600.0
+"""Longest time for which a goal may be valid [s]."""
 
 
 def short_id() -> str:
-    """Make a name that nothing else has."""
+    """Make a unique name."""
     return uuid.uuid4().hex[:8]
 
 
 @dataclass(frozen=True, slots=True)
 class LastPlan:
-    """The strokes of a plan, the best first, and the name under which they can be sealed."""
+    """The strokes of a plan, the best first, and the id under which they can be sealed."""
 
     ranking: tuple[RankedStroke, ...]
     plan_id: str = field(default_factory=short_id)
@@ -52,22 +52,22 @@ def seal(
     ----------
     request
     last : LastPlan, optional
-        None if nothing has been planned yet.
+        Last plan; None if nothing has been planned yet.
     scene : Scene
-        For strokes that the request gives.
+        Scene for strokes that the request contains.
     table : TableState, optional
-        Where the balls lie, for these; None if no message has come in.
+        Positions of the balls for such strokes; None if no table state has been received.
     header : Header
         Frame of the table, and ROS time.
 
     """
     try:
         conversions.check_frame('header.frame_id', request.header, header.frame_id)
-        valid_for = request.valid_for or VALID_FOR
-        if not 0.0 < valid_for <= LONGEST:
+        valid_for = request.valid_for or DEFAULT_VALIDITY
+        if not 0.0 < valid_for <= MAX_VALIDITY:
             raise _invalid(
-                f'valid_for is {request.valid_for}: must be above 0 s and at most {LONGEST:g} s, '
-                f'or 0 for {VALID_FOR:g} s'
+                f'valid_for is {request.valid_for}: must be above 0 s and at most '
+                f'{MAX_VALIDITY:g} s, or 0 for {DEFAULT_VALIDITY:g} s'
             )
         if request.use_stroke:
             plan, what = _given(request, scene, table, header.frame_id), 'the given stroke'
@@ -85,20 +85,22 @@ def seal(
     )
 
 
-def sealed_goal(plan: ShotPlan, header: Header, valid_for: float = VALID_FOR) -> ExecuteShot.Goal:
-    """Goal to play a plan once, within `valid_for` seconds after the stamp of the header."""
+def sealed_goal(
+    plan: ShotPlan, header: Header, valid_for: float = DEFAULT_VALIDITY
+) -> ExecuteShot.Goal:
+    """Make a goal to play a plan once, within `valid_for` [s] after the stamp of the header."""
     expiry = Time.from_msg(header.stamp) + Duration(nanoseconds=round(1e9 * valid_for))
     return goal_of(plan, uuid.uuid4().hex, header.stamp, expiry.to_msg(), header.frame_id)
 
 
 def _planned(request: SealShot.Request, last: LastPlan | None) -> tuple[ShotPlan, str]:
-    """Plan of the stroke that a request names, and words for the stroke."""
+    """Plan of the stroke that a request names, and a description of the stroke."""
     if last is None:
         raise _invalid('plan_id: there is no plan yet; send a goal to the action plan_shot first')
     if request.plan_id not in ('', last.plan_id):
         raise _invalid(
             f'plan_id is {request.plan_id!r}: must be that of the last plan, {last.plan_id!r}, or '
-            'empty; a newer plan has taken its place'
+            'empty; a newer plan has replaced it'
         )
     rank = request.rank or 1
     if rank > len(last.ranking):
@@ -119,7 +121,7 @@ def _given(
     """Plan of the stroke in a request."""
     _check_guided(scene)
     if table is None:
-        raise _invalid('use_stroke is true, but nothing has come in on topic table_state')
+        raise _invalid('use_stroke is true, but no message has been received on topic table_state')
     conversions.check_frame('table_state.header.frame_id', table.header, frame)
     try:
         balls = balls_of(table.balls)
@@ -142,8 +144,8 @@ def _given(
 def _check_guided(scene: Scene) -> None:
     if not scene.cue.guided:
         raise _invalid(
-            "the cue of the planner's scene is not guided: must be `guided: true`, as "
-            'the mechanical cue is'
+            "the cue of the planner's scene is not guided: must be `guided: true`, as for "
+            'the mechanical cue'
         )
 
 

@@ -1,4 +1,4 @@
-"""The node `table_display`: shows the table, the balls where they lie now, the mechanical cue."""
+"""The node `table_display`: shows the table, the current balls, and the mechanical cue."""
 
 from collections.abc import Sequence
 
@@ -13,24 +13,24 @@ from visualization_msgs.msg import MarkerArray
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
 from billiard_shot.ros.conversions import check_frame, CUE_BALL
-from billiard_shot.ros.running import LATCHED, run
+from billiard_shot.ros.node_runner import LATCHED, run
 from billiard_shot.scene import Scene
 
-PICTURES = 1 / 30
-"""Seconds between two pictures of a cue that moves."""
+CUE_PERIOD = 1 / 30
+"""Time between two messages of a moving cue [s]."""
 
-STILL = 1e-5
-"""Change of the joints [m, rad] that is none: encoders tremble."""
+MIN_CHANGE = 1e-5
+"""Smallest shown change of the joints [m, rad]; smaller ones may be encoder noise."""
 
 
 class TableDisplay(Node):
     """
     Node that publishes markers (visualization_msgs/msg/MarkerArray), latched.
 
-    `~/table`: bed, cushions, rails and pockets of the scene. `~/balls`: the balls where the topic
-    `table_state` (billiard_shot_msgs/msg/TableState) has them and, until it has come in, where the
-    scene has them. `~/cue`: the mechanical cue where `joint_states` (sensor_msgs/msg/JointState)
-    have it, if there is one. Its parameters are `cue_parameters.TABLE_DISPLAY`.
+    `~/table` shows the bed, cushions, rails and pockets of the scene. `~/balls` shows the balls of
+    the topic `table_state` (billiard_shot_msgs/msg/TableState); until a message is received, it
+    shows those of the scene. `~/cue` shows the mechanical cue for the joints in `joint_states`
+    (sensor_msgs/msg/JointState). Its parameters are `cue_parameters.TABLE_DISPLAY`.
     """
 
     def __init__(self) -> None:
@@ -43,17 +43,19 @@ class TableDisplay(Node):
         self._joints = self._shown = np.full(6, np.nan)
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
-        self.create_subscription(JointState, 'joint_states', self._hear_joints, 50)
-        self.create_timer(PICTURES, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
+        self.create_timer(
+            CUE_PERIOD, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
         self.get_logger().info('ready: shows the table')
 
     def _show(self) -> None:
-        """Show the scene, as the parameters have it."""
+        """Show the scene of the parameters."""
         scene = Scene.load(self.get_parameter('scene').value)
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._radius = scene.ball.radius
-        self._table.publish(table_markers.furniture_markers(scene, self._header()))
+        self._table.publish(table_markers.table_markers(scene, self._header()))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
         self._publish_balls({CUE_BALL: scene.cue_ball, **balls})
 
@@ -68,14 +70,14 @@ class TableDisplay(Node):
     def _publish_balls(self, balls: table_markers.Places) -> None:
         self._balls.publish(table_markers.ball_markers(balls, self._radius, self._header()))
 
-    def _hear_joints(self, message: JointState) -> None:
+    def _on_joints(self, message: JointState) -> None:
         joints = cue_conversions.joints_of(message, self._names)
         if joints:
             self._joints, _ = joints
 
     def _show_cue(self) -> None:
         if np.array_equal(self._joints, self._shown, equal_nan=True) or (
-            np.abs(self._joints - self._shown).max() < STILL
+            np.abs(self._joints - self._shown).max() < MIN_CHANGE
         ):
             return
         self._shown = self._joints

@@ -1,4 +1,4 @@
-"""A table and its balls as RViz and Foxglove show them, in the sizes that the library plays."""
+"""Markers of a table, its balls and the mechanical cue, for RViz and Foxglove."""
 
 from collections.abc import Mapping
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import BASE_X, BASE_Y, BASE_Z, Mechanism
-from billiard_shot.cue.placing import tip_of
 from billiard_shot.ros import markers
 from billiard_shot.scene import Scene
 from billiard_shot.table.colours import ball_colour
@@ -17,18 +17,18 @@ from billiard_shot.table.outline import outline_of
 
 CLOTH, CUSHION, WOOD, HOLE, TEXT = '#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff'
 STEEL = '#a9b3bd'
-SHAFT = 0.01  # m, radius of the mechanical cue; for the eye only
+SHAFT = 0.01  # m, shown radius of the mechanical cue
 THICKNESS = 0.03  # m, of the bed
-ENDLESS = 8.0  # m, side of the square that stands for a cloth without end
-LIFT = 5e-4  # m by which what lies on something else is drawn above it
+CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
+LIFT = 5e-4  # m, height of flat markers above the surface under them
 
 Places = Mapping[str, tuple[float, float, float]]
 
 
-def furniture_markers(scene: Scene, header: Header) -> MarkerArray:
-    """Bed, cushions, rails and pockets; of a scene without a table, a piece of its cloth."""
+def table_markers(scene: Scene, header: Header) -> MarkerArray:
+    """Bed, cushions, rails and pockets; for a scene without a table, a square of cloth."""
     if scene.table is None:
-        half = np.full(2, 0.5 * ENDLESS)
+        half = np.full(2, 0.5 * CLOTH_SIZE)
         return markers.array_of([_slab('bed', half, 0.0, CLOTH)], header)
     outline = outline_of(scene)
     shown = [
@@ -49,7 +49,7 @@ def furniture_markers(scene: Scene, header: Header) -> MarkerArray:
 
 
 def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
-    """Balls, their centres (x, y, z) [m], with their names above them."""
+    """Balls with centres (x, y, z) [m], and their names above them."""
     shown = []
     for name, (x, y, z) in balls.items():
         shown += [
@@ -61,18 +61,18 @@ def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
 
 def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Header) -> MarkerArray:
     """
-    Show the mechanical cue where its joints (6,) put it, as long as it reaches behind its pivot.
+    Show the mechanical cue for its joints (6,), drawn in its full length behind the pivot.
 
     Raises
     ------
     ValueError
-        If there is no such place: a joint is out of its range, or not known.
+        If a joint is out of its range, or not finite.
 
     """
     if not np.isfinite(joints).all():
-        raise ValueError('joint_states: a position is not known')
-    tip = tip_of(mechanism, joints)
-    end = tip.position - (mechanism.reach + mechanism.stroke.most) * tip.along
+        raise ValueError('joint_states: a position is not finite')
+    tip = forward_kinematics(mechanism, joints)
+    end = tip.position - (mechanism.reach + mechanism.stroke.max) * tip.along
     pivot = joints[[BASE_X, BASE_Y, BASE_Z]]
     steel = markers.colour(STEEL)
     return markers.array_of(
@@ -85,7 +85,7 @@ def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Heade
 
 
 def places_of(table: TableState, radius: float) -> Places:
-    """Centres of the balls that are on the table [m]; z = 0 stands for one that rests on it."""
+    """Centres of the balls on the table [m]; a ball with z = 0 rests on the cloth."""
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)
         for ball in table.balls
@@ -101,8 +101,10 @@ def _slab(namespace: str, half: NDArray[np.float64], top: float, code: str) -> M
 def _rail(
     cushion: NDArray[np.float64], back: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Outline (4, 2) of the wood behind a cushion, as far as the frame reaches."""
+    """Outline (4, 2) of the wood behind a cushion, out to the frame."""
     ends = cushion[[0, -1]]
-    side = np.isclose(np.abs(ends), back).all(axis=0)  # the axis along which it is at the back
+    side = np.isclose(np.abs(ends), back).all(
+        axis=0
+    )  # the axis along which the cushion is at the back
     beyond = np.where(side, np.sign(ends) * frame, ends)
     return np.concatenate([ends, beyond[::-1]])

@@ -14,7 +14,7 @@ from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.conversions import check_frame, CUE_BALL
-from billiard_shot.ros.running import LATCHED, run, warm_up
+from billiard_shot.ros.node_runner import LATCHED, run, warm_up
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -24,10 +24,10 @@ class TableSim(Node):
     """
     Node that publishes `table_state` (billiard_shot_msgs/msg/TableState), latched.
 
-    The balls lie as the scene has them. They move as a strike on the topic of the parameter
-    `strike_topic` (billiard_shot_msgs/msg/Strike) makes them, and stay where they come to rest; a
-    strike while they still move is ignored. Balls that left the table count as pocketed. What was
-    played goes to `~/shot` (std_msgs/msg/String), latched, as the JSON that
+    At first the balls lie as in the scene. A strike on the topic of the parameter `strike_topic`
+    (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
+    strike is ignored while balls still move. Balls that have left the table count as pocketed.
+    Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back. Its parameters are `cue_parameters.TABLE_SIM`.
     """
@@ -37,7 +37,7 @@ class TableSim(Node):
         parameters.declare(self, cue_parameters.TABLE_SIM)
         self._scene = cue_parameters.guided_scene(self.get_parameter('scene').value)
         warm_up(self, self._scene)
-        self._haste = self.get_parameter('haste').value
+        self._real_time_factor = self.get_parameter('real_time_factor').value
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
@@ -94,7 +94,7 @@ class TableSim(Node):
             self._record.publish(String(data=to_json(shot)))
 
     def _move(self) -> None:
-        time = self._haste * (monotonic() - self._begin)
+        time = self._real_time_factor * (monotonic() - self._begin)
         for name, motion in self._motions.items():
             state = motion.at(time)
             x, y, z = state.position.tolist()

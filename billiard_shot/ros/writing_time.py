@@ -1,20 +1,22 @@
-"""When a message was written, on the steady clock of the process that receives it."""
+"""Time at which a message was written, on the steady clock of the receiving process."""
 
+from collections.abc import Mapping
 import math
 import time
+from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.time import Time
 
 
-def written(info: dict[str, int], now: float) -> float:
+def written(info: Mapping[str, Any], now: float) -> float:
     """
     Time at which the publisher wrote a message [s].
 
     Parameters
     ----------
-    info : dict
-        What rclpy gives a callback beside the message. Its source timestamp counts from 1970, so
+    info : mapping
+        Message info that rclpy passes to a callback. Its source timestamp counts from 1970, so
         the clocks of the two machines must be synchronised.
     now : float
         Time of the steady clock [s].
@@ -22,7 +24,7 @@ def written(info: dict[str, int], now: float) -> float:
     Returns
     -------
     float
-        Time on the steady clock; minus infinity if the middleware does not tell.
+        Time on the steady clock; minus infinity if the middleware gives no timestamp.
 
     """
     source = info['source_timestamp']
@@ -31,9 +33,9 @@ def written(info: dict[str, int], now: float) -> float:
 
 def stamped(stamp: Time, clock: Clock, now: float) -> float:
     """
-    Time on the steady clock that the stamp in a message stands for [s].
+    Convert the stamp of a message to the steady clock [s].
 
-    Infinity if there is no stamp: then the stamp does not limit the time of writing.
+    The result is infinity if there is no stamp; then it does not limit the time of writing.
     """
     if stamp.nanoseconds == 0:
         return math.inf

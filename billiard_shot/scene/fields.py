@@ -3,7 +3,8 @@ Fields that know what they allow, for dataclasses that check themselves (see che
 
 A field is declared with what it takes: `number`, `choice`, `yes_or_no`, `places`, `section` ... A
 field with a `derived` value finds it from the others when none is given, and again whenever
-`dataclasses.replace` makes a new object: such a value is marked as `Derived`.
+`dataclasses.replace` makes a new object: such a value is marked as `Derived`. A field that was
+renamed names its `former` key, which is still read.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +16,7 @@ from typing import Any
 from billiard_shot.scene.mistakes import found_in, InputError, Mistake, refused, TWICE
 
 Convert = Callable[[object], Any]
-TAKES, DERIVED, SECTION = 'takes', 'derived', 'section'
+TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
 
 
 class Derived(float):
@@ -32,16 +33,21 @@ def number(
     most: float | None = None,
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
+    former: str | None = None,
 ) -> Any:
     """
     Field for a finite number [unit] above, or from, and up to the given bounds.
 
     Without `default` it must be given, unless `derived` finds it from the other fields.
+    `former` is a former name of the field.
     """
-    convert = _number_within(unit, above, least, most)
+    metadata: dict[str, Any] = {TAKES: _number_within(unit, above, least, most)}
+    if former:
+        metadata[FORMER] = former
     if derived:
-        return dataclasses.field(default=None, metadata={TAKES: convert, DERIVED: derived})
-    return _field(convert, dataclasses.MISSING if default is None else default)
+        return dataclasses.field(default=None, metadata=metadata | {DERIVED: derived})
+    value = dataclasses.MISSING if default is None else default
+    return dataclasses.field(default=value, metadata=metadata)
 
 
 def whole_number(*, least: int, default: int) -> Any:
@@ -134,12 +140,14 @@ def point(*, absent: bool = False) -> Any:
     return _field(convert, None if absent else dataclasses.MISSING)
 
 
-def section(kind: type, *, optional: bool = False, absent: bool = False) -> Any:
+def section(
+    kind: type, *, optional: bool = False, absent: bool = False, former: str | None = None
+) -> Any:
     """
     Field for a dataclass of such fields.
 
     `optional`: all its fields have defaults, and it need not be given. `absent`: it need not be
-    there at all, and then is None.
+    there at all, and then is None. `former` is a former name of the field.
     """
 
     def convert(value: object) -> Any:
@@ -147,7 +155,9 @@ def section(kind: type, *, optional: bool = False, absent: bool = False) -> Any:
             raise refused(value, f'a {kind.__name__}')
         return value
 
-    metadata = {TAKES: convert, SECTION: kind}
+    metadata: dict[str, Any] = {TAKES: convert, SECTION: kind}
+    if former:
+        metadata[FORMER] = former
     if absent:
         return dataclasses.field(default=None, metadata=metadata)
     factory: Any = kind if optional else dataclasses.MISSING

@@ -31,7 +31,7 @@ from billiard_shot.cue.plan import tip_at
 from billiard_shot.ros.client import call
 from billiard_shot.ros.conversions import make_request
 from billiard_shot.ros.demo import quiet_environment
-from billiard_shot.ros.running import LATCHED
+from billiard_shot.ros.node_runner import LATCHED
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]

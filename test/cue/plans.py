@@ -1,4 +1,4 @@
-"""Shots for the mechanical cue, its plans and orders, and a bench to run a controller on."""
+"""Shots for the mechanical cue, its plans and goals, and a bench to run a controller on."""
 
 from collections.abc import Callable
 import math
@@ -8,10 +8,10 @@ import numpy as np
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.job import Result, Settings
+from billiard_shot.cue.execution import Result, Settings
+from billiard_shot.cue.goals import ShotGoal
+from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.orders import Order
-from billiard_shot.cue.placing import TipPose
 from billiard_shot.cue.plan import ShotPlan
 from billiard_shot.cue.safety import State
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
@@ -19,7 +19,7 @@ from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
 MECHANISM = Mechanism()
-HOME = np.array([0.0, 0.0, 0.5, 0.0, MECHANISM.triangle.length(0.0), 0.0])
+HOME = np.array([0.0, 0.0, 0.5, 0.0, MECHANISM.incline_geometry.length(0.0), 0.0])
 
 SHOTS = st.tuples(
     st.floats(-0.6, 0.6),
@@ -61,8 +61,8 @@ def plan_of(shot, ball=(0.0, 0.0), shot_id='shot', others=None):
     )
 
 
-def order_of(plan, nonce='once', remaining=60.0, seal=None):
-    return Order(plan, seal or plan.seal, nonce, remaining)
+def goal_of(plan, nonce='once', remaining=60.0, seal=None):
+    return ShotGoal(plan, seal or plan.seal, nonce, remaining)
 
 
 class Bench:
@@ -89,14 +89,14 @@ class Bench:
             on_strike=self.strikes.append,
             on_result=self.results.append,
         )
-        self.controller.hear_table({'cue': (0.0, 0.0)})
+        self.controller.receive_table({'cue': (0.0, 0.0)})
         self.run(0.1)
 
     def send(self, command):
-        if command.path is None:
+        if command.trajectory is None:
             self.mechanism.stop(self.now)
         else:
-            self.mechanism.follow(command.path, command.number, self.now)
+            self.mechanism.command(command.trajectory, command.number, self.now)
 
     def run(self, seconds, until: Callable[[], bool] = lambda: False):
         """Let time pass; True as soon as `until` is."""
@@ -105,7 +105,7 @@ class Bench:
             self.now += 0.002
             self.mechanism.advance(self.now)
             if self.driver:
-                self.controller.hear_joints(*self.mechanism.measured(), self.now, self.now)
+                self.controller.receive_joints(*self.mechanism.measured(), self.now, self.now)
                 if i % 5 == 0:
                     self.tick()
             if until():
@@ -114,10 +114,10 @@ class Bench:
 
     def tick(self):
         if self.estop is not None:
-            self.controller.hear_estop(self.estop, self.now, self.now)
+            self.controller.receive_estop(self.estop, self.now, self.now)
         if self.interlock is not None:
-            self.controller.hear_interlock(self.interlock, self.now, self.now)
-        self.controller.hear_clock(self.now + self.clock_offset, self.now)
+            self.controller.receive_interlock(self.interlock, self.now, self.now)
+        self.controller.receive_clock(self.now + self.clock_offset, self.now)
         self.controller.tick(self.now)
         if self.controller.command:
             self.send(self.controller.command)
@@ -125,13 +125,13 @@ class Bench:
     def reach(self, state, seconds=10.0):
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
 
-    def order(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once', **more):
-        self.controller.execute(order_of(plan_of(shot), nonce, **more), self.now)
+    def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once', **more):
+        self.controller.execute(goal_of(plan_of(shot), nonce, **more), self.now)
 
     def play(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once'):
-        """Order, aim, arm and fire; the result."""
+        """Send a goal, aim, arm and fire; the result."""
         before = len(self.results)
-        self.order(shot, nonce)
+        self.send_goal(shot, nonce)
         self.reach(State.AIMED)
         assert self.controller.arm(self.now).accepted
         assert self.run(10.0, lambda: len(self.results) > before), self.controller.reason

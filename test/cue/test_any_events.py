@@ -10,11 +10,11 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 import numpy as np
-from plans import HOME, MECHANISM, order_of, plan_of, SCENE
+from plans import goal_of, HOME, MECHANISM, plan_of, SCENE
 import pytest
 
 from billiard_shot.cue.controller import Controller, RECOVERY
-from billiard_shot.cue.job import Settings
+from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.safety import MOVING, State
@@ -29,23 +29,23 @@ TABLES = [{'cue': (0.0, 0.0)}, {'cue': (0.01, 0.0)}]
 
 
 class Ideal:
-    """A mechanism that is where its path has it."""
+    """A mechanism that is where its trajectory has it."""
 
     def __init__(self):
-        self.position, self.path, self.number, self.begin = HOME.copy(), None, 0, 0.0
+        self.position, self.trajectory, self.number, self.begin = HOME.copy(), None, 0, 0.0
         self.off = 0.0  # by how much it is not [m]
 
     def command(self, command, now):
-        self.position = self.measured(now)[0] - self.off * (self.path is not None)
-        if command.path is None:
-            self.path = None
+        self.position = self.measured(now)[0] - self.off * (self.trajectory is not None)
+        if command.trajectory is None:
+            self.trajectory = None
         elif command.number > self.number:
-            self.path, self.number, self.begin = command.path, command.number, now
+            self.trajectory, self.number, self.begin = command.trajectory, command.number, now
 
     def measured(self, now):
-        if self.path is None:
+        if self.trajectory is None:
             return self.position, np.zeros(6)
-        position, velocity, _ = self.path.at(now - self.begin)
+        position, velocity, _ = self.trajectory.at(now - self.begin)
         return position + self.off, velocity
 
 
@@ -65,7 +65,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.controller = Controller(
             MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note
         )
-        self.controller.hear_table(self.table)
+        self.controller.receive_table(self.table)
         self.pass_time(0.02)
 
     # --- the judge ------------------------------------------------------------------------------
@@ -76,9 +76,9 @@ class AnyEvents(RuleBasedStateMachine):
 
     def judge(self, command):
         if (
-            command.path is not None
-            and np.ptp(command.path.positions[:, STROKE]) > 0.01
-            and (command.path.positions[0, STROKE] == 0.0)
+            command.trajectory is not None
+            and np.ptp(command.trajectory.positions[:, STROKE]) > 0.01
+            and (command.trajectory.positions[0, STROKE] == 0.0)
         ):
             self.strokes += 1
             assert self.controller.state is State.FIRING
@@ -105,13 +105,15 @@ class AnyEvents(RuleBasedStateMachine):
                 if value is not None:
                     self.say(name, value)
             if not self.deaf:
-                self.controller.hear_joints(*self.mechanism.measured(self.now), self.now, self.now)
+                self.controller.receive_joints(
+                    *self.mechanism.measured(self.now), self.now, self.now
+                )
             self.controller.tick(self.now)
 
     def say(self, name, value, written=None):
         written = self.now if written is None else written
         self.said[name] = value, written
-        getattr(self.controller, f'hear_{name}')(value, written, self.now)
+        getattr(self.controller, f'receive_{name}')(value, written, self.now)
 
     @rule(
         seconds=st.sampled_from([0.1, 0.24, 0.3, 1.0, 6.0]),
@@ -121,7 +123,7 @@ class AnyEvents(RuleBasedStateMachine):
         """Messages and requests wait meanwhile, and come in afterwards in any order."""
         before, joints = self.now, self.mechanism.measured(self.now)
         self.now += seconds
-        trusts_nothing = seconds > SETTINGS.longest_pause
+        trusts_nothing = seconds > SETTINGS.max_pause
         if trusts_nothing:
             self.resumed = self.now
         for request in requests:
@@ -130,7 +132,7 @@ class AnyEvents(RuleBasedStateMachine):
                     if value is not None:
                         self.say(name, value, before + 0.9 * seconds)
                 if not self.deaf:
-                    self.controller.hear_joints(*joints, before + 0.9 * seconds, self.now)
+                    self.controller.receive_joints(*joints, before + 0.9 * seconds, self.now)
             elif request == 'tick':
                 self.controller.tick(self.now)
             elif request == 'arm':
@@ -161,7 +163,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.says = {'estop': False, 'interlock': True}
         self.deaf = False
         self.table = TABLES[0]
-        self.controller.hear_table(self.table)
+        self.controller.receive_table(self.table)
         self.pass_time(max(0.02, self.resumed + RECOVERY + 0.1 - self.now), 0.05)
         self.controller.clear(self.now)
 
@@ -172,7 +174,7 @@ class AnyEvents(RuleBasedStateMachine):
     @rule(table=st.sampled_from(TABLES))
     def balls_lie(self, table):
         self.table = table
-        self.controller.hear_table(table)
+        self.controller.receive_table(table)
 
     @rule(
         plan=st.sampled_from(PLANS),
@@ -180,9 +182,9 @@ class AnyEvents(RuleBasedStateMachine):
         remaining=st.sampled_from([-1.0, 2.0, 60.0]),
         seal=st.sampled_from([None, None, None, 'wrong']),
     )
-    def order(self, plan, nonce, remaining, seal):
+    def send_goal(self, plan, nonce, remaining, seal):
         try:
-            self.controller.execute(order_of(plan, str(nonce), remaining, seal=seal), self.now)
+            self.controller.execute(goal_of(plan, str(nonce), remaining, seal=seal), self.now)
         except RefusedError:
             return
         assert str(nonce) not in self.used
@@ -221,13 +223,13 @@ class AnyEvents(RuleBasedStateMachine):
         state, command = self.controller.state, self.controller.command
         if state in MOVING:
             assert command is not None
-            assert command.path is not None
+            assert command.trajectory is not None
         elif state is State.DISARMED:
             assert command is None
         else:
-            assert command.path is None
+            assert command.trajectory is None
         if state not in MOVING:
-            assert self.mechanism.path is None
+            assert self.mechanism.trajectory is None
 
 
 TROUBLE = st.sampled_from(
@@ -260,7 +262,7 @@ class Eager(AnyEvents):
         if self.controller.state is not State.DISARMED:
             return
         self.all_is_well()
-        self.order(plan, nonce, remaining, None)
+        self.send_goal(plan, nonce, remaining, None)
         self.pass_time(4.0, 0.05)
         self.trouble(aimed)
         self.arm()

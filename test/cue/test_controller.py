@@ -4,10 +4,10 @@ import math
 
 from hypothesis import given, settings
 import numpy as np
-from plans import Bench, contact_of, order_of, plan_of, SHOTS
+from plans import Bench, contact_of, goal_of, plan_of, SHOTS
 import pytest
 
-from billiard_shot.cue.job import Settings
+from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
@@ -22,7 +22,7 @@ def bench():
     return Bench()
 
 
-def test_a_shot_from_order_to_rest(bench):
+def test_a_shot_from_goal_to_rest(bench):
     result = bench.play(SHOT)
     assert result.outcome is Outcome.OK
     assert bench.states == WAY
@@ -65,7 +65,7 @@ def test_shots_in_a_row(bench):
     for i, shot in enumerate(shots):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
-        bench.controller.execute(order_of(plan, f'nonce {i}'), bench.now)
+        bench.controller.execute(goal_of(plan, f'nonce {i}'), bench.now)
         bench.reach(State.AIMED)
         assert bench.controller.arm(bench.now).accepted
         bench.reach(State.DISARMED)
@@ -77,12 +77,12 @@ def test_shots_in_a_row(bench):
 def test_one_shot_id_stands_for_one_shot(bench):
     assert bench.play(SHOT, 'first').outcome is Outcome.OK
     with pytest.raises(RefusedError) as caught:
-        bench.order((*SHOT[:4], 2.0), 'second')
+        bench.send_goal((*SHOT[:4], 2.0), 'second')
     assert caught.value.outcome is Outcome.PLAN_CHANGED
 
 
 def in_state(bench, state):
-    bench.order(SHOT)
+    bench.send_goal(SHOT)
     bench.reach(State.AIMED if state in (State.ARMED, State.FIRING, State.RETRACTING) else state)
     if state not in (State.AIMING, State.AIMED):
         assert bench.controller.arm(bench.now).accepted
@@ -96,7 +96,7 @@ MOVING = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING
 def test_estop_stops_at_once_and_latches(bench, state):
     in_state(bench, state)
     before = bench.now
-    bench.controller.hear_estop(True, bench.now, bench.now)
+    bench.controller.receive_estop(True, bench.now, bench.now)
     assert bench.controller.state is State.ESTOP
     assert bench.now == before, 'in the same call'
     assert bench.results[-1].outcome is Outcome.ESTOP
@@ -105,7 +105,7 @@ def test_estop_stops_at_once_and_latches(bench, state):
     assert bench.controller.state is State.ESTOP
     assert bench.mechanism.stopped
     with pytest.raises(RefusedError, match='aim: not possible in state ESTOP, only in DISARMED'):
-        bench.order(SHOT, 'again')
+        bench.send_goal(SHOT, 'again')
     assert bench.controller.clear(bench.now).accepted
     assert bench.play(SHOT, 'later').outcome is Outcome.OK
 
@@ -122,7 +122,7 @@ def test_silence_stops(name, state):
     stroke = state in (State.FIRING, State.RETRACTING)
     wanted = State.ESTOP if name == 'estop' else State.FAULT if stroke else State.DISARMED
     assert bench.controller.state is wanted
-    assert f'{name}: silent for' in bench.controller.reason
+    assert f'{name}: no message for' in bench.controller.reason
     assert bench.results[-1].outcome is not Outcome.OK
 
 
@@ -132,9 +132,9 @@ def pause(bench, seconds=1.0):
     bench.driver = False
     bench.run(seconds)
     bench.driver = True
-    bench.controller.hear_estop(False, before + 0.5 * seconds, bench.now)
-    bench.controller.hear_interlock(True, before + 0.5 * seconds, bench.now)
-    bench.controller.hear_joints(*bench.mechanism.measured(), before + 0.5 * seconds, bench.now)
+    bench.controller.receive_estop(False, before + 0.5 * seconds, bench.now)
+    bench.controller.receive_interlock(True, before + 0.5 * seconds, bench.now)
+    bench.controller.receive_joints(*bench.mechanism.measured(), before + 0.5 * seconds, bench.now)
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -145,11 +145,11 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
     assert not bench.controller.arm(bench.now).accepted
     stroke = state in (State.FIRING, State.RETRACTING)
     assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
-    assert 'this program did not run for 1' in bench.controller.reason
+    assert 'this process did not run for 1' in bench.controller.reason
     assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
     assert not bench.controller.clear(bench.now).accepted
     with pytest.raises(RefusedError):
-        bench.order(SHOT, 'too early')
+        bench.send_goal(SHOT, 'too early')
     bench.run(4.1)
     assert bench.mechanism.stopped
     assert not stroke or bench.controller.clear(bench.now).accepted
@@ -159,14 +159,14 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
 @pytest.mark.parametrize('latch', [State.ESTOP, State.FAULT])
 def test_a_latch_is_not_cleared_by_messages_that_waited(bench, latch):
     if latch is State.ESTOP:
-        bench.controller.hear_estop(True, bench.now, bench.now)
+        bench.controller.receive_estop(True, bench.now, bench.now)
     else:
         bench.controller.fail(bench.now, 'for the test')
     bench.run(0.1)
     pause(bench)
     refused = bench.controller.clear(bench.now)
     assert not refused.accepted
-    assert 'estop: not trusted for another 4 s, because this program paused' in refused.reason
+    assert 'estop: not trusted for another 4 s, because this process paused' in refused.reason
     bench.run(4.1)
     assert bench.controller.clear(bench.now).accepted
 
@@ -180,7 +180,7 @@ def test_a_short_pause_is_allowed(bench):
 
 def test_a_press_counts_however_old_it_is(bench):
     in_state(bench, State.AIMING)
-    bench.controller.hear_estop(True, bench.now - 5.0, bench.now)
+    bench.controller.receive_estop(True, bench.now - 5.0, bench.now)
     assert bench.controller.state is State.ESTOP
 
 
@@ -189,13 +189,13 @@ def test_another_driver_is_a_fault(bench, state):
     if state is not State.DISARMED:
         in_state(bench, state)
     for _ in range(3):
-        bench.controller.hear_rivals(['/other/cue_driver'], bench.now)
+        bench.controller.receive_other_drivers(['/other/cue_driver'], bench.now)
         bench.run(0.05)
     assert bench.controller.state is State.FAULT
     assert bench.states.count(State.FAULT) == 1
     assert bench.controller.reason == ('another node commands the mechanism: /other/cue_driver')
     assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
-    bench.controller.hear_rivals([], bench.now)
+    bench.controller.receive_other_drivers([], bench.now)
     assert bench.controller.clear(bench.now).accepted
 
 
@@ -207,14 +207,14 @@ def test_a_clock_that_jumps_back_disarms(bench, state):
     assert bench.controller.state is State.DISARMED
     assert bench.controller.reason == 'ROS clock: jumped back by 100 s'
     with pytest.raises(RefusedError, match='jumped back by 100 s'):
-        bench.order(SHOT, 'again')
+        bench.send_goal(SHOT, 'again')
 
 
 @pytest.mark.parametrize('state', MOVING)
 def test_interlock_opened(bench, state):
     in_state(bench, state)
     bench.interlock = False
-    bench.controller.hear_interlock(False, bench.now, bench.now)
+    bench.controller.receive_interlock(False, bench.now, bench.now)
     stroke = state in (State.FIRING, State.RETRACTING)
     assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
     assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
@@ -223,7 +223,7 @@ def test_interlock_opened(bench, state):
     if stroke:
         assert bench.controller.clear(bench.now).accepted
     with pytest.raises(RefusedError, match='interlock: is false'):
-        bench.order(SHOT, 'again')
+        bench.send_goal(SHOT, 'again')
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -252,7 +252,7 @@ def test_disarm(bench, state):
         (Faults(lost_encoder=True), State.AIMED, 'joint_states: base_x is at nan'),
         (Faults(late_brake=0.05), State.ARMED, 'beyond where it should have stopped'),
         (Faults(no_ball=True), State.ARMED, 'or there was no ball'),
-        (Faults(dropped=1.0), State.AIMED, 'has not come to the ball'),
+        (Faults(command_loss_rate=1.0), State.AIMED, 'has not met the ball'),
     ],
 )
 def test_faults_are_found_and_named(bench, faults, state, words):
@@ -268,7 +268,7 @@ def test_faults_are_found_and_named(bench, faults, state, words):
 
 
 def test_some_lost_commands_do_no_harm(bench):
-    bench.mechanism.faults = Faults(dropped=0.3)
+    bench.mechanism.faults = Faults(command_loss_rate=0.3)
     assert bench.play(SHOT).outcome is Outcome.OK
 
 
@@ -278,7 +278,7 @@ def test_silent_encoders_are_a_fault(bench):
         bench.now += 0.01
         bench.tick()
     assert bench.controller.state is State.FAULT
-    assert 'joint_states: silent for' in bench.controller.reason
+    assert 'joint_states: no message for' in bench.controller.reason
 
 
 def test_armed_times_out():
@@ -289,8 +289,8 @@ def test_armed_times_out():
     assert not bench.controller.arm(bench.now).accepted
 
 
-def test_an_order_expires_while_it_waits(bench):
-    bench.order(SHOT, remaining=4.0)
+def test_a_goal_expires_while_it_waits(bench):
+    bench.send_goal(SHOT, remaining=4.0)
     bench.reach(State.AIMED)
     bench.reach(State.DISARMED)
     assert bench.now == pytest.approx(4.1, abs=0.05)
@@ -300,7 +300,7 @@ def test_an_order_expires_while_it_waits(bench):
 @pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
 def test_a_ball_that_moves_disarms(bench, state):
     in_state(bench, state)
-    bench.controller.hear_table({'cue': (0.0, 0.002)})
+    bench.controller.receive_table({'cue': (0.0, 0.002)})
     bench.run(0.02)
     assert bench.controller.state is State.DISARMED
     assert bench.results[-1].outcome is Outcome.TABLE_MOVED
@@ -308,22 +308,22 @@ def test_a_ball_that_moves_disarms(bench, state):
 
 
 def test_refusals_before_anything_moves(bench):
-    def refused(order):
+    def refused(goal):
         with pytest.raises(RefusedError) as caught:
-            bench.controller.execute(order, bench.now)
+            bench.controller.execute(goal, bench.now)
         return caught.value.outcome
 
     plan = plan_of(SHOT)
-    bench.controller.hear_table({'cue': (0.1, 0.0)})
-    assert refused(order_of(plan, 'a')) is Outcome.TABLE_DIFFERS
-    bench.controller.hear_table({'cue': (0.0, 0.0)})
-    assert refused(order_of(plan, 'b', seal='0')) is Outcome.PLAN_CHANGED
-    assert refused(order_of(plan, 'c', remaining=-1)) is Outcome.ALREADY_EXPIRED
-    assert refused(order_of(plan, 'a')) is Outcome.NONCE_REPEATED
+    bench.controller.receive_table({'cue': (0.1, 0.0)})
+    assert refused(goal_of(plan, 'a')) is Outcome.TABLE_DIFFERS
+    bench.controller.receive_table({'cue': (0.0, 0.0)})
+    assert refused(goal_of(plan, 'b', seal='0')) is Outcome.PLAN_CHANGED
+    assert refused(goal_of(plan, 'c', remaining=-1)) is Outcome.ALREADY_EXPIRED
+    assert refused(goal_of(plan, 'a')) is Outcome.NONCE_REPEATED
     fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
-    assert refused(order_of(fast, 'd')) is Outcome.SPEED_OUT_OF_LIMITS
-    bench.order(SHOT, 'e')
-    assert refused(order_of(plan, 'f')) is Outcome.BUSY
+    assert refused(goal_of(fast, 'd')) is Outcome.SPEED_OUT_OF_LIMITS
+    bench.send_goal(SHOT, 'e')
+    assert refused(goal_of(plan, 'f')) is Outcome.BUSY
     assert bench.states == [State.AIMING]
 
 
@@ -331,7 +331,7 @@ def test_table_unknown():
     bench = Bench()
     bench.controller._balls = None
     with pytest.raises(RefusedError) as caught:
-        bench.order(SHOT)
+        bench.send_goal(SHOT)
     assert caught.value.outcome is Outcome.TABLE_UNKNOWN
 
 

@@ -62,10 +62,10 @@ def test_a_longer_actuator_raises_the_cue():
 def test_limits_say_which_and_by_how_much():
     with pytest.raises(LimitError, match='incline') as caught:
         DEFAULT.length(1.3)
-    (excess,) = caught.value.excesses
-    assert excess.limit == 'incline'
-    assert excess.allowed == 0.72
-    assert excess.by == pytest.approx(excess.value - 0.72)
+    (violation,) = caught.value.violations
+    assert violation.limit == 'incline'
+    assert violation.allowed == 0.72
+    assert violation.by == pytest.approx(violation.value - 0.72)
     assert 'above the limit of 0.72 m (elevation 1.3 rad)' in str(caught.value)
     with pytest.raises(LimitError, match=r'0\.9 m is 0\.1 m above the limit of 0\.8 m'):
         DEFAULT.elevation(0.9)

@@ -4,66 +4,67 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
-from billiard_shot.cue.inputs import Input
+from billiard_shot.cue.inputs import HeartbeatInput
 
 TIMES = st.floats(0.0, 100.0)
 
 
 @pytest.fixture
 def interlock():
-    return Input('interlock', 0.5, safe=True)
+    return HeartbeatInput('interlock', 0.5, safe=True)
 
 
 def test_silence_is_not_permission(interlock):
-    assert interlock.complaint(0.0) == 'interlock: never heard'
-    interlock.hear_value(True, 1.0, 1.0)
-    assert interlock.complaint(1.5) == ''
-    assert interlock.complaint(1.51) == 'interlock: silent for 0.51 s, more than 0.5 s'
-    interlock.hear_value(False, 2.0, 2.0)
-    assert interlock.complaint(2.0) == 'interlock: is false'
+    assert interlock.problem(0.0) == 'interlock: no message received'
+    interlock.record_value(True, 1.0, 1.0)
+    assert interlock.problem(1.5) == ''
+    assert interlock.problem(1.51) == 'interlock: no message for 0.51 s, limit 0.5 s'
+    interlock.record_value(False, 2.0, 2.0)
+    assert interlock.problem(2.0) == 'interlock: is false'
 
 
 def test_the_time_of_writing_counts(interlock):
-    interlock.hear_value(True, 1.0, 3.0)
-    assert interlock.complaint(3.0) == 'interlock: silent for 2 s, more than 0.5 s'
+    interlock.record_value(True, 1.0, 3.0)
+    assert interlock.problem(3.0) == 'interlock: no message for 2 s, limit 0.5 s'
 
 
 def test_a_message_that_was_overtaken_changes_nothing(interlock):
-    interlock.hear_value(False, 1.0, 1.0)
-    interlock.hear_value(True, 0.9, 1.1)
-    assert interlock.complaint(1.1) == 'interlock: is false'
+    interlock.record_value(False, 1.0, 1.0)
+    interlock.record_value(True, 0.9, 1.1)
+    assert interlock.problem(1.1) == 'interlock: is false'
 
 
 def test_nothing_is_fresh_after_a_pause_until_something_newer_is_heard(interlock):
-    interlock.hear_value(True, 1.0, 1.0)
+    interlock.record_value(True, 1.0, 1.0)
     interlock.forget(1.2)
-    assert interlock.complaint(1.1) == (
-        'interlock: not trusted for another 0.1 s, because this program paused'
+    assert interlock.problem(1.1) == (
+        'interlock: not trusted for another 0.1 s, because this process paused'
     )
-    assert interlock.complaint(1.3) == ('interlock: not heard again since this program paused')
-    interlock.hear_value(True, 1.1, 1.3)  # was written before the pause ended
-    assert 'paused' in interlock.complaint(1.3)
-    interlock.hear_value(True, 1.25, 1.3)
-    assert interlock.complaint(1.3) == ''
+    assert interlock.problem(1.3) == ('interlock: no message since this process paused')
+    interlock.record_value(True, 1.1, 1.3)  # was written before the pause ended
+    assert 'paused' in interlock.problem(1.3)
+    interlock.record_value(True, 1.25, 1.3)
+    assert interlock.problem(1.3) == ''
 
 
 def test_a_clock_that_is_ahead_is_named(interlock):
-    interlock.hear_value(True, 1.0, 1.0)
-    interlock.hear_value(True, 8.0, 1.1)
-    assert interlock.complaint(1.1) == (
-        'interlock: written 6.9 s in the future: its clock and the clock of this machine differ'
+    interlock.record_value(True, 1.0, 1.0)
+    interlock.record_value(True, 8.0, 1.1)
+    assert interlock.problem(1.1) == (
+        'interlock: written 6.9 s in the future: the clocks of the publisher and of this '
+        'machine differ'
     )
-    interlock.hear_value(True, 1.2, 1.2)
-    assert interlock.complaint(1.2) == ''
+    interlock.record_value(True, 1.2, 1.2)
+    assert interlock.problem(1.2) == ''
 
 
 @given(st.lists(st.tuples(st.booleans(), TIMES, TIMES), max_size=20), TIMES)
 def test_permission_needs_a_safe_message_written_within_the_timeout(messages, later):
     """Whatever the order and the delays of the messages."""
-    interlock = Input('interlock', 0.5, safe=True)
+    interlock = HeartbeatInput('interlock', 0.5, safe=True)
     received = sorted(messages, key=lambda message: message[2])
     for value, written, now in received:
-        interlock.hear_value(value, written, now)
+        interlock.record_value(value, written, now)
     now = max([later, *(now for *_, now in received)])
-    if not interlock.complaint(now):
+    if not interlock.problem(now):
         assert any(value and now - 0.5 <= written <= now + 0.5 for value, written, _ in received)

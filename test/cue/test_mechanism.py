@@ -6,10 +6,15 @@ import numpy as np
 from plans import contact_of, MECHANISM, SHOTS
 import pytest
 
+from billiard_shot.cue.kinematics import (
+    forward_kinematics,
+    inverse_kinematics,
+    TipPose,
+    travel_pivot_height,
+)
 from billiard_shot.cue.limits import LimitError
 from billiard_shot.cue.mechanism import Axis, JOINTS, Mechanism, STROKE
-from billiard_shot.cue.placing import place, tip_of, TipPose, travel_base
-from billiard_shot.cue.plan import aim_path
+from billiard_shot.cue.plan import aim_trajectory
 from billiard_shot.shot.stroke import Stroke
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -19,17 +24,19 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_placed_joints_put_the_tip_where_it_was_wanted(shot, x, y, stroke):
     wanted = contact_of(shot, (x, y))
     try:
-        joints = place(MECHANISM, wanted, stroke)
+        joints = inverse_kinematics(MECHANISM, wanted, stroke)
     except LimitError:
         assume(False)
-    tip = tip_of(MECHANISM, joints)
+    tip = forward_kinematics(MECHANISM, joints)
     np.testing.assert_allclose(tip.position, wanted.position, atol=1e-12)
     assert tip.elevation == pytest.approx(wanted.elevation, abs=1e-12)
     assert tip.azimuth == pytest.approx(wanted.azimuth, abs=1e-12)
     # and moving the stroke alone moves the tip along its axis
     joints[STROKE] -= 0.1
     np.testing.assert_allclose(
-        tip_of(MECHANISM, joints).position, wanted.position - 0.1 * wanted.along, atol=1e-12
+        forward_kinematics(MECHANISM, joints).position,
+        wanted.position - 0.1 * wanted.along,
+        atol=1e-12,
     )
 
 
@@ -44,69 +51,74 @@ def test_quaternion_points_along_the_stroke(shot):
 
 def test_out_of_reach_names_every_joint():
     with pytest.raises(LimitError) as caught:
-        place(MECHANISM, TipPose(np.array([9.0, -9.0, 0.03]), 0.0, 0.0), 0.1)
-    assert [excess.limit for excess in caught.value.excesses] == ['base_x', 'base_y']
+        inverse_kinematics(MECHANISM, TipPose(np.array([9.0, -9.0, 0.03]), 0.0, 0.0), 0.1)
+    assert [violation.limit for violation in caught.value.violations] == ['base_x', 'base_y']
     with pytest.raises(LimitError, match=r'elevation: 1\.205 rad is 0\.005 rad above'):
-        place(MECHANISM, TipPose(np.zeros(3), 0.0, 1.205), 0.1)
+        inverse_kinematics(MECHANISM, TipPose(np.zeros(3), 0.0, 1.205), 0.1)
     with pytest.raises(LimitError, match=r'elevation: -0\.01 rad is 0\.01 rad below'):
-        place(MECHANISM, TipPose(np.array([0, 0, 0.03]), 0.0, -0.01), 0.1)
+        inverse_kinematics(MECHANISM, TipPose(np.array([0, 0, 0.03]), 0.0, -0.01), 0.1)
 
 
 @given(SHOTS, SHOTS)
 def test_the_tip_travels_above_the_balls(first, second):
     try:
-        start, target = (place(MECHANISM, contact_of(shot), 0.2) for shot in (first, second))
+        start, target = (
+            inverse_kinematics(MECHANISM, contact_of(shot), 0.2) for shot in (first, second)
+        )
     except LimitError:
         assume(False)
     target[STROKE] = 0.0
-    path = aim_path(MECHANISM, start, target)
-    np.testing.assert_array_equal(path.positions[-1], target)
-    height = travel_base(MECHANISM, start[2], target[2])
-    for time in np.linspace(0.0, path.duration, 200):
-        position, velocity, acceleration = path.at(time)
+    trajectory = aim_trajectory(MECHANISM, start, target)
+    np.testing.assert_array_equal(trajectory.positions[-1], target)
+    height = travel_pivot_height(MECHANISM, start[2], target[2])
+    for time in np.linspace(0.0, trajectory.duration, 200):
+        position, velocity, acceleration = trajectory.at(time)
         assert (np.abs(velocity) <= MECHANISM.speeds * (1 + 1e-9)).all()
         assert (np.abs(acceleration) <= MECHANISM.accelerations * (1 + 1e-9)).all()
         aside = position[[0, 1, 3, 4]]
         if (aside != start[[0, 1, 3, 4]]).any() and (aside != target[[0, 1, 3, 4]]).any():
             assert position[2] == pytest.approx(height, abs=1e-12)
-            assert tip_of(MECHANISM, position).position[2] >= MECHANISM.travel_height - 1e-12
+            assert (
+                forward_kinematics(MECHANISM, position).position[2]
+                >= MECHANISM.travel_height - 1e-12
+            )
 
 
 def test_a_move_over_nothing_takes_no_time():
     """Nor knots so near each other that a message could not tell their times apart."""
-    start = place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.0)
+    start = inverse_kinematics(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.0)
     near = start.copy()
     near[STROKE] = -7e-62
-    path = aim_path(MECHANISM, near, start)
-    assert np.diff(path.times).min(initial=1.0) > 1e-7
-    np.testing.assert_array_equal(path.positions[-1], start)
+    trajectory = aim_trajectory(MECHANISM, near, start)
+    assert np.diff(trajectory.times).min(initial=1.0) > 1e-7
+    np.testing.assert_array_equal(trajectory.positions[-1], start)
 
 
 def test_paths_are_joined_without_jumps():
-    path = aim_path(
+    trajectory = aim_trajectory(
         MECHANISM,
-        place(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
-        place(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0),
+        inverse_kinematics(MECHANISM, contact_of((0, 0, 0, 0, 1)), 0.2),
+        inverse_kinematics(MECHANISM, contact_of((0.1, 0.2, 0.5, 2, 1)), 0.0),
     )
-    for i, knot in enumerate(path.times[:-1]):
-        before = path.at(knot - 1e-9)
-        np.testing.assert_allclose(before[0], path.positions[i], atol=1e-7)
-        np.testing.assert_allclose(before[1], path.velocities[i], atol=1e-6)
-        jerk = np.diff(path.accelerations, axis=0)[i] / np.diff(path.times)[i]
+    for i, knot in enumerate(trajectory.times[:-1]):
+        before = trajectory.at(knot - 1e-9)
+        np.testing.assert_allclose(before[0], trajectory.positions[i], atol=1e-7)
+        np.testing.assert_allclose(before[1], trajectory.velocities[i], atol=1e-6)
+        jerk = np.diff(trajectory.accelerations, axis=0)[i] / np.diff(trajectory.times)[i]
         assert (np.abs(jerk) <= MECHANISM.jerks * (1 + 1e-9)).all()
 
 
 def test_settings_are_checked(tmp_path):
-    with pytest.raises(ValueError, match='least: 1 is not allowed; it must be below most, 0'):
+    with pytest.raises(ValueError, match='min: 1 is not allowed; it must be below max, 0'):
         Axis(1.0, 0.0, 1.0, 1.0, 1.0)
-    with pytest.raises(ValueError, match='force: 0 is not allowed; it must be a finite'):
-        Mechanism(force=0)
-    with pytest.raises(ValueError, match=r'most_elevation: 1\.3, and .* within -0\.07'):
-        Mechanism(most_elevation=1.3)
-    with pytest.raises(ValueError, match='lengths of the triangle'):
+    with pytest.raises(ValueError, match='max_force: 0 is not allowed; it must be a finite'):
+        Mechanism(max_force=0)
+    with pytest.raises(ValueError, match=r'max_elevation: 1\.3, and .* within -0\.07'):
+        Mechanism(max_elevation=1.3)
+    with pytest.raises(ValueError, match='range of incline_geometry'):
         Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
     path = tmp_path / 'mine.yaml'
-    path.write_text('force: 80\nspeed: 3\nstroke: {least: 0, most: -1}')
+    path.write_text('max_force: 80\nspeed: 3\nstroke: {min: 0, max: -1}')
     with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)
         Mechanism.load(path)
     for words in (
@@ -115,8 +127,30 @@ def test_settings_are_checked(tmp_path):
         'line 3: stroke.speed: missing',
     ):
         assert words in str(caught.value)
-    path.write_text('force: 80\n')
-    assert Mechanism.load(str(path)) == Mechanism(force=80)
+    path.write_text('max_force: 80\n')
+    assert Mechanism.load(str(path)) == Mechanism(max_force=80)
     assert Mechanism.load('') == Mechanism()
     assert Mechanism.load(ROOT / 'config' / 'mechanism.yaml') == Mechanism()
     assert len(Mechanism().axes) == len(JOINTS)
+
+
+def test_former_keys_of_a_file_are_read_with_a_warning(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(
+        'drop: 0.09\ntriangle: {arm: 0.301}\n'
+        'stroke: {least: 0, most: 0.5, speed: 5, acceleration: 100, jerk: 9000}\n'
+    )
+    with pytest.warns(FutureWarning) as warned:
+        mechanism = Mechanism.load(path)
+    assert [str(each.message) for each in warned] == [
+        'Mechanism: the key drop is now called axis_drop',
+        'Mechanism: the key triangle is now called incline_geometry',
+        'Axis: the key least is now called min',
+        'Axis: the key most is now called max',
+    ]
+    assert mechanism.axis_drop == 0.09
+    assert mechanism.incline_geometry.arm == 0.301
+    assert mechanism.stroke == Axis(0.0, 0.5, 5.0, 100.0, 9000.0)
+    path.write_text('drop: 0.09\naxis_drop: 0.08\n')
+    with pytest.raises(ValueError, match='drop: unknown key; the nearest known one is axis_drop'):
+        Mechanism.load(path)

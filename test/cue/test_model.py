@@ -12,18 +12,18 @@ import pytest
 from billiard_shot import Scene
 from billiard_shot.cli import main
 from billiard_shot.cue.incline import Incline
+from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism
 from billiard_shot.cue.model import chain, frame_names, transforms
 from billiard_shot.cue.parts import Part
-from billiard_shot.cue.placing import tip_of
 from billiard_shot.cue.urdf import urdf_of
 
 OTHER = Mechanism(
     reach=0.2,
-    drop=0.11,
+    axis_drop=0.11,
     incline=Axis(0.35, 0.6, 0.1, 0.5, 5.0),
-    most_elevation=0.8,
-    triangle=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6),
+    max_elevation=0.8,
+    incline_geometry=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6),
 )
 MECHANISMS = pytest.mark.parametrize('mechanism', [Mechanism(), OTHER])
 
@@ -79,7 +79,7 @@ def poses_of(urdf, positions):
 def joint_positions(mechanism, fractions):
     return np.array(
         [
-            axis.least + fraction * (axis.most - axis.least)
+            axis.min + fraction * (axis.max - axis.min)
             for axis, fraction in zip(mechanism.axes, fractions, strict=True)
         ]
     )
@@ -89,9 +89,9 @@ def joint_positions(mechanism, fractions):
 @given(st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6))
 def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
     joints = joint_positions(mechanism, fractions)
-    tip = tip_of(mechanism, joints)
+    tip = forward_kinematics(mechanism, joints)
     positions = dict(zip(JOINTS, joints, strict=True))
-    positions['incline_angle'] = mechanism.triangle.elevation(positions.pop('incline'))
+    positions['incline_angle'] = mechanism.incline_geometry.elevation(positions.pop('incline'))
     poses = poses_of(urdf_of(mechanism), positions)
     np.testing.assert_allclose(poses['tip'][:3, 3], tip.position, atol=1e-12)
     np.testing.assert_allclose(poses['tip'][:3, :3], rotation_of(tip.quaternion), atol=1e-12)
@@ -113,14 +113,14 @@ def test_limits_are_those_of_the_mechanism(mechanism):
     for i, (joint, axis) in enumerate(zip(joints, mechanism.axes, strict=True)):
         if i != INCLINE:
             assert joint.name == JOINTS[i]
-            assert (joint.least, joint.most, joint.speed) == (axis.least, axis.most, axis.speed)
+            assert (joint.min, joint.max, joint.speed) == (axis.min, axis.max, axis.speed)
     incline = joints[INCLINE]
-    lengths = np.linspace(mechanism.incline.least, mechanism.incline.most, 1001)
-    angles = np.array([mechanism.triangle.elevation(length) for length in lengths])
-    assert (incline.least, incline.most) == (angles[0], angles[-1])
+    lengths = np.linspace(mechanism.incline.min, mechanism.incline.max, 1001)
+    angles = np.array([mechanism.incline_geometry.elevation(length) for length in lengths])
+    assert (incline.min, incline.max) == (angles[0], angles[-1])
     fastest = (np.diff(angles) / np.diff(lengths)).max() * mechanism.incline.speed
     assert incline.speed == pytest.approx(fastest, rel=2e-3)
-    assert joints[-1].effort == mechanism.force
+    assert joints[-1].effort == mechanism.max_force
     limits = [
         joint.find('limit').attrib
         for joint in ET.fromstring(urdf_of(mechanism)).findall('joint')
@@ -134,7 +134,7 @@ def test_limits_are_those_of_the_mechanism(mechanism):
             float(each['effort']),
         )
         for each in limits
-    ] == [(joint.least, joint.most, joint.speed, joint.effort) for joint in joints]
+    ] == [(joint.min, joint.max, joint.speed, joint.effort) for joint in joints]
 
 
 def test_masses_come_from_the_mechanism():
@@ -172,10 +172,10 @@ def test_a_level_cue_can_play_a_ball_on_the_cloth():
         [
             0.0,
             0.0,
-            radius + mechanism.drop,
+            radius + mechanism.axis_drop,
             0.0,
-            mechanism.triangle.length(0.0),
-            mechanism.stroke.most,
+            mechanism.incline_geometry.length(0.0),
+            mechanism.stroke.max,
         ]
     )
     heights = {'table': 0.0}

@@ -11,9 +11,9 @@ import pytest
 
 from billiard_shot import Stroke
 from billiard_shot.cue.clearance import first_touch, gap, SETBACK, Shape
+from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.placing import tip_of
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
@@ -23,14 +23,14 @@ from billiard_shot.table.trajectory import Trajectory
 POINT = Shape(RADIUS, 0.0, 0.0)
 
 
-def strokes(path, times):
+def strokes(trajectory, times):
     """Positions [m] of the joint that strokes: the accelerations between the knots are linear."""
-    t, a = path.times, path.accelerations[:, STROKE]
+    t, a = trajectory.times, trajectory.accelerations[:, STROKE]
     jerk = np.diff(a) / np.diff(t)
     i = np.clip(np.searchsorted(t, times, side='right') - 1, 0, len(jerk) - 1)
-    dt = np.minimum(times, path.duration) - t[i]
-    return path.positions[i, STROKE] + dt * (
-        path.velocities[i, STROKE] + dt * (a[i] / 2 + dt * jerk[i] / 6)
+    dt = np.minimum(times, trajectory.duration) - t[i]
+    return trajectory.positions[i, STROKE] + dt * (
+        trajectory.velocities[i, STROKE] + dt * (a[i] / 2 + dt * jerk[i] / 6)
     )
 
 
@@ -38,7 +38,9 @@ def distances(prepared, times):
     """Distance of the ball's centre to the cue (a half-line) at times [s] after the strike."""
     tip, along = prepared.contact.position, prepared.contact.along
     stroke = prepared.stroke
-    moved = strokes(stroke.path, stroke.leave + times) - strokes(stroke.path, stroke.leave)
+    moved = strokes(stroke.trajectory, stroke.leave + times) - strokes(
+        stroke.trajectory, stroke.leave
+    )
     away = prepared.shot.trajectory.at(times).position - tip - moved[:, np.newaxis] * along
     ahead = away @ along
     off = away - np.minimum(ahead, 0.0)[:, np.newaxis] * along
@@ -58,14 +60,14 @@ def check_brake(count, seed):
             continue
         outcomes[Outcome.OK] = outcomes.get(Outcome.OK, 0) + 1
         stroke = prepared.stroke
-        braked, gone = stroke.stop - stroke.leave, stroke.path.duration - stroke.leave
+        braked, gone = stroke.stop - stroke.leave, stroke.trajectory.duration - stroke.leave
         times = np.concatenate(
             (np.geomspace(1e-5, max(braked, 2e-5), 30), np.linspace(braked, gone, 30)[1:])
         )
         assert (distances(prepared, times) > RADIUS - 1e-12).all(), plan
-        assert abs(stroke.path.at(stroke.stop)[1][STROKE]) < 1e-9
+        assert abs(stroke.trajectory.at(stroke.stop)[1][STROKE]) < 1e-9
         # nor has the tip gone through the cloth
-        lowest = tip_of(MECHANISM, stroke.path.at(stroke.stop)[0]).position[2]
+        lowest = forward_kinematics(MECHANISM, stroke.trajectory.at(stroke.stop)[0]).position[2]
         assert lowest >= 0.0
     return outcomes
 
@@ -90,8 +92,8 @@ def test_aimed_joints_and_run_up_bring_the_tip_to_the_ball(shot):
         prepared = prepare(MECHANISM, SCENE, plan_of(shot))
     except RefusedError:
         return
-    joints, velocity, _ = prepared.stroke.path.at(prepared.stroke.contact)
-    tip = tip_of(MECHANISM, joints)
+    joints, velocity, _ = prepared.stroke.trajectory.at(prepared.stroke.contact)
+    tip = forward_kinematics(MECHANISM, joints)
     np.testing.assert_allclose(tip.position, contact_of(shot).position, atol=1e-9)
     assert velocity[STROKE] == pytest.approx(shot[4], rel=1e-9)
 

@@ -104,7 +104,7 @@ def test_latches_hold():
     assert decide(State.ESTOP, Event.FAIL, ALL).state is State.ESTOP
     assert decide(State.FAULT, Event.ESTOP, ALL).state is State.ESTOP
     assert not decide(State.ESTOP, Event.CLEAR, ALL - {Condition.ESTOP_FRESH}).accepted
-    assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.MECHANISM_FIT}).accepted
+    assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.MECHANISM_HEALTHY}).accepted
     assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.ALONE}).accepted
 
 

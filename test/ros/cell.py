@@ -24,7 +24,7 @@ STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8
 PATIENT = {
     'cue_driver': ('-p', 'autostart:=true', *SIMULATION),
     'cue_sim': SIMULATION,
-    'table_sim': ('-p', 'haste:=100.0'),
+    'table_sim': ('-p', 'real_time_factor:=100.0'),
     'predictor': (),
 }
 """Nodes and their arguments, patient with a machine that is busy with other tests."""
@@ -170,7 +170,7 @@ class Cell:
         for name, process in self.processes.items():
             if process.poll() is not None:  # a test that kills it may have failed before its end
                 self.start(name)
-        self.player.all_is_well = True
+        self.player.safety_inputs_on = True
         assert self.player.until(
             lambda: self.state is State.DISARMED or self.call('cue_driver/clear_fault').success,
             30.0,

@@ -91,7 +91,7 @@ def node(domain: None) -> Iterator[Any]:
     """Return a node of this process, to call and listen with."""
     import rclpy
 
-    from billiard_shot.ros.running import initialized
+    from billiard_shot.ros.node_runner import initialized
 
     with initialized():
         yield rclpy.create_node('tester')

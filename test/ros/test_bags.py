@@ -34,15 +34,15 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.ros.conversions import CUE_BALL
-from billiard_shot.ros.player import play, Player
-from billiard_shot.ros.running import LATCHED
+from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.player import play_shot, Player
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / 'docs' / 'ros.md').read_text()
 SPACE, COPY = '/recorded', '/replayed'
 SHARED = ('/diagnostics', '/rosout', '/tf', '/tf_static')
 """Topics that are not in the namespace of the nodes."""
-NODES = {**PATIENT, 'table_sim': ('-p', 'haste:=4.0'), 'table_display': ()}
+NODES = {**PATIENT, 'table_sim': ('-p', 'real_time_factor:=4.0'), 'table_display': ()}
 ELSEWHERE = re.compile('/(planner/.*|tf|tf_static|robot_description)$')
 """Topics of nodes that are tested elsewhere: `planner` and `cue_model`."""
 STROKE = Stroke.from_offsets(a=0.0, b=0.3, elevation=0.05, azimuth=0.0, speed=0.5)
@@ -209,7 +209,7 @@ def recorded(node, launch, tmp_path_factory):
     }
     with recording(path, topics):
         goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
-        assert play(player, 'follow', goal, arm=True)
+        assert play_shot(player, 'follow', goal, arm=True)
         rest = player.balls()[CUE_BALL]
     player.destroy_node()
     for process in processes:

@@ -42,10 +42,10 @@ def test_the_loop_is_closed(cell):
     assert result.strike.shot_id == 'loop'
     assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
     assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
-    np.testing.assert_allclose(cell.player.rest(), expected, atol=0.01)
+    np.testing.assert_allclose(cell.player.wait_for_rest(), expected, atol=0.01)
     played = from_json(cell.shots[-1].data)
     assert played.stroke.speed == pytest.approx(result.strike.speed, rel=1e-12)
-    np.testing.assert_allclose(played.trajectory.rest[:2], cell.player.rest(), atol=1e-9)
+    np.testing.assert_allclose(played.trajectory.rest[:2], cell.player.wait_for_rest(), atol=1e-9)
     cell.reach(State.DISARMED)
     assert [State(state.state) for state in cell.player.states[1:]] == WAY
     assert all(state.reason for state in cell.player.states)
@@ -65,7 +65,7 @@ def test_what_it_publishes(cell):
     assert cell.player.until(lambda: cell.diagnostics, 3.0)
     (status,) = cell.diagnostics[-1].status
     assert status.name == '/cell/cue_driver'
-    assert status.message == 'AIMED: waits to be armed'
+    assert status.message == 'AIMED: waiting to be armed'
     assert {each.key: each.value for each in status.values} == {
         'shot_id': 'topics',
         'node': 'ok',
@@ -116,7 +116,7 @@ def test_refused_by_name(cell):
     assert outcome(cell.goal('steep', steep))[0] is Outcome.ELEVATION_OUT_OF_LIMITS
     moved = cell.goal('moved')
     cell.player.execute(cell.goal('before it'))
-    cell.player.rest()
+    cell.player.wait_for_rest()
     assert outcome(moved)[0] is Outcome.TABLE_DIFFERS
     assert outcome(moved)[0] is Outcome.NONCE_REPEATED
 
@@ -146,7 +146,7 @@ def test_estop_stops_latches_and_clears(cell):
     ended = cell.begin(cell.goal('estop'))
     cell.reach(State.AIMING)
     assert cell.player.until(cell.moving, 5.0)
-    cell.player.all_is_well = False
+    cell.player.safety_inputs_on = False
     cell.estop.publish(Bool(data=True))
     assert cell.player.until(lambda: cell.commands and is_stop(cell.commands[-1]), 2.0)
     cell.reach(State.ESTOP)
@@ -154,16 +154,16 @@ def test_estop_stops_latches_and_clears(cell):
     assert ended.result().result.outcome == Outcome.ESTOP
     cell.stands_still()
     assert 'estop: is true' in cell.call('cue_driver/clear_fault').message
-    cell.player.all_is_well = True
+    cell.player.safety_inputs_on = True
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 5.0)
 
 
 def test_silence_stops(cell):
     cell.begin(cell.goal('silence'))
     cell.reach(State.AIMING)
-    cell.player.all_is_well = False
+    cell.player.safety_inputs_on = False
     cell.reach(State.ESTOP, 20.0)
-    assert 'estop: silent for' in cell.player.states[-1].reason
+    assert 'estop: no message for' in cell.player.states[-1].reason
     cell.stands_still()
 
 
@@ -213,10 +213,10 @@ def test_a_late_brake_is_a_fault(cell):
     response = cell.player.execute(cell.goal('late'))
     assert late_brake(0.0)
     assert response.result.outcome == Outcome.FAULT
-    assert 'the brake is late' in response.result.message
+    assert 'the brake was late' in response.result.message
     assert response.result.struck
     cell.stands_still()
-    cell.player.rest()
+    cell.player.wait_for_rest()
 
 
 @pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
@@ -230,7 +230,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
         cell.reach(state)
     cell.processes['cue_driver'].kill()
     cell.stands_still()
-    cell.player.rest()
+    cell.player.wait_for_rest()
     cell.player.states.clear()
     cell.start('cue_driver')
     assert cell.player.until(lambda: cell.player.states, 60.0)
@@ -243,7 +243,7 @@ def test_a_killed_mechanism_is_a_fault(cell):
     cell.reach(State.AIMING)
     cell.processes['cue_sim'].kill()
     cell.reach(State.FAULT, 20.0)
-    assert 'joint_states: silent for' in cell.player.states[-1].reason
+    assert 'joint_states: no message for' in cell.player.states[-1].reason
     assert cell.player.until(ended.done, 5.0)
     assert ended.result().result.outcome == Outcome.FAULT
     assert not cell.call('cue_driver/clear_fault').success
@@ -290,8 +290,8 @@ def wait_for_node(node, name, namespace):
         ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
         ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
         ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),
-        ('cue_sim', 'dropped:=2.0', 'dropped'),
-        ('table_sim', 'haste:=0.0', 'haste'),
+        ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
+        ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
     ],
 )
 def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):

@@ -16,11 +16,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.job import Result
+from billiard_shot.cue.execution import Result
+from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.measurement import Strike
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.placing import TipPose
 from billiard_shot.cue.plan import prepare
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import cue_conversions as conversions
@@ -45,49 +45,49 @@ def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
 def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
     sent = plan(a, b, elevation, azimuth, speed)
     goal = conversions.goal_of(sent, 'once', Time(sec=5), Time(sec=70, nanosec=500_000_000))
-    order = conversions.order_of(goal, Time(sec=60), 'table')
-    assert order.plan == sent
-    assert order.seal == sent.seal == order.plan.seal
-    assert (order.nonce, order.remaining) == ('once', 10.5)
+    shot_goal = conversions.shot_goal_of(goal, Time(sec=60), 'table')
+    assert shot_goal.plan == sent
+    assert shot_goal.seal == sent.seal == shot_goal.plan.seal
+    assert (shot_goal.nonce, shot_goal.remaining) == ('once', 10.5)
 
 
 def test_goals_that_make_no_sense():
     goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
     goal.plan.header.frame_id = 'map'
     with pytest.raises(RefusedError, match=r"plan\.header\.frame_id is 'map'"):
-        conversions.order_of(goal, Time(), 'table')
+        conversions.shot_goal_of(goal, Time(), 'table')
     goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
     goal.plan.balls.append(BallState(id='cue'))
-    with pytest.raises(RefusedError, match="'cue' is there twice"):
-        conversions.order_of(goal, Time(), 'table')
+    with pytest.raises(RefusedError, match="'cue' occurs twice"):
+        conversions.shot_goal_of(goal, Time(), 'table')
     goal.plan.balls[-1].id = 'pocketed'
     goal.plan.balls[-1].pocketed = True
-    assert conversions.order_of(goal, Time(), 'table').plan == plan()
+    assert conversions.shot_goal_of(goal, Time(), 'table').plan == plan()
 
 
-def test_a_path_survives_the_round_trip():
-    path = prepare(Mechanism(), SCENE, plan()).stroke.path
-    message = conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
+def test_a_trajectory_survives_the_round_trip():
+    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
+    message = conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
     assert all(point.velocities for point in message.points)
     order = [3, 1, 0, 2, 5, 4]
     message.joint_names = [message.joint_names[i] for i in order]
     for point in message.points:
         for values in (point.positions, point.velocities, point.accelerations):
             values[:] = type(values)('d', [values[i] for i in order])
-    back = conversions.path_of(message, JOINTS)
-    np.testing.assert_allclose(back.times, path.times, atol=1e-9)
+    back = conversions.trajectory_of(message, JOINTS)
+    np.testing.assert_allclose(back.times, trajectory.times, atol=1e-9)
     for field in ('positions', 'velocities', 'accelerations'):
-        np.testing.assert_array_equal(getattr(back, field), getattr(path, field))
+        np.testing.assert_array_equal(getattr(back, field), getattr(trajectory, field))
 
 
-def test_paths_that_make_no_sense():
-    path = prepare(Mechanism(), SCENE, plan()).stroke.path
+def test_invalid_trajectories_are_refused():
+    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
 
     def refused(change):
-        message = conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
+        message = conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
         change(message)
         with pytest.raises(ValueError, match=r'joint_names|points') as caught:
-            conversions.path_of(message, JOINTS)
+            conversions.trajectory_of(message, JOINTS)
         return str(caught.value)
 
     assert 'joint_names' in refused(lambda m: m.joint_names.pop())
@@ -104,9 +104,9 @@ def test_zero_command():
     assert conversions.is_stop(stop)
     assert list(stop.points[0].velocities) == [0.0] * 6
     assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS, 'driver/9'))
-    path = prepare(Mechanism(), SCENE, plan()).stroke.path
+    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
     assert not conversions.is_stop(
-        conversions.trajectory_message(path, JOINTS, Time(sec=3), 'driver/7')
+        conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
     )
 
 

@@ -1,4 +1,4 @@
-"""What the driver refuses and reports beside its states: rivals, settings, clocks, silence."""
+"""What the driver refuses and reports: other drivers, settings, clocks, silence."""
 
 from pathlib import Path
 
@@ -89,17 +89,17 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     assert transition(Transition.TRANSITION_CLEANUP).success
     assert put('estop_timeout', 1000.0)
     assert 'read-only' in put('period', 0.05)
-    assert put('joints_timeout', 0.05) == ''
+    assert put('joint_states_timeout', 0.05) == ''
     assert not transition(Transition.TRANSITION_CONFIGURE).success
     assert cell.player.until(
         lambda: any(
-            'configure failed: estop_timeout, interlock_timeout, joints_timeout: 0.05 s is not '
-            'allowed; each must be at least four times the period of 0.02 s' in line
+            'configure failed: estop_timeout, interlock_timeout, joint_states_timeout: '
+            '0.05 s is not allowed; each must be at least four times the period of 0.02 s' in line
             for line in cell.logged('cue_driver')
         ),
         20.0,
     )
-    assert put('joints_timeout', 2.0) == ''
+    assert put('joint_states_timeout', 2.0) == ''
     assert transition(Transition.TRANSITION_CONFIGURE).success
     assert transition(Transition.TRANSITION_ACTIVATE).success
     cell.reach(State.DISARMED)
@@ -109,9 +109,9 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     ('owner', 'name', 'value'),
     [
         ('cue_driver', 'niceness', 0),
-        ('cue_sim', 'deadline', 0.3),
+        ('cue_sim', 'command_timeout', 0.3),
         ('cue_sim', 'rate', 100.0),
-        ('table_sim', 'haste', 2.0),
+        ('table_sim', 'real_time_factor', 2.0),
     ],
 )
 def test_what_is_read_once_is_read_only(cell, owner, name, value):
@@ -132,10 +132,10 @@ def test_it_says_what_it_waits_for(cell, launch_once):
 
     assert cell.player.until(status, 60.0)
     assert status()[-1].level == DiagnosticStatus.WARN
-    assert 'estop: never heard; interlock: never heard' in status()[-1].message
+    assert 'estop: no message received; interlock: no message received' in status()[-1].message
     assert cell.player.until(
         lambda: any(
-            'not ready: estop: never heard' in each.msg
+            'not ready: estop: no message received' in each.msg
             for each in cell.log
             if each.name == 'lonely.cue_driver'
         ),
@@ -172,7 +172,7 @@ def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_on
         ]
         return said[-1] if said else ''
 
-    assert cell.player.until(lambda: 'nothing was heard on /clock' in clock(), 60.0)
+    assert cell.player.until(lambda: 'no message received on /clock' in clock(), 60.0)
     publisher = cell.player.create_publisher(Clock, '/clock', 1)
     time = 100.0
 
@@ -225,7 +225,7 @@ def test_a_command_without_a_number_is_refused(cell, launch_once):
 
 
 def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):
-    process = launch_once('cue_driver', '-p', 'joints_timeout:=0.05')
+    process = launch_once('cue_driver', '-p', 'joint_states_timeout:=0.05')
     said, _ = process.communicate(timeout=60)
     assert process.returncode == 1
     assert 'at least four times the period' in said

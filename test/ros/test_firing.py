@@ -33,9 +33,9 @@ NODES = {
         '-p',
         'autostart:=true',
         '-p',
-        'joints_timeout:=2.0',
+        'joint_states_timeout:=2.0',
         '-p',
-        'late:=10.0',
+        'motion_timeout:=10.0',
         '-p',
         'estop_timeout:=2.0',
         '-p',
@@ -43,8 +43,8 @@ NODES = {
         '-p',
         'arm_timeout:=30.0',
     ),
-    'cue_sim': ('-p', 'deadline:=2.0'),
-    'table_sim': ('-p', 'haste:=100.0'),
+    'cue_sim': ('-p', 'command_timeout:=2.0'),
+    'table_sim': ('-p', 'real_time_factor:=100.0'),
     'predictor': (),
     'planner': ('-p', 'scene:=paper'),
 }
@@ -174,7 +174,7 @@ def test_step_by_step_with_the_ros2_command(shell):
     assert 'Goal finished with status: 4' in said  # SUCCEEDED
     assert len(said.splitlines()) < 120, 'it fits a screen or two'
     executed = shell.begin(block('seal_shot'))
-    said = read_until(executed, 'waits to be armed')
+    said = read_until(executed, 'waiting to be armed')
     code, answer = shell.run(block('cue_driver/arm'))
     assert 'success=True' in answer, answer
     rest, _ = executed.communicate(timeout=60)

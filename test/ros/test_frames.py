@@ -19,13 +19,13 @@ from visualization_msgs.msg import MarkerArray
 from waiting import call, PATIENCE, spin_until
 
 from billiard_shot import Status
+from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.model import transforms as model_transforms
-from billiard_shot.cue.placing import tip_of
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, parameters, plan_conversions
 from billiard_shot.ros.client import PAPER_SHOTS, request_for
-from billiard_shot.ros.running import LATCHED
+from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.scene import Scene
 
 CELL = ('-r', '__ns:=/cell1', '-p', 'frame:=cell1/table')
@@ -89,7 +89,7 @@ def test_the_planner_refuses_balls_in_another_frame():
 
     table = TableState(header=Header(frame_id='map'), balls=[BallState(id='cue')])
     with pytest.raises(ValueError, match=r"table_state\.header\.frame_id is 'map'"):
-        plan_conversions.task_of(PlanShot.Goal(), None, table, 'table')
+        plan_conversions.plan_request_of(PlanShot.Goal(), None, table, 'table')
 
 
 @pytest.mark.parametrize('name', ['', ' ', '/table', 'cell1/', 'pool table'])
@@ -137,7 +137,7 @@ def test_the_cue_is_published_as_model_and_transforms(node, launch):
     publisher = node.create_publisher(JointState, '/cell3/joint_states', 10)
     rng = np.random.default_rng(3)
     for number in range(1, 4):
-        joints = [rng.uniform(axis.least, axis.most) for axis in MECHANISM.axes]
+        joints = [rng.uniform(axis.min, axis.max) for axis in MECHANISM.axes]
         stamp = Time(sec=number, nanosec=5)
 
         def shown(joints=joints, stamp=stamp):
@@ -147,7 +147,7 @@ def test_the_cue_is_published_as_model_and_transforms(node, launch):
         assert spin_until(node, shown)
         message = transforms[-1]
         assert {each.header.stamp.sec for each in message.transforms} == {number}
-        tip = tip_of(MECHANISM, joints)
+        tip = forward_kinematics(MECHANISM, joints)
         position, along = place_in(message, 'cell3/tip', 'cell3/table')
         np.testing.assert_allclose(position, tip.position, atol=1e-12)
         np.testing.assert_allclose(along, tip.along, atol=1e-12)
@@ -157,7 +157,9 @@ def test_the_cue_is_published_as_model_and_transforms(node, launch):
 
 def test_joints_that_are_not_known_publish_no_transforms():
     for broken in ([np.nan, 0, 0.5, 0, 0.5, 0], [0, 0, 0.5, 0, 5.0, 0]):
-        with pytest.raises(ValueError, match=r'base_x: its position is nan|incline: 5 m is'):
+        with pytest.raises(
+            ValueError, match=r'base_x: position nan is not finite|incline: 5 m is'
+        ):
             model_transforms(MECHANISM, broken)
 
 

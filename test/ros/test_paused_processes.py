@@ -26,14 +26,14 @@ ROUNDS = int(os.environ.get('ROUNDS', '1'))
 SHORT = (
     'estop_timeout:=0.6',
     'interlock_timeout:=0.6',
-    'joints_timeout:=0.6',
+    'joint_states_timeout:=0.6',
     'settle_time:=1.0',
     'autostart:=true',
 )
 NODES = {
     **PATIENT,
     'cue_driver': tuple(word for each in SHORT for word in ('-p', each)),
-    'cue_sim': ('-p', 'deadline:=0.8'),
+    'cue_sim': ('-p', 'command_timeout:=0.8'),
 }
 
 SPACE = '/paused'
@@ -70,10 +70,10 @@ def lead_to(cell, state):
         return player.until(lambda: player.states[1:] and cell.state in states, 30.0)
 
     if state is State.ESTOP:
-        player.all_is_well = False
+        player.safety_inputs_on = False
         cell.estop.publish(Bool(data=True))
         there = reached(state)
-        player.all_is_well = True
+        player.safety_inputs_on = True
         return there
     if state is State.FAULT:
         rival = player.create_publisher(JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
@@ -103,7 +103,7 @@ def pause_the_driver(cell, state, silent):
     cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
     fired = cell.state is State.FIRING
     wait(cell, 0.2)  # messages from now on wait in the queues of the driver
-    cell.player.all_is_well = not silent
+    cell.player.safety_inputs_on = not silent
     requests = [
         cell.services[f'cue_driver/{name}'].call_async(Trigger.Request())
         for name in ('arm', 'clear_fault', 'arm')
@@ -139,7 +139,7 @@ def test_a_goal_that_waited_is_refused(cell):
     assert cell.player.until(sent.done, 30.0)
     ended = sent.result().get_result_async()
     assert cell.player.until(ended.done, 30.0)
-    assert 'because this program paused' in ended.result().result.message
+    assert 'because this process paused' in ended.result().result.message
 
 
 @pytest.mark.parametrize('state', [State.AIMING, State.ARMED], ids=lambda state: state.name)
@@ -150,7 +150,7 @@ def test_a_paused_mechanism_is_a_fault(cell, state):
     wait(cell, PAUSE)
     refused = cell.call('cue_driver/clear_fault')
     assert not refused.success
-    assert 'joint_states: silent' in refused.message
+    assert 'joint_states: no message' in refused.message
     cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 30.0)
     assert cell.player.until(lambda: not cell.moving(), 20.0)

@@ -21,11 +21,11 @@ from billiard_shot import plan, predict, Scene, Status, Stroke
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import conversions, plan_conversions
-from billiard_shot.ros.plan_conversions import Task
-from billiard_shot.ros.running import LATCHED
+from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.plan_conversions import PlanRequest
 
 SCENE = Scene.load('blocked')
-DEFAULT = Task(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
+DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
 POT = Target(kind=Target.POT, ball='8')
 HOPELESS = 3_000_000
 """A budget that is never spent in a test."""
@@ -123,7 +123,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=3000, seed=4)
     assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
     assert result.found == len(alone.ranking) > 1
-    assert len(result.plans[0].trajectory.times) <= conversions.TELLING
+    assert len(result.plans[0].trajectory.times) <= conversions.MAX_KEY_TIMES
     _, longer = asking.ask(
         target=POT, balls=OPEN, budget=3000, seed=4, plan_count=100, sample_count=50
     )
@@ -223,13 +223,13 @@ def test_every_mistake_of_a_goal_has_a_line_with_its_field():
         sigma_elevation=-math.pi,
     )
     with pytest.raises(ValueError, match='2 mistakes') as refused:
-        plan_conversions.task_of(goal, DEFAULT, None, 'table')
+        plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     assert re.findall(r'^  (\w+): (\S+)', str(refused.value), re.MULTILINE) == [
         ('sigma_b', 'nan'),
         ('sigma_elevation', '-180.0'),
     ]
     goal.use_noise = False
-    task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
+    task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     message = plan_conversions.in_fields(plan(SCENE, task.target).message, goal)
     assert re.findall(r'^  ([\w.]+): ', message, re.MULTILINE) == [
         'target.within',
@@ -316,7 +316,7 @@ def test_limits_and_noise_of_messages():
     goal = PlanShot.Goal(
         **LOW, use_noise=True, sigma_a=0.001, sigma_azimuth=math.pi / 180, first_contact='1'
     )
-    task = plan_conversions.task_of(goal, DEFAULT, None, 'table')
+    task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(0.09))
     assert task.constraints['azimuth_range_deg'] == pytest.approx(180.0)
     assert task.constraints['first_contact'] == '1'

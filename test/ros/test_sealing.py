@@ -17,11 +17,11 @@ from std_msgs.msg import Header
 import yaml
 
 from billiard_shot import plan, Scene, Status, Stroke
+from billiard_shot.cue.goals import GoalRegistry
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.orders import OrderBook
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import prepare
-from billiard_shot.ros.cue_conversions import order_of, plan_of
+from billiard_shot.ros.cue_conversions import plan_of, shot_goal_of
 from billiard_shot.ros.seal_shot import one_line, plain
 from billiard_shot.ros.sealing import LastPlan, seal, sealed_goal
 
@@ -55,14 +55,14 @@ def given(**fields):
 
 def test_the_best_stroke_of_the_last_plan_is_sealed_by_default(last):
     answer = seal(SealShot.Request(), last, SCENE, None, HEADER)
-    order = order_of(goal_of(answer), HEADER.stamp, 'table')
-    OrderBook(600.0).enter(order)
+    shot_goal = shot_goal_of(goal_of(answer), HEADER.stamp, 'table')
+    GoalRegistry(600.0).register(shot_goal)
     best = last.ranking[0]
-    assert order.remaining == pytest.approx(60.0)
-    assert order.plan.balls == SCENE.balls
-    assert order.plan.shot_id == f'{best.kind} {last.plan_id}-1'
+    assert shot_goal.remaining == pytest.approx(60.0)
+    assert shot_goal.plan.balls == SCENE.balls
+    assert shot_goal.plan.shot_id == f'{best.kind} {last.plan_id}-1'
     assert 'rank 1' in answer.message
-    prepared = prepare(Mechanism(), SCENE, order.plan)
+    prepared = prepare(Mechanism(), SCENE, shot_goal.plan)
     assert prepared.shot.stroke.offsets == pytest.approx(best.stroke.offsets, abs=1e-9)
 
 
@@ -75,36 +75,36 @@ def test_a_rank_a_name_and_a_time_can_be_asked_for(last):
         None,
         HEADER,
     )
-    order = order_of(goal_of(answer), HEADER.stamp, 'table')
-    assert order.plan.shot_id == 'mine'
-    assert order.remaining == pytest.approx(5.0)
-    assert order.plan.speed == last.ranking[rank - 1].stroke.speed
+    shot_goal = shot_goal_of(goal_of(answer), HEADER.stamp, 'table')
+    assert shot_goal.plan.shot_id == 'mine'
+    assert shot_goal.remaining == pytest.approx(5.0)
+    assert shot_goal.plan.speed == last.ranking[rank - 1].stroke.speed
 
 
 def test_each_seal_is_a_goal_of_its_own_for_the_same_shot(last):
     one, other = (seal(SealShot.Request(), last, SCENE, None, HEADER) for _ in range(2))
     assert one.nonce != other.nonce
     assert one.plan == other.plan
-    book = OrderBook(600.0)
+    book = GoalRegistry(600.0)
     for answer in (one, other):
-        book.enter(order_of(goal_of(answer), HEADER.stamp, 'table'))
+        book.register(shot_goal_of(goal_of(answer), HEADER.stamp, 'table'))
 
 
 def test_a_given_stroke_is_sealed_as_it_is_with_the_balls_of_the_table():
     request = given()
     answer = seal(request, None, SCENE, TABLE, HEADER)
-    order = order_of(goal_of(answer), HEADER.stamp, 'table')
-    OrderBook(600.0).enter(order)
+    shot_goal = shot_goal_of(goal_of(answer), HEADER.stamp, 'table')
+    GoalRegistry(600.0).register(shot_goal)
     assert answer.plan.cue_pose == request.cue_pose
-    assert (order.plan.speed, order.plan.elevation) == (0.7, 0.0)
-    assert set(order.plan.balls) == {'cue', TABLE.balls[1].id}
-    assert prepare(Mechanism(), SCENE, order.plan).shot.stroke.offsets[1] > 0.0
+    assert (shot_goal.plan.speed, shot_goal.plan.elevation) == (0.7, 0.0)
+    assert set(shot_goal.plan.balls) == {'cue', TABLE.balls[1].id}
+    assert prepare(Mechanism(), SCENE, shot_goal.plan).shot.stroke.offsets[1] > 0.0
 
 
 def test_a_goal_in_the_frame_of_the_node():
     answer = seal(given(), None, SCENE, TABLE, Header(frame_id='bed'))
     assert answer.plan.header.frame_id == 'bed'
-    order_of(goal_of(answer), Time(), 'bed')
+    shot_goal_of(goal_of(answer), Time(), 'bed')
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_without_plan_table_or_guided_cue_nothing_is_sealed(last):
     pool = Scene.load('pool')
     cases = [
         (SealShot.Request(), None, SCENE, TABLE, 'there is no plan yet'),
-        (given(), None, SCENE, None, 'nothing has come in on topic table_state'),
+        (given(), None, SCENE, None, 'no message has been received on topic table_state'),
         (given(), None, SCENE, TableState(), "no ball 'cue'"),
         (given(), None, SCENE, TableState(balls=[BallState(id='8')] * 2), 'twice'),
         (given(), None, SCENE, TableState(header=Header(frame_id='map')), "'map'"),
@@ -179,8 +179,8 @@ def test_one_line_of_yaml_is_the_goal_to_the_last_digit():
     assert '\n' not in text
     again = fill(ExecuteShot.Goal(), yaml.safe_load(text))
     assert again == goal
-    OrderBook(600.0).enter(order_of(again, HEADER.stamp, 'table'))
+    GoalRegistry(600.0).register(shot_goal_of(again, HEADER.stamp, 'table'))
     again.plan.balls[3].position.x += 1e-9
     with pytest.raises(RefusedError) as refused:
-        OrderBook(600.0).enter(order_of(again, HEADER.stamp, 'table'))
+        GoalRegistry(600.0).register(shot_goal_of(again, HEADER.stamp, 'table'))
     assert refused.value.outcome is Outcome.PLAN_CHANGED

@@ -36,7 +36,7 @@ WIDTH = 80
 def test_a_prediction_is_short(scene, stroke):
     shot = predict(Scene.load(scene), stroke)
     answer = conversions.response_of(shot, 0)
-    assert 2 <= len(answer.trajectory.times) <= conversions.TELLING
+    assert 2 <= len(answer.trajectory.times) <= conversions.MAX_KEY_TIMES
     assert answer.trajectory.times[0] == 0.0
     assert answer.trajectory.times[-1] == shot.trajectory.duration
     printed = repr(answer)  # ros2 service call

@@ -1,4 +1,4 @@
-"""Orders to play a shot: valid once, for a while, and for the table they were made for."""
+"""Goals to play a shot: each is valid once, for a limited time, for one layout of the balls."""
 
 from collections import OrderedDict
 from collections.abc import Mapping
@@ -10,26 +10,26 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan
 
 REMEMBERED = 10_000
-"""Nonces and shot ids that are remembered; the oldest is forgotten first."""
+"""Number of nonces, and of shot ids, that are remembered; the oldest is dropped first."""
 
 V = TypeVar('V')
 Balls = Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class ShotGoal:
     """
-    An order to play a plan.
+    A goal to play a plan.
 
     Parameters
     ----------
     plan : ShotPlan
     seal : str
-        The plan's, as it was when the plan was made.
+        Seal of the plan when the plan was made.
     nonce : str
         Not empty, and never used before.
     remaining : float
-        For how long the order is valid from now on [s].
+        Time for which the goal remains valid [s].
 
     """
 
@@ -39,25 +39,25 @@ class Order:
     remaining: float
 
 
-class OrderBook:
+class GoalRegistry:
     """
-    Remembers what has been ordered, and refuses what must not be played (again).
+    Remembers goals, and refuses those that must not be played, or not again.
 
     Parameters
     ----------
-    longest : float
-        For how long an order may be valid [s].
+    max_validity : float
+        Longest time for which a goal may be valid [s].
 
     """
 
-    def __init__(self, longest: float) -> None:
-        self._longest = longest
+    def __init__(self, max_validity: float) -> None:
+        self._max_validity = max_validity
         self._nonces: OrderedDict[str, None] = OrderedDict()
         self._seals: OrderedDict[str, str] = OrderedDict()
 
-    def enter(self, order: Order) -> None:
+    def register(self, goal: ShotGoal) -> None:
         """
-        Check an order and use up its nonce, whatever becomes of it.
+        Check a goal and use up its nonce, even if the goal is refused.
 
         Raises
         ------
@@ -65,42 +65,42 @@ class OrderBook:
             INVALID_PLAN, NONCE_REPEATED, PLAN_CHANGED or ALREADY_EXPIRED, with the reason.
 
         """
-        if not order.nonce:
+        if not goal.nonce:
             raise RefusedError(Outcome.INVALID_PLAN, "nonce: '' is not allowed")
-        if order.nonce in self._nonces:
+        if goal.nonce in self._nonces:
             raise RefusedError(
-                Outcome.NONCE_REPEATED, f'nonce: {order.nonce!r} has been used before'
+                Outcome.NONCE_REPEATED, f'nonce: {goal.nonce!r} has been used before'
             )
-        _remember(self._nonces, order.nonce, None)
-        if not order.remaining > 0.0:
-            raise RefusedError(Outcome.ALREADY_EXPIRED, f'expiry: {-order.remaining:.3g} s ago')
-        if order.remaining > self._longest:
+        _remember(self._nonces, goal.nonce, None)
+        if not goal.remaining > 0.0:
+            raise RefusedError(Outcome.ALREADY_EXPIRED, f'expiry: {-goal.remaining:.3g} s ago')
+        if goal.remaining > self._max_validity:
             raise RefusedError(
                 Outcome.INVALID_PLAN,
                 (
-                    f'expiry: in {order.remaining:.6g} s is not allowed; it must be at most '
-                    f'{self._longest:g} s ahead'
+                    f'expiry: in {goal.remaining:.6g} s is not allowed; it must be at most '
+                    f'{self._max_validity:g} s ahead'
                 ),
             )
-        if order.seal != order.plan.seal:
+        if goal.seal != goal.plan.seal:
             raise RefusedError(
                 Outcome.PLAN_CHANGED,
                 (
-                    f'seal: {order.seal!r} is not that of the plan, {order.plan.seal}: it changed '
-                    'after it was made'
+                    f'seal: {goal.seal!r} is not the seal of the plan, {goal.plan.seal}: the plan '
+                    'was changed after it was sealed'
                 ),
             )
-        known = self._seals.get(order.plan.shot_id, order.seal)
-        if known != order.seal:
+        known = self._seals.get(goal.plan.shot_id, goal.seal)
+        if known != goal.seal:
             raise RefusedError(
                 Outcome.PLAN_CHANGED,
-                (f'shot_id: {order.plan.shot_id!r} stood for another plan before, {known}'),
+                f'shot_id: {goal.plan.shot_id!r} was used before, for the plan with seal {known}',
             )
-        _remember(self._seals, order.plan.shot_id, order.seal)
+        _remember(self._seals, goal.plan.shot_id, goal.seal)
 
 
 def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
-    """Say which balls are not within `tolerance` [m] of where the plan has them; '' if none."""
+    """Return which ball is farther than `tolerance` [m] from its planned place; '' if none is."""
     for name in sorted(planned.keys() | seen.keys()):
         if name not in seen:
             return f'ball {name!r} of the plan is not on the table'

@@ -1,4 +1,4 @@
-"""How every node of the package runs: until it is told to end, with an exit code that says how."""
+"""Runs a node of the package until a signal ends it, and sets the exit code."""
 
 from collections.abc import Callable, Iterator, Sequence
 import contextlib
@@ -19,26 +19,26 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from billiard_shot import machine_code, predict, Scene, Stroke
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Who comes later gets the last message too."""
+"""QoS of latched topics: late subscribers receive the last message."""
 
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""The same for states of which a slow listener must not miss any."""
+"""QoS of latched state topics: slow subscribers must not miss a state."""
 
-AWAKE = 1.0
-"""Seconds after which a node looks up from waiting, for a signal may come just before it waits."""
+SPIN_TIMEOUT = 1.0
+"""Longest wait in one spin [s], because a signal may arrive just before the wait begins."""
 
-PROGRESS = 5.0
-"""Seconds between two looks whether the library is compiled."""
+PROGRESS_PERIOD = 5.0
+"""Time between two checks whether the library is compiled [s]."""
 
 
 @contextlib.contextmanager
 def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[None]:
     """
-    Initialize rclpy with `options`, and shut it down in the end.
+    Initialize rclpy with `options`, and shut it down at the end.
 
     `with rclpy.init()` does the same, but not on Jazzy, where `init` returns None.
     """
-    rclpy.init(args=args, **options)
+    rclpy.init(args=None if args is None else list(args), **options)
     try:
         yield
     finally:
@@ -47,19 +47,19 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
 
 def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True) -> None:
     """
-    Load what the first request would wait for.
+    Load everything that the first request would wait for.
 
-    If the library is not compiled yet, the node interprets it at first and compiles it in other
-    processes, with a low priority.
+    If the library is not compiled yet, the node interprets it at first, and compiles it in other
+    processes with low priority.
 
     Parameters
     ----------
     node : Node
     scene : Scene
     other_balls : bool
-        Requests may have other balls, where the scene has none.
+        Whether requests may have other balls even if the scene has none.
     compiles : bool
-        Whether it compiles. A node that must never be late leaves that to others.
+        Whether to compile. A node with deadlines leaves that to others.
 
     """
     log = node.get_logger()
@@ -68,7 +68,9 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
     elif machine_code.available() and compiles:
         machine_code.prepare()
         log.info('compiling the library in the background, once; answers are slower meanwhile')
-        node.create_timer(PROGRESS, Said(node), clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(
+            PROGRESS_PERIOD, CompiledNotice(node), clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
     if other_balls and not scene.balls:
@@ -76,13 +78,13 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
 
 
 def wait_for_machine_code(node: Node) -> None:
-    """Wait until the library is compiled, and log again and again for how long."""
-    said = 0.0
+    """Wait until the library is compiled, and log the progress."""
+    logged = 0.0
 
     def report(done: int, total: int, waited: float) -> None:
-        nonlocal said
-        if waited - said >= PROGRESS:
-            said = waited
+        nonlocal logged
+        if waited - logged >= PROGRESS_PERIOD:
+            logged = waited
             node.get_logger().info(
                 f'compiling the library, once: {done} of {total} parts after {waited:.0f} s'
             )
@@ -90,47 +92,47 @@ def wait_for_machine_code(node: Node) -> None:
     machine_code.require(report)
 
 
-class Said:
-    """Says once that the library is compiled."""
+class CompiledNotice:
+    """Timer callback that logs once that the library is compiled."""
 
     def __init__(self, node: Node) -> None:
-        self.node, self.over = node, False
+        self._node, self._done = node, False
 
     def __call__(self) -> None:
-        """Look whether it is."""
-        if not self.over and machine_code.is_loaded():
-            self.over = True
-            self.node.get_logger().info('the library is compiled')
+        """Check whether the library is compiled."""
+        if not self._done and machine_code.is_loaded():
+            self._done = True
+            self._node.get_logger().info('the library is compiled')
 
 
-def be_urgent(node: Node, niceness: int) -> None:
-    """Run all threads of this process at a niceness; where that is not allowed, say so."""
+def set_niceness(node: Node, niceness: int) -> None:
+    """Set the niceness of all threads of this process; log if that is not allowed."""
     try:
         for thread in os.listdir('/proc/self/task'):
             os.setpriority(os.PRIO_PROCESS, int(thread), niceness)
     except OSError:
         node.get_logger().info(
-            f'may not run at niceness {niceness}: other processes may delay a stop'
+            f'niceness {niceness} is not permitted: other processes may delay a stop'
         )
 
 
 def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:
     """
-    Make a node and run it until SIGINT or SIGTERM; exit code 0 then.
+    Make a node and run it until SIGINT or SIGTERM; then exit with code 0.
 
-    A bad parameter is one clear line and exit code 1.
+    After a bad parameter, print one line and exit with code 1.
     """
-    told: list[int] = []
+    received: list[int] = []
     starting = True
 
     def end(number: int, _: object) -> None:
-        told.append(number)
+        received.append(number)
         if starting:
-            # Compiled code is being loaded, by callbacks from C that no exception gets through
-            # alive; and nothing has begun that would have to be ended.
+            # Compiled code is being loaded by callbacks from C, which an exception must not pass
+            # through; and nothing has been started yet that would have to be ended.
             os._exit(0)
-        # Not KeyboardInterrupt: where that passes through code that was made by exec, as much of
-        # NumPy's and numba's is, Python ends as if nobody had caught it.
+        # Not KeyboardInterrupt: if it passes through code made by exec, which NumPy and numba
+        # contain, Python ends as if it had not been caught.
         sys.exit(0)
 
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -140,24 +142,24 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
             try:
                 executor = SingleThreadedExecutor()
                 executor.add_node(make())
-                # What is there by now stays: to look through all of numba for garbage would stop
-                # the node for a third of a second every now and then.
+                # Objects created so far are permanent. Searching all of numba for garbage would
+                # stop the node for a third of a second from time to time.
                 gc.collect()
                 gc.freeze()
                 starting = False
                 while rclpy.ok():
-                    executor.spin_once(timeout_sec=AWAKE)
+                    executor.spin_once(timeout_sec=SPIN_TIMEOUT)
             except ExternalShutdownException:
                 pass
             except Exception:
-                # A signal may end in whatever is being done, as another error.
-                if rclpy.ok() and not told:
+                # A signal may surface as an error of whatever was being executed.
+                if rclpy.ok() and not received:
                     raise
     except ParameterException as error:
         sys.exit(f'{name}: {error}')
     finally:
-        if told:
-            # rclpy is shut down. On Jazzy the middleware sometimes crashes as Python ends.
+        if received:
+            # rclpy is shut down. On Jazzy the middleware sometimes crashes when Python exits.
             sys.stdout.flush()
             sys.stderr.flush()
             os._exit(0)

@@ -1,8 +1,8 @@
 """
-Paths of joints in time: knots, and constant jerk in between.
+Joint trajectories: knots, with constant jerk between them.
 
 A controller that interpolates positions, velocities and accelerations between the knots (as the
-joint_trajectory_controller of ros2_control does, with quintic splines) follows such a path
+joint_trajectory_controller of ros2_control does, with quintic splines) follows such a trajectory
 exactly.
 """
 
@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-SHORTEST = 1e-6  # s: a move that takes less is none; messages tell times to the nanosecond
+MIN_MOVE_TIME = 1e-6  # s: shorter moves are left out; times in messages are whole nanoseconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Path:
+class JointTrajectory:
     """
     Motion of n joints through k knots.
 
     Parameters
     ----------
     times : (k,) float array
-        Of the knots [s], ascending from 0.
+        Times of the knots [s], ascending from 0.
     positions, velocities, accelerations : (k, n) float array
-        There [m or rad, per s, per s^2].
+        Of the joints at the knots [m or rad, per s, per s^2].
 
     """
 
@@ -46,7 +46,8 @@ class Path:
         """
         Positions, velocities and accelerations (n,) at a time [s].
 
-        The first knot's before 0; at rest at the last one's position after the end.
+        Before 0 these are the values of the first knot. After the end the joints rest at the last
+        knot.
         """
         if time >= self.times[-1]:
             still = np.zeros(self.positions.shape[1])
@@ -64,8 +65,8 @@ class Path:
         return position, velocity, begin + jerk * dt
 
 
-class PathBuilder:
-    """Writes a path piece by piece, from rest at `start` (n,)."""
+class TrajectoryBuilder:
+    """Builds a trajectory piece by piece, from rest at `start` (n,)."""
 
     def __init__(self, start: Sequence[float] | Array) -> None:
         position = np.array(start, dtype=float)
@@ -83,7 +84,7 @@ class PathBuilder:
         return self._knots[-1][1]
 
     def piece(self, duration: float, jerk: Array) -> None:
-        """Go on for `duration` [s] at constant jerk (n,)."""
+        """Append a piece of `duration` [s] at constant jerk (n,)."""
         if duration <= 0.0:
             return
         t, x, v, a = self._knots[-1]
@@ -107,15 +108,17 @@ class PathBuilder:
         self.piece(rise, jerk)
         self.piece(hold, 0.0 * jerk)
         self.piece(rise, -jerk)
-        # Sums of pieces round; what follows must start without acceleration, at the exact speed.
+        # The pieces add rounding errors; the next piece must start at the exact speed, without
+        # acceleration.
         total = 2 * rise + hold
         self._knots[-1] = (t + total, x + (v + 0.5 * change) * total, v + change, 0.0 * jerk)
 
     def move(self, target: Array, speeds: Array, accelerations: Array, jerks: Array) -> None:
         """
-        Go from rest to rest at `target` (n,), all joints taking the same time.
+        Move from rest to rest at `target` (n,); all joints take the same time.
 
-        Four pieces of equal duration, jerk + - - +, as short as the limits (n,) allow.
+        The move has four pieces of equal duration with jerk +, -, -, +. It is as short as the
+        limits (n,) allow.
         """
         way = target - self.position
         distance = np.abs(way)
@@ -128,7 +131,7 @@ class PathBuilder:
                 )
             )
         )
-        if duration < SHORTEST:
+        if duration < MIN_MOVE_TIME:
             t, _, v, a = self._knots[-1]
             self._knots[-1] = (t, target.copy(), v, a)
             return
@@ -138,18 +141,18 @@ class PathBuilder:
         t, _, _, _ = self._knots[-1]
         self._knots[-1] = (t, target.copy(), 0.0 * way, 0.0 * way)
 
-    def path(self) -> Path:
-        """Return what has been written so far."""
+    def trajectory(self) -> JointTrajectory:
+        """Return the trajectory built so far."""
         times, *rows = zip(*self._knots, strict=True)
-        return Path(np.array(times), *(np.array(row) for row in rows))
+        return JointTrajectory(np.array(times), *(np.array(row) for row in rows))
 
 
 def ramp_times(change: float, acceleration: float, jerk: float) -> tuple[float, float]:
     """
-    Find how long the acceleration rises, and holds, in the quickest change of speed [s].
+    Find the rise and hold times of the acceleration in the fastest change of speed [s].
 
     The speed changes by |change| [m/s] at no more than `acceleration` [m/s^2] and `jerk` [m/s^3].
-    The whole ramp lasts 2 rise + hold, and covers that times the mean of both speeds.
+    The whole ramp lasts 2 rise + hold; its length is that time times the mean of both speeds.
     """
     change = abs(change)
     if change * jerk < acceleration * acceleration:

@@ -1,4 +1,4 @@
-"""Where the joints must be for the cue to meet the ball, and where the tip is for given joints."""
+"""Kinematics of the mechanical cue: joints for a pose of the tip, and the tip for given joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.cue.limits import LimitError, outside, refuse
+from billiard_shot.cue.limits import check_range, LimitError, raise_violations
 from billiard_shot.cue.mechanism import (
     AZIMUTH,
     BASE_X,
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, slots=True, eq=False)
 class TipPose:
     """
-    The tip of the cue, frame `table`.
+    Pose of the cue's tip in the frame `table`.
 
     Parameters
     ----------
@@ -59,49 +59,51 @@ class TipPose:
         )
 
 
-def place(mechanism: Mechanism, contact: TipPose, stroke: float) -> Array:
+def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) -> Array:
     """
-    Joints (6,) that bring the tip to `contact` when the stroke has come to `stroke` [m].
+    Find the joints (6,) that bring the tip to `contact` with the joint `stroke` at `stroke` [m].
 
     Raises
     ------
     LimitError
-        With every joint, and the elevation, that would be out of its range.
+        With every joint that would be out of its range, and the elevation if it would be.
 
     """
     joints = np.empty(len(JOINTS))
     _, up, along = axes(contact.elevation, contact.azimuth)
-    joints[:AZIMUTH] = contact.position - (mechanism.reach + stroke) * along + mechanism.drop * up
+    joints[:AZIMUTH] = (
+        contact.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
+    )
     joints[AZIMUTH] = math.remainder(contact.azimuth, 2 * math.pi)
     joints[STROKE] = stroke
-    excesses = outside(
-        'elevation', contact.elevation, mechanism.least_elevation, mechanism.most_elevation, 'rad'
+    violations = check_range(
+        'elevation', contact.elevation, mechanism.min_elevation, mechanism.max_elevation, 'rad'
     )
     try:
-        joints[INCLINE] = mechanism.triangle.length(contact.elevation)
+        joints[INCLINE] = mechanism.incline_geometry.length(contact.elevation)
     except LimitError as error:
-        refuse([*excesses, *error.excesses])
+        raise_violations([*violations, *error.violations])
     for name, value, axis, unit in zip(JOINTS, joints, mechanism.axes, UNITS, strict=True):
-        excesses += outside(name, float(value), axis.least, axis.most, unit)
-    refuse(excesses)
+        violations += check_range(name, float(value), axis.min, axis.max, unit)
+    raise_violations(violations)
     return joints
 
 
-def tip_of(mechanism: Mechanism, joints: Sequence[float] | Array) -> TipPose:
-    """Where joints (6,) put the tip."""
-    elevation = mechanism.triangle.elevation(float(joints[INCLINE]))
+def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) -> TipPose:
+    """Find the pose of the tip for joints (6,)."""
+    elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
     azimuth = float(joints[AZIMUTH])
     _, up, along = axes(elevation, azimuth)
     pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
-    position = pivot - mechanism.drop * up + (mechanism.reach + joints[STROKE]) * along
+    position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along
     return TipPose(position, azimuth, elevation)
 
 
-def travel_base(mechanism: Mechanism, *heights: float) -> float:
+def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:
     """
-    Height of the pivot [m] at which the carriage may travel between such heights [m].
+    Find the height of the pivot [m] for travel between positions of these pivot heights [m].
 
-    There the tip, cue drawn back, is above `travel_height` at whatever elevation.
+    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation.
     """
-    hang = math.hypot(mechanism.reach, mechanism.drop)
-    return min(max(mechanism.travel_height + hang, *heights), mechanism.base_z.most)
+    hang = math.hypot(mechanism.reach, mechanism.axis_drop)
+    return min(max(mechanism.travel_height + hang, *heights), mechanism.base_z.max)

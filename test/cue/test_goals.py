@@ -1,30 +1,30 @@
 from dataclasses import replace
 
-from plans import order_of, plan_of
+from plans import goal_of, plan_of
 import pytest
 
-from billiard_shot.cue.orders import moved, OrderBook, REMEMBERED
+from billiard_shot.cue.goals import GoalRegistry, moved, REMEMBERED
 from billiard_shot.cue.outcome import Outcome, RefusedError
 
 PLAN = plan_of((0.1, 0.1, 0.1, 0.0, 2.0))
 
 
-def refusal(book, order):
+def refusal(registry, goal):
     with pytest.raises(RefusedError) as caught:
-        book.enter(order)
+        registry.register(goal)
     assert str(caught.value)
     return caught.value.outcome
 
 
-def test_a_nonce_is_good_for_one_order():
-    book = OrderBook(600.0)
-    book.enter(order_of(PLAN, 'a'))
-    assert refusal(book, order_of(PLAN, 'a')) is Outcome.NONCE_REPEATED
-    book.enter(order_of(PLAN, 'b'))
-    # used up by a refused order too
-    assert refusal(book, order_of(PLAN, 'c', remaining=-1.0)) is Outcome.ALREADY_EXPIRED
-    assert refusal(book, order_of(PLAN, 'c')) is Outcome.NONCE_REPEATED
-    assert refusal(book, order_of(PLAN, '')) is Outcome.INVALID_PLAN
+def test_a_nonce_is_good_for_one_goal():
+    registry = GoalRegistry(600.0)
+    registry.register(goal_of(PLAN, 'a'))
+    assert refusal(registry, goal_of(PLAN, 'a')) is Outcome.NONCE_REPEATED
+    registry.register(goal_of(PLAN, 'b'))
+    # used up by a refused goal too
+    assert refusal(registry, goal_of(PLAN, 'c', remaining=-1.0)) is Outcome.ALREADY_EXPIRED
+    assert refusal(registry, goal_of(PLAN, 'c')) is Outcome.NONCE_REPEATED
+    assert refusal(registry, goal_of(PLAN, '')) is Outcome.INVALID_PLAN
 
 
 @pytest.mark.parametrize(
@@ -37,24 +37,24 @@ def test_a_nonce_is_good_for_one_order():
     ],
 )
 def test_expiry(remaining, outcome):
-    assert refusal(OrderBook(600.0), order_of(PLAN, remaining=remaining)) is outcome
+    assert refusal(GoalRegistry(600.0), goal_of(PLAN, remaining=remaining)) is outcome
 
 
 def test_a_changed_plan_is_refused():
-    book = OrderBook(600.0)
+    registry = GoalRegistry(600.0)
     other = replace(PLAN, speed=2.5)
-    assert refusal(book, order_of(other, 'a', seal=PLAN.seal)) is Outcome.PLAN_CHANGED
-    book.enter(order_of(PLAN, 'b'))
-    assert refusal(book, order_of(other, 'c')) is Outcome.PLAN_CHANGED
-    book.enter(order_of(replace(other, shot_id='another'), 'd'))
+    assert refusal(registry, goal_of(other, 'a', seal=PLAN.seal)) is Outcome.PLAN_CHANGED
+    registry.register(goal_of(PLAN, 'b'))
+    assert refusal(registry, goal_of(other, 'c')) is Outcome.PLAN_CHANGED
+    registry.register(goal_of(replace(other, shot_id='another'), 'd'))
 
 
 def test_memory_is_bounded():
-    book = OrderBook(600.0)
+    registry = GoalRegistry(600.0)
     for i in range(REMEMBERED + 10):
-        book.enter(order_of(PLAN, str(i)))
-    assert refusal(book, order_of(PLAN, '10')) is Outcome.NONCE_REPEATED
-    book.enter(order_of(PLAN, '9'))
+        registry.register(goal_of(PLAN, str(i)))
+    assert refusal(registry, goal_of(PLAN, '10')) is Outcome.NONCE_REPEATED
+    registry.register(goal_of(PLAN, '9'))
 
 
 @pytest.mark.parametrize(
