@@ -35,7 +35,7 @@ from tools.timing import Report
 from billiard_shot import plan
 
 BINS = len(CUTS) - 1, len(LENGTHS) - 1
-FRESH = 1000  # strokes by which a plan is measured
+HELD_OUT_TRIALS = 1000  # strokes with fresh errors by which a plan is measured
 
 
 class Clock:
@@ -67,10 +67,10 @@ def pots(report, clock, count, factor, seed):
         said.append(result.best.success if result.best else 0.0)
         found.append(0.0)
         if result.best:
-            strokes = noisy(result.best.stroke.offsets, noise, FRESH, 10_000 + i)
+            strokes = noisy(result.best.stroke.offsets, noise, HELD_OUT_TRIALS, 10_000 + i)
             found[-1] = measured(scene, target, strokes)[0].mean()
         stroke = baseline(scene, target, noise, result.simulations, 20_000 + i)
-        strokes = noisy(stroke, noise, FRESH, 30_000 + i)
+        strokes = noisy(stroke, noise, HELD_OUT_TRIALS, 30_000 + i)
         base.append(measured(scene, target, strokes)[0].mean())
         bins[place].append((found[-1], base[-1]))
     said, found, base = np.array(said), np.array(found), np.array(base)
@@ -82,10 +82,12 @@ def pots(report, clock, count, factor, seed):
     report.row(f'{name}success, mean', 100.0 * found.mean(), '%')
     report.row(f"{name}the baseline's", 100.0 * base.mean(), '%')
     gains = {place: 100.0 * np.subtract(*np.mean(each, axis=0)) for place, each in bins.items()}
-    # two standard errors of what FRESH strokes can tell, at least 0.1 points
+    # two standard errors of what HELD_OUT_TRIALS strokes can tell, at least 0.1 points
     unsure = {
         place: 0.1
-        + 200.0 * np.sqrt(np.sum(np.multiply(each, np.subtract(1.0, each))) / FRESH) / len(each)
+        + 200.0
+        * np.sqrt(np.sum(np.multiply(each, np.subtract(1.0, each))) / HELD_OUT_TRIALS)
+        / len(each)
         for place, each in bins.items()
     }
     middle = [gain for place, gain in gains.items() if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
@@ -115,7 +117,7 @@ def blocked(report, clock, count, strokes):
             continue
         reachable += 1
         if result.best:
-            played = noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i)
+            played = noisy(result.best.stroke.offsets, TOURNAMENT, HELD_OUT_TRIALS, 10_000 + i)
             ratios.append(measured(scene, target, played)[0].mean() / best)
             planned += ratios[-1] >= 0.9
     name = f'{count} blocked balls, brute force of {strokes:.0e}: '
@@ -139,7 +141,9 @@ def positions(report, clock, count):
             distances.append(np.inf)
             continue
         good, rest = measured(
-            scene, target, noisy(result.best.stroke.offsets, TOURNAMENT, FRESH, 10_000 + i)
+            scene,
+            target,
+            noisy(result.best.stroke.offsets, TOURNAMENT, HELD_OUT_TRIALS, 10_000 + i),
         )
         distances.append(np.median(np.hypot(*(rest[good] - place).T)))
     report.row(

@@ -109,7 +109,7 @@ def compare_ends(report, answer):
         fallen = set(shot['pocketed'])
         gap = max(
             (
-                float(np.hypot(*(run.rest[name] - ends[name])[:2]))
+                float(np.hypot(*(run.final_position[name] - ends[name])[:2]))
                 for name in ends
                 if name not in fallen
             ),

@@ -19,7 +19,7 @@ def test_json_is_what_predict_gives(capsys):
     shot = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
     assert lines[3]['velocity'] == shot.velocity.tolist()
     assert lines[3]['spin'] == shot.spin.tolist()
-    assert lines[3]['rest'] == shot.trajectory.rest.tolist()
+    assert lines[3]['rest'] == shot.trajectory.final_position.tolist()
     assert lines[3]['status'] == shot.status.name
     assert np.shape(lines[3]['dissipated']) == (2, 2)
 
@@ -116,7 +116,7 @@ def test_pictures_of_strokes(tmp_path, capsys):
 def test_a_recorded_shot_is_shown_as_it_was(tmp_path, capsys):
     file = tmp_path / 'shot.json'
     stroke = ['predict', '--scene', 'nine_ball', '--elevation-deg', '5', '--speed', '4']
-    assert main([*stroke, '--json', '--save', str(file)]) == 0
+    assert main([*stroke, '--json', '--output', str(file)]) == 0
     first = json.loads(capsys.readouterr().out)
     assert main(['predict', str(file), '--json']) == 0
     again = json.loads(capsys.readouterr().out)

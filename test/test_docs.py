@@ -81,10 +81,10 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
 def changed(folder, file, program, **environment):
     """What a program prints in a copy of the package, changed as docs/extending.md says."""
     ((_, change),) = [block for block in of('diff') if file in block[1]]
-    changed_rooms = re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)
+    changed_layers = re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)
     (folder / 'billiard_shot').mkdir()
-    for part in (ROOT / 'billiard_shot').iterdir():  # a link saves compiling an unchanged room
-        put = shutil.copytree if part.name in changed_rooms else os.symlink
+    for part in (ROOT / 'billiard_shot').iterdir():  # a link saves compiling an unchanged layer
+        put = shutil.copytree if part.name in changed_layers else os.symlink
         put(part, folder / 'billiard_shot' / part.name)
     (folder / 'config').symlink_to(ROOT / 'config')
     subprocess.run(['git', 'apply', '-'], input=change, text=True, cwd=folder, check=True)
@@ -133,7 +133,7 @@ def test_the_target_that_is_added(tmp_path):
 from billiard_shot import plan, Scene
 scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [.3, .2], '8': [-.3, .1]}})
 best = plan(scene, {'beyond': -0.9}, budget=1000, constraints={'first_contact': '8'}).best
-print(best.shot.table.rest['cue'][0], best.success, best.shot.table.first_met['cue'])
+print(best.shot.table.final_position['cue'][0], best.success, best.shot.table.first_met['cue'])
 print(plan(scene, {'beyond': 'x'}).message)
 """,
     )

@@ -21,7 +21,7 @@ from billiard_shot import machine_code, predict, Scene, Stroke
 stroke = Stroke.from_offsets(a=.2, b=-.1, elevation=.2, azimuth=.3, speed=2)
 shots = [predict(Scene.load(name), stroke) for name in ('paper', 'pool_table')]
 print(json.dumps([x for shot in shots
-                  for x in (*shot.velocity, *shot.spin, *shot.trajectory.rest)]))
+                  for x in (*shot.velocity, *shot.spin, *shot.trajectory.final_position)]))
 print('machine code', machine_code.is_loaded())
 """
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot import predict_batch, Scene
-from billiard_shot.planning.limits import limits_of, raised
+from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
@@ -109,7 +109,7 @@ def ghost_azimuth(scene, target):
 
 def lifted(scene, strokes, noise):
     """Strokes with the cue as low as there is room for it."""
-    return raised(scene, limits_of(scene, None, noise), strokes)
+    return raise_for_clearance(scene, limits_of(scene, None, noise), strokes)
 
 
 def baseline(scene, target, noise, budget, seed):
@@ -174,7 +174,7 @@ def measured(scene, target, strokes, tolerance=1e-4):
         good &= batch.table.pocket[:, 0] < 0
     else:
         good &= batch.table.first_met[:, 0] == names.index(target['hit'])
-    return good, batch.rest[:, :2]
+    return good, batch.final_position[:, :2]
 
 
 def noisy(stroke, noise, count, seed):

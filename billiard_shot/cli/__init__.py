@@ -1,9 +1,10 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of its own here, with three things: `HELP`, one line; `add_arguments`, of
-its parser; and `run`, which does it and returns the exit code. A command's module is imported only
-when it is asked for or help is: what one of them needs costs the others nothing.
+Each command is a module of this package with three members: `HELP`, one line; `add_arguments`,
+which adds its options to a parser; and `run`, which executes it and returns the exit code. A
+module is imported only if its command or the help is requested, so that it does not slow down the
+others.
 """
 
 import argparse
@@ -37,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser(words).parse_args(words)
     try:
         return int(options.run(options))
-    except BrokenPipeError:  # `... | head` has seen enough; Python must not flush what is left
+    except BrokenPipeError:  # `... | head` has closed the pipe; Python must not flush the rest
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""`billiard-shot accuracy`: what accuracy costs, method by method."""
+"""`billiard-shot accuracy`: error and work of several methods."""
 
 import argparse
 import csv
@@ -6,24 +6,24 @@ import dataclasses
 from pathlib import Path
 
 from billiard_shot import Scene
-from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.text_table import table
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
-HELP = 'what accuracy costs: errors and work of several methods for the same strokes'
+HELP = 'compare the errors and the work of several methods for the same strokes'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, strokes, files."""
+    """Add options for scene, strokes and files."""
     parser.add_argument(
         'scene',
         nargs='?',
         default='paper',
         metavar='SCENE',
-        help='bundled scene or YAML file (%(default)s)',
+        help='bundled scene or YAML file (default: %(default)s)',
     )
     parser.add_argument('--csv', type=Path, metavar='FILE.csv', help='write every measurement')
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw error over work')
+    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw errors over work')
     add_stroke_arguments(parser)
 
 
@@ -75,9 +75,9 @@ def run(options: argparse.Namespace) -> int:
             )
     print(table(rows))
     print(
-        '\nstep: in ball mass times cue speed; tolerance: of the approach speed; memory: growth '
-        'of the\nprocess at its highest (VmHWM), to the page; errors against this library at '
-        f'{accuracy.FLOOR:g}'
+        '\nstep: relative to ball mass times cue speed; tolerance: to the approach speed;\n'
+        'memory: growth of the process at its peak (VmHWM), in pages; errors: against this\n'
+        f'library at {accuracy.FLOOR:g}'
     )
     for rest in (0.1, 0.001):
         ratio = accuracy.speed_up(measurements, rest)

@@ -1,4 +1,4 @@
-"""`billiard-shot atlas`: how surely balls are potted, from everywhere on the table."""
+"""`billiard-shot atlas`: success probability of pots from everywhere on the table."""
 
 import argparse
 from concurrent.futures import BrokenExecutor
@@ -10,9 +10,9 @@ from time import perf_counter
 import numpy as np
 
 from billiard_shot import Scene
-from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
+from billiard_shot.cli.text_table import numbers, table
 from billiard_shot.cli.workers import LOCAL, working
 from billiard_shot.pictures.atlas import draw_atlas
 from billiard_shot.pictures.canvas import require_matplotlib
@@ -22,18 +22,18 @@ from billiard_shot.planning.atlas import (
     atlas,
     AtlasRequest,
     begin,
-    places_of,
+    layouts_of,
 )
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'how surely balls are potted from where, on a map'
+HELP = 'map the success probability of pots over the table'
 INTERRUPTED = 130  # exit code, as shells have it for Ctrl-C
 SURE, EVEN = 0.9, 0.5
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, balls, places, player, search, workers, output."""
+    """Add options for scene, balls, positions, player, search, workers and output."""
     parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
     what = parser.add_argument_group('what')
     what.add_argument(
@@ -41,10 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action='append',
         metavar='NAME',
         default=[],
-        help='to be potted, may be repeated (the only one of the scene)',
+        help='ball to be potted, may be repeated (default: the only one of the scene)',
     )
     what.add_argument(
-        '--pocket', action='append', choices=['any', *POCKET_NAMES], help='may be repeated (any)'
+        '--pocket',
+        action='append',
+        choices=['any', *POCKET_NAMES],
+        help='pocket for the ball, may be repeated (default: any)',
     )
     where = parser.add_argument_group('where')
     where.add_argument(
@@ -52,14 +55,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=_grid,
         default=NORMAL_GRID,
         metavar='NxM',
-        help='places of the cue ball along length and width of the table '
-        f'({"x".join(map(str, NORMAL_GRID))})',
+        help='positions of the cue ball along length and width of the table '
+        f'(default: {"x".join(map(str, NORMAL_GRID))})',
     )
     where.add_argument(
         '--ball-grid',
         type=_grid,
         metavar='NxM',
-        help='places of the ball that is to be potted (where the scene has it)',
+        help='positions of the ball to be potted (default: its position in the scene)',
     )
     where.add_argument(
         '--ball-at',
@@ -68,34 +71,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         metavar=('X', 'Y'),
         default=[],
-        help='one such place, may be repeated (m)',
+        help='one such position, may be repeated (m)',
     )
-    add_search_arguments(parser, NORMAL_BUDGET, ' for each place')
+    add_search_arguments(parser, NORMAL_BUDGET, ' for each layout')
     work = parser.add_argument_group('work')
     work.add_argument(
         '--workers',
         type=int,
         default=os.cpu_count() or 1,
         metavar='N',
-        help='processes that share it (%(default)d); the result is the same',
+        help='number of worker processes (default: %(default)d)',
     )
     work.add_argument(
         '--dask',
         metavar='ADDRESS',
-        help=f'of a Dask scheduler that has it done, or {LOCAL}: one for this run',
+        help=f'address of a Dask scheduler, or {LOCAL} for a cluster of this run',
     )
     output = parser.add_argument_group('output')
     output.add_argument(
         '--output',
         type=Path,
         metavar='FILE.jsonl',
-        help='a line of JSON for each place; what is there is not done again',
+        help='write a line of JSON for each layout; an existing file is continued',
     )
-    output.add_argument('--picture', type=Path, metavar='FILE.png', help='the maps')
+    output.add_argument('--picture', type=Path, metavar='FILE.png', help='draw the maps')
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plan everywhere, print a line for each map; 2 if the request makes no sense."""
+    """Plan from all layouts and print a line for each map; ValueError for an invalid request."""
     wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
@@ -105,29 +108,28 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--workers: {options.workers} is not allowed; it must be at least 1')
     scene = Scene.load(options.scene)
     request = _request(options, scene)
-    places = places_of(scene, request)
-    chances = begin(options.output, scene, request) if options.output else []
-    done = {chance.place for chance in chances}
-    missing = [place for place in places if place not in done]
+    layouts = layouts_of(scene, request)
+    results = begin(options.output, scene, request) if options.output else []
+    done = {result.layout for result in results}
+    missing = [layout for layout in layouts if layout not in done]
     start = perf_counter()
     try:
         with working(options.workers, options.dask) as executor:
-            results = atlas(scene, request, missing, executor)
-            for chance in progress(results, 'places', len(missing)):
-                chances.append(chance)
+            new = atlas(scene, request, missing, executor)
+            for result in progress(new, 'layouts', len(missing)):
+                results.append(result)
                 if options.output:
-                    append(options.output, chance)
+                    append(options.output, result)
     except KeyboardInterrupt:
-        return _stopped('interrupted', options, len(chances), len(places), INTERRUPTED)
+        return _stopped('interrupted', options, len(results), len(layouts), INTERRUPTED)
     except BrokenExecutor as error:
-        return _stopped(f'a worker died ({error})', options, len(chances), len(places), 1)
-    made = Atlas(scene, request, chances)
+        return _stopped(f'a worker died ({error})', options, len(results), len(layouts), 1)
+    made = Atlas(scene, request, results)
     print(_as_text(made))
     again = f', {len(done)} of them from {options.output}' if done else ''
-    new = sum(chance.simulations for chance in chances[len(done) :])
-    print(
-        f'{len(places)} places{again}; {new} strokes simulated in {perf_counter() - start:.1f} s'
-    )
+    seconds = perf_counter() - start
+    simulations = sum(result.simulations for result in results[len(done) :])
+    print(f'{len(layouts)} layouts{again}; {simulations} strokes simulated in {seconds:.1f} s')
     if options.picture:
         draw_atlas(made, options.picture)
     return 0
@@ -147,10 +149,10 @@ def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
     )
 
 
-def _stopped(why: str, options: argparse.Namespace, done: int, places: int, code: int) -> int:
-    """Say what is left of a run that did not come to its end."""
-    kept = f'; the same command goes on with {options.output}' if options.output else ''
-    print(f'{why}: {done} of {places} places are done{kept}', file=sys.stderr)
+def _stopped(why: str, options: argparse.Namespace, done: int, layouts: int, code: int) -> int:
+    """Report an unfinished run; return its exit code."""
+    kept = f'; the same command continues {options.output}' if options.output else ''
+    print(f'{why}: {done} of {layouts} layouts are done{kept}', file=sys.stderr)
     return code
 
 
@@ -159,17 +161,17 @@ def _as_text(made: Atlas) -> str:
         (
             'ball',
             'at x y',
-            'places',
-            'succeeds',
-            '95 % sure',
+            'layouts',
+            'success',
+            '95 % CI',
             f'at least {SURE:.0%}',
             f'at least {EVEN:.0%}',
             'no stroke',
         ),
-        ('', '(m)', '', '(%, mean)', '(±, mean)', *3 * ('(% of places)',)),
+        ('', '(m)', '', '(%, mean)', '(±, mean)', *3 * ('(% of layouts)',)),
     ]
     for each in made.maps:
-        success = np.array([chance.success for chance in each.chances])
+        success = np.array([result.success for result in each.results])
         rows.append(
             (
                 each.ball,
@@ -179,7 +181,7 @@ def _as_text(made: Atlas) -> str:
                     '-' if part != part else f'{100.0 * part:.1f}'
                     for part in (
                         each.mean,
-                        each.doubt,
+                        each.mean_half_width,
                         (success >= SURE).mean(),
                         (success >= EVEN).mean(),
                         (success == 0.0).mean(),

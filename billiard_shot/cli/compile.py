@@ -1,4 +1,4 @@
-"""`billiard-shot compile`: compile beforehand what the first batch or plan would wait for."""
+"""`billiard-shot compile`: compile the library in advance."""
 
 import argparse
 
@@ -9,15 +9,15 @@ HELP = 'compile the library to machine code, once for each version'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add nothing: it takes none."""
+    """Add no options."""
     del parser
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compile, and say where the result is kept."""
+    """Compile, and print the folder of the machine code."""
     del options
     if machine_code.available() and machine_code.is_complete():
-        print(f'compiled before, in {machine_code.folder()}')
+        print(f'already compiled, in {machine_code.folder()}')
         return 0
     if not wait_for_machine_code():
         return 1

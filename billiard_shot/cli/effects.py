@@ -1,4 +1,4 @@
-"""`billiard-shot effects`: what each effect costs in a shot or a scene, and what it changes."""
+"""`billiard-shot effects`: cost and influence of each effect in a shot or a scene."""
 
 import argparse
 from collections.abc import Sequence
@@ -6,47 +6,49 @@ import math
 from pathlib import Path
 
 from billiard_shot import Scene
-from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
+from billiard_shot.cli.text_table import table
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.effects import draw_effects
 from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
-from billiard_shot.study.usual_strokes import strokes_for
+from billiard_shot.study.sample_strokes import sample_strokes
 
-HELP = 'what each effect costs (us) and what it changes (mm, degrees) in a shot or a scene'
+HELP = 'measure the cost (us) and the influence (mm, degrees) of each effect in a shot or scene'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, strokes, picture."""
+    """Add options for scene, strokes and picture."""
     parser.add_argument(
         'what',
         nargs='?',
         metavar='SHOT|SCENE',
-        help='YAML file with a list of strokes; or a scene, bundled or a file',
+        help='YAML file with a list of strokes, or a scene (bundled, or a YAML file)',
     )
-    parser.add_argument('--scene', help='scene of the strokes (pool)')
+    parser.add_argument('--scene', help='scene of the strokes (default: pool)')
     parser.add_argument(
         '--tolerance',
         type=float,
         default=1e-4,
         metavar='M',
-        help='largest error of the trajectory in metres (%(default)g)',
+        help='largest error of the trajectory, in metres (default: %(default)g)',
     )
     parser.add_argument(
         '--count',
         type=int,
         default=12,
         metavar='N',
-        help='strokes to try in a scene where none is stated (%(default)d)',
+        help='number of sample strokes if no stroke is given (default: %(default)d)',
     )
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw it as bars, too')
+    parser.add_argument(
+        '--picture', type=Path, metavar='FILE.png', help='draw the results as bars'
+    )
     add_stroke_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Study, print, draw."""
+    """Measure, print, draw."""
     wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
@@ -57,8 +59,8 @@ def run(options: argparse.Namespace) -> int:
         played = list(strokes_of(options, scene).values())
         about = f'scene {name}, {_count(len(played), "stroke")}'
     elif options.count > 0:
-        played = strokes_for(scene, options.count)
-        about = f'scene {name}, {_count(len(played), "stroke")} as people play them'
+        played = sample_strokes(scene, options.count)
+        about = f'scene {name}, {_count(len(played), "sample stroke")}'
     else:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 1')
     with reporting('effects', comparisons(played)) as report:
@@ -73,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _what(options: argparse.Namespace) -> tuple[str, Path | None]:
-    """Name of the scene, and the file of strokes if that is what was given."""
+    """Name of the scene, and the file of strokes if one was given."""
     path = Path(options.what or '')
     if path.suffix in ('.yaml', '.yml') and isinstance(read_yaml(path), list):
         return options.scene or 'pool', path
@@ -84,7 +86,7 @@ def _what(options: argparse.Namespace) -> tuple[str, Path | None]:
 
 def _of_one(studies: Sequence[EffectStudy]) -> str:
     rows = [
-        ('effect', 'simulated', 'costs', 'steps', 'moves the rest', 'turns it by', 'why'),
+        ('effect', 'simulated', 'cost', 'steps', 'position change', 'direction change', 'why'),
         ('', '', '(us)', '', '(mm)', '(degrees)', ''),
     ]
     for study in studies:
@@ -108,13 +110,13 @@ def _of_many(studies: Sequence[EffectStudy]) -> str:
         (
             'effect',
             'simulated',
-            'costs',
+            'cost',
             'steps',
-            'moves the rest (mm)',
+            'position change (mm)',
             '',
-            'turns it by (degrees)',
+            'direction change (degrees)',
             '',
-            'simulated when',
+            'simulated if',
         ),
         ('', 'in', '(us)', '', 'median', 'largest', 'median', 'largest', ''),
     ]
@@ -144,7 +146,7 @@ def _degrees(radians: float) -> str:
 
 
 def _number(value: float) -> str:
-    """Three digits, 0 for what is only rounding."""
+    """Format with three digits; rounding errors are 0."""
     return '0' if abs(value) < 1e-6 else f'{value:.3g}' if abs(value) < 1e3 else f'{value:.0f}'
 
 

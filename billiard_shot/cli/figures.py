@@ -1,28 +1,31 @@
-"""`billiard-shot figures`: the pictures of the documentation, made anew."""
+"""`billiard-shot figures`: draw the figures of the documentation."""
 
 import argparse
 from pathlib import Path
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 
-HELP = "draw the documentation's pictures of the model and of shots anew"
+HELP = 'draw the figures of the documentation'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Names and a folder."""
-    parser.add_argument('names', nargs='*', metavar='NAME', help='which ones (all)')
+    """Add the names of figures and the output folder."""
+    parser.add_argument('names', nargs='*', metavar='NAME', help='figures to draw (default: all)')
     parser.add_argument(
-        '--to',
+        '--output',
+        '--to',  # its former name
         type=Path,
         default=Path('docs/figures'),
         metavar='FOLDER',
-        help='where to write NAME.png (%(default)s)',
+        help='folder for NAME.png (default: %(default)s)',
     )
-    parser.add_argument('--list', action='store_true', help='name them, draw nothing')
+    parser.add_argument(
+        '--list', action='store_true', help='print the names of the figures and draw nothing'
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw, and say which files were written."""
+    """Draw the figures and print the paths of the files."""
     wait_for_machine_code()
     from billiard_shot.pictures.figures import FIGURES
 
@@ -34,10 +37,10 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         print('\n'.join(FIGURES))
         return 0
-    if not options.to.is_dir():
-        raise ValueError(f'--to: {options.to} is not allowed; it must be a folder')
+    if not options.output.is_dir():
+        raise ValueError(f'--output: {options.output} is not allowed; it must be a folder')
     for name in progress(options.names or list(FIGURES), 'figures'):
-        path = options.to / f'{name}.png'
+        path = options.output / f'{name}.png'
         FIGURES[name](path)
         print(path)
     return 0

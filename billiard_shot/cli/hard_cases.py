@@ -1,34 +1,34 @@
-"""`billiard-shot hard-cases`: where solvers break, and what this one does there."""
+"""`billiard-shot hard-cases`: collisions at the limits of solvers, with checks."""
 
 import argparse
 
-from billiard_shot.cli.layout import table
 from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.text_table import table
 
 LEGEND = """
-States, steps, time: at tolerance 1e-12. off: from the stated value, in parts of the speed; gain:
-of energy, in parts of it; order: change with the order of contacts; sensitivity: change of the
-answer per relative change of the numbers it depends on."""
-HELP = 'collisions at the ends of what can be asked for, each with what must hold'
+States, steps, time: at tolerance 1e-12. off: error relative to the speed; gain: relative energy
+gain; order: change with the order of contacts; sensitivity: change of the result per relative
+change of the input."""
+HELP = 'solve collisions at the limits of the input ranges, and check each result'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which cases."""
+    """Add options that select cases."""
     parser.add_argument(
         'words',
         nargs='*',
         metavar='WORD',
-        help='only the cases whose family or name has all these words in it',
+        help='solve only cases with all these words in family and name',
     )
     parser.add_argument(
         '--list',
         action='store_true',
-        help='say what each family is and what breaks elsewhere; solve nothing',
+        help='describe each family and why it breaks other solvers; solve nothing',
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Solve and print; 1 if something does not hold."""
+    """Solve and print; 1 if a check fails."""
     wait_for_machine_code()
     from billiard_shot.study.hard_cases import families
 
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         if all(word in f'{family.name}: {member}' for word in options.words)
     ]
     if not chosen:
-        raise ValueError(f'WORD: {" ".join(options.words)!r} is in no case; see --list')
+        raise ValueError(f'WORD: {" ".join(options.words)!r} is not part of any case; see --list')
     if options.list:
         for family in dict.fromkeys(family.name for family, _ in chosen):
             about = next(entry for entry, _ in chosen if entry.name == family)
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     from billiard_shot.study.hard_case_checks import examine, LAWS
 
     tasks = [(family, member, law) for family, member in chosen for law in LAWS]
-    verdicts = [examine(*task) for task in progress(tasks, 'hard cases')]
+    results = [examine(*task) for task in progress(tasks, 'hard cases')]
     rows = [
         (
             'case',
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
             'holds',
         )
     ]
-    for v in verdicts:
+    for v in results:
         rows.append(
             (
                 f'{v.family}: {v.member}',
@@ -83,9 +83,9 @@ def run(options: argparse.Namespace) -> int:
         )
     print(table(rows))
     print(LEGEND)
-    bad = [v for v in verdicts if v.faults]
+    bad = [v for v in results if v.faults]
     for v in bad:
         print(f'\n{v.family}: {v.member}, {v.law}')
         print(*(f'    {fault}' for fault in v.faults), sep='\n')
-    print(f'\n{len(verdicts) - len(bad)} of {len(verdicts)} cases hold')
+    print(f'\n{len(results) - len(bad)} of {len(results)} cases hold')
     return 1 if bad else 0

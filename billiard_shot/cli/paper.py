@@ -1,14 +1,14 @@
-"""`billiard-shot paper`: the paper's Table 1, as printed, as written, and under variants."""
+"""`billiard-shot paper`: Table 1 of the paper, as printed, by its model, and under variants."""
 
 import argparse
 
-from billiard_shot.cli.layout import numbers, table
+from billiard_shot.cli.text_table import numbers, table
 
-HELP = "the paper's Table 1: as printed, as the model is written, and under variants of it"
+HELP = 'recompute Table 1 of the paper: as printed, by its model, and under variants'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Take none."""
+    """Add no options."""
 
 
 def run(options: argparse.Namespace) -> int:

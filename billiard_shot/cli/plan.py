@@ -1,7 +1,7 @@
-"""`billiard-shot plan`: which stroke reaches a target, and how surely."""
+"""`billiard-shot plan`: the stroke most likely to reach a target."""
 
 import argparse
-from dataclasses import asdict
+from dataclasses import asdict, fields
 import json
 import math
 from pathlib import Path
@@ -10,29 +10,30 @@ from typing import Any
 
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, Scene, Status
-from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
+from billiard_shot.cli.text_table import numbers, table
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.plan import draw_plan
-from billiard_shot.planning.cloud import cloud_of
+from billiard_shot.planning.dispersion import sample_outcomes
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.scene import Robot
+from billiard_shot.scene.fields import FORMER
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'which stroke reaches a target, and how surely, under noise and limits'
-CLOUD = 400  # strokes with noise in a picture
+HELP = 'find the stroke most likely to reach a target, given execution noise and limits'
+PICTURE_TRIALS = 400  # noisy executions in a picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Scene, target, noise, budget, limits, output."""
+    """Add options for scene, target, limits, noise, budget and output."""
     parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
     target = parser.add_argument_group('target: one of these')
-    for name, text in (('pot', 'ball that is to fall'), ('hit', 'ball that is to be met first')):
+    for name, text in (('pot', 'ball to be potted'), ('hit', 'ball to be hit first')):
         target.add_argument(f'--{name}', metavar='BALL', help=text)
     for name, text in (
-        ('rest', 'where the cue ball is to rest (m)'),
-        ('pass', 'where it is to pass (m)'),
+        ('rest', 'point at which the cue ball has to rest (m)'),
+        ('pass', 'point that the cue ball has to pass (m)'),
     ):
         target.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
     target.add_argument(
@@ -40,39 +41,49 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         nargs=4,
         metavar=('X1', 'Y1', 'X2', 'Y2'),
-        help='two points between which it is to pass (m)',
+        help='two points between which the cue ball has to pass (m)',
     )
-    more = parser.add_argument_group('more about it')
+    more = parser.add_argument_group('details of the target')
     more.add_argument(
         '--pocket',
         action='append',
         choices=['any', *POCKET_NAMES],
-        help='of --pot, may be repeated (any)',
+        help='pocket for --pot, may be repeated (default: any)',
     )
     for name, text in (
-        ('leave', 'of --pot: where the cue ball is to rest'),
-        ('at', 'of --hit: where it is to touch the ball'),
-        ('direction', 'of --hit: where the ball is to go'),
+        ('leave', 'for --pot: point at which the cue ball has to rest'),
+        ('at', 'for --hit: point at which the cue ball has to touch the ball'),
+        ('direction', 'for --hit: direction in which the ball has to leave'),
     ):
         more.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
-    more.add_argument('--radius', type=float, metavar='M', help='how near is near enough (m)')
-    more.add_argument('--within-deg', type=float, metavar='DEG', help='the same of --direction')
-    limits = parser.add_argument_group('limits, instead of those of the scene')
-    limits.add_argument('--first-contact', metavar='BALL', help='that has to be met first')
-    for name in asdict(Robot()):
-        limits.add_argument(f'--{name.replace("_", "-")}', type=float, metavar='NUMBER')
+    more.add_argument(
+        '--radius', type=float, metavar='M', help='largest distance from the point (m)'
+    )
+    more.add_argument(
+        '--direction-tolerance-deg',
+        '--within-deg',  # its former name
+        type=float,
+        metavar='DEG',
+        help='largest deviation from --direction',
+    )
+    limits = parser.add_argument_group('limits that replace those of the scene')
+    limits.add_argument('--first-contact', metavar='BALL', help='ball to be hit first')
+    for field in fields(Robot):
+        names = [field.name, *(field.metadata[key] for key in (FORMER,) if key in field.metadata)]
+        options = (f'--{name.replace("_", "-")}' for name in names)
+        limits.add_argument(*options, type=float, metavar='NUMBER')
     add_search_arguments(parser, NORMAL_BUDGET, '')
-    parser.add_argument('--json', action='store_true', help='one JSON object, in SI units')
+    parser.add_argument('--json', action='store_true', help='print one JSON object, in SI units')
     parser.add_argument(
         '--picture',
         type=Path,
         metavar='FILE.png',
-        help='draw the plan, and what noise makes of it',
+        help='draw the plan and the outcomes of noisy executions',
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plan and print; 1 if there is no plan, 2 if the target makes no sense."""
+    """Plan and print; 1 if there is no plan. ValueError for an invalid request."""
     wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
@@ -95,12 +106,13 @@ def run(options: argparse.Namespace) -> int:
         print(f'{result.status.name}: {result.message}', file=sys.stderr)
         return 1
     if options.picture:
-        draw_plan(result.best, cloud_of(result.best, result.noise, CLOUD), options.picture)
+        outcomes = sample_outcomes(result.best, result.noise, PICTURE_TRIALS)
+        draw_plan(result.best, outcomes, options.picture)
     return 0
 
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
-    """Collect what was said of the target, whether it fits together or not."""
+    """Collect the options of the target; `plan` checks them."""
     names = (
         'pot',
         'hit',
@@ -111,7 +123,7 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
         'at',
         'direction',
         'radius',
-        'within_deg',
+        'direction_tolerance_deg',
     )
     given = {name: value for name in names if (value := getattr(options, name)) is not None}
     if options.gate:
@@ -133,8 +145,8 @@ def _as_text(result: PlanResult) -> str:
         (
             '',
             'kind',
-            'succeeds',
-            '95 % sure',
+            'success',
+            '95 % CI',
             'a',
             'b',
             'elevation',
@@ -158,7 +170,7 @@ def _as_text(result: PlanResult) -> str:
                 f'{math.degrees(elevation):6.2f}',
                 f'{math.degrees(azimuth):8.3f}',
                 f'{speed:.3f}',
-                numbers(each.shot.trajectory.rest[:2], 3),
+                numbers(each.shot.trajectory.final_position[:2], 3),
             )
         )
     rate = result.simulations / max(result.wall_time, 1e-9)
@@ -193,5 +205,5 @@ def _stroke(each: RankedStroke) -> dict[str, Any]:
         'speed': speed,
         'normal': list(each.stroke.normal),
         'velocity': list(each.stroke.velocity),
-        'rest': each.shot.trajectory.rest.tolist(),
+        'rest': each.shot.trajectory.final_position.tolist(),
     }

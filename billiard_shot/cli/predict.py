@@ -1,4 +1,4 @@
-"""`billiard-shot predict`: what a stroke does to the cue ball."""
+"""`billiard-shot predict`: predict the shot of a stroke."""
 
 import argparse
 import json
@@ -7,27 +7,30 @@ import sys
 from typing import Any
 
 from billiard_shot import save_shot, Shot
-from billiard_shot.cli.layout import numbers, table
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
+from billiard_shot.cli.text_table import numbers, table
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 
-HELP = 'what a stroke does to the cue ball'
+HELP = 'predict the motion of the cue ball after a stroke'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Shots and output."""
-    parser.add_argument('--json', action='store_true', help='one JSON object a line, in SI units')
+    """Add options for shots and output."""
+    parser.add_argument(
+        '--json', action='store_true', help='print one JSON object per line, in SI units'
+    )
     add_shot_arguments(parser)
-    files = parser.add_argument_group('files; of several strokes, FILE-NAME each')
+    files = parser.add_argument_group('files; FILE-NAME for each of several strokes')
     files.add_argument(
-        '--save',
+        '--output',
+        '--save',  # its former name
         type=Path,
         metavar='FILE.json',
-        help='record the shot: all that was asked for, all that came out',
+        help='write the shot: the complete input and result',
     )
     for name, text in (
         ('picture', 'the table from above'),
@@ -49,8 +52,8 @@ def run(options: argparse.Namespace) -> int:
         print(_as_table(shots))
     for name, shot in shots.items():
         title = f'{shot.status.name}: {shot.message}'
-        if options.save:
-            save_shot(shot, of_each(options.save, name, shots))
+        if options.output:
+            save_shot(shot, of_each(options.output, name, shots))
         if options.picture:
             draw_shot(shot, of_each(options.picture, name, shots), title)
         if shot.status.refused:
@@ -73,7 +76,7 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
         'cue_speed': shot.cue_speed,
         'phases': [list(phase.active) for phase in shot.impact.phases],
         'dissipated': shot.impact.dissipated.tolist(),
-        'rest': shot.trajectory.rest.tolist(),
+        'rest': shot.trajectory.final_position.tolist(),
         'duration': shot.trajectory.duration,
         'events': [
             {'time': event.time, 'kind': event.kind, 'position': event.position.tolist()}
@@ -103,7 +106,7 @@ def _as_table(shots: dict[str, Shot]) -> str:
                 numbers(shot.velocity, 4),
                 numbers(shot.spin, 3),
                 numbers([shot.cue_speed], 4),
-                numbers(path.rest[:2], 4),
+                numbers(path.final_position[:2], 4),
                 numbers([path.duration], 2),
                 f'{1e3 * shot.error_estimate:.1g}',
             )

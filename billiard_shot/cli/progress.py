@@ -1,4 +1,4 @@
-"""A progress bar on stderr: nothing where stderr is no terminal, so that logs stay clean."""
+"""A progress bar on stderr; there is none if stderr is not a terminal."""
 
 from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
@@ -12,14 +12,14 @@ T = TypeVar('T')
 
 WIDTH = 30  # characters of the bar itself
 INTERVAL = 0.1  # s between drawings at least
-SAY_EVERY = 5.0  # s between lines where there is no terminal
+SAY_EVERY = 5.0  # s between lines if stderr is not a terminal
 
 
 def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
     """
-    Go through `items` with a bar that says how many are done.
+    Iterate over `items` with a bar that shows how many are done.
 
-    `total` is how many there are, for items without a length.
+    `total` is their number, for items without a length.
     """
     count = total if total is not None else len(items) if isinstance(items, Sized) else 0
     with reporting(label, count) as report:
@@ -31,13 +31,13 @@ def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterat
 @contextmanager
 def reporting(label: str, total: int) -> Iterator[Callable[[int], None]]:
     """
-    Show a bar while the block runs, for work that reports by a callback.
+    Show a bar while the block runs, for work that reports through a callback.
 
     Yields
     ------
     callable
-        To be called with the number of items done so far, as often as one likes: it draws at most
-        ten times a second.
+        Function of the number of items done so far. It may be called at any rate, and draws at
+        most ten times a second.
 
     """
     if not sys.stderr.isatty():
@@ -60,7 +60,7 @@ def reporting(label: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 def line(label: str, done: int, total: int, elapsed: float) -> str:
-    """Text of a bar after `elapsed` seconds; with the time still to go, once it can be guessed."""
+    """Text of a bar after `elapsed` seconds, with an estimate of the remaining time."""
     if total <= 0:
         return f'{label}: {done}'
     part = min(done / total, 1.0)
@@ -76,9 +76,9 @@ def _draw(text: str) -> None:
 
 def wait_for_machine_code() -> bool:
     """
-    Wait until the library runs as machine code, with a bar; return whether it does.
+    Wait, with a bar, until the library is compiled; return whether it runs as machine code.
 
-    Where stderr is no terminal, a line every few seconds says so instead.
+    If stderr is not a terminal, a line every few seconds reports the progress instead.
     """
     if not machine_code.available() or machine_code.is_complete():
         return machine_code.require()

@@ -1,4 +1,4 @@
-"""`billiard-shot scene`: the scenes that come with the package, and checks of your own."""
+"""`billiard-shot scene`: bundled scenes, and checks of scene files."""
 
 import argparse
 import sys
@@ -6,20 +6,20 @@ import sys
 import yaml
 
 from billiard_shot import Scene
-from billiard_shot.cli.layout import table
+from billiard_shot.cli.text_table import table
 from billiard_shot.scene.bundled import scene_names, scene_path
 
-HELP = 'list the bundled scenes, show one with its defaults, or check a file'
+HELP = 'list the bundled scenes, show a scene with its defaults, or check files'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add one subcommand each for checking, showing and listing."""
+    """Add the subcommands check, show and list."""
     actions = parser.add_subparsers(required=True, metavar='ACTION')
-    text = 'explain every mistake in scene files: line, key, allowed range'
+    text = 'report every mistake in scene files, with line, key and allowed range'
     check = actions.add_parser('check', help=text, description=text)
-    check.add_argument('files', nargs='+', metavar='FILE', help='YAML file, or a bundled scene')
+    check.add_argument('files', nargs='+', metavar='FILE', help='YAML file or bundled scene')
     check.set_defaults(act=_check)
-    text = 'print a scene with everything that it leaves to defaults'
+    text = 'print a scene with all its default values'
     show = actions.add_parser('show', help=text, description=text)
     show.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
     show.set_defaults(act=_show)
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do what is asked for; 1 if a file has mistakes."""
+    """Run a subcommand; 1 if a file has mistakes."""
     return int(options.act(options))
 
 
@@ -62,7 +62,7 @@ def _summary(scene: Scene) -> str:
 
 
 def _first_comment(name: str) -> str:
-    """Say what a scene is: the first sentence of its file."""
+    """Describe a scene by the first sentence of its file."""
     lines = []
     for line in scene_path(name).read_text(encoding='utf-8').splitlines():
         if not line.startswith('#'):

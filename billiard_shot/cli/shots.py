@@ -1,4 +1,4 @@
-"""Shots on the command line: predicted from strokes, or recorded in a file."""
+"""Shots on the command line: predicted from strokes, or read from a file."""
 
 import argparse
 from pathlib import Path
@@ -8,7 +8,7 @@ from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_give
 
 
 def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Let the command take a recorded shot, a file of strokes, or one stroke."""
+    """Add options for a recorded shot, a file of strokes, or one stroke."""
     parser.add_argument(
         'shot',
         nargs='?',
@@ -16,18 +16,20 @@ def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='SHOT',
         help='a recorded shot (.json), or a list of strokes (.yaml)',
     )
-    parser.add_argument('--scene', help='of strokes: bundled scene or YAML file (pool)')
+    parser.add_argument(
+        '--scene', help='scene of the strokes: bundled scene or YAML file (default: pool)'
+    )
     parser.add_argument(
         '--tolerance',
         type=float,
         metavar='M',
-        help='of strokes: largest error of the trajectory in metres (1e-4)',
+        help='largest error of the trajectories of strokes, in metres (default: 1e-4)',
     )
     add_stroke_arguments(parser)
 
 
 def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
-    """Shots by name; ValueError if none is stated, or more than one way is used."""
+    """Shots by name; ValueError if none is given, or if they are given in two ways."""
     if options.shot:
         if strokes_given(options):
             raise ValueError(
@@ -48,5 +50,5 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
 
 
 def of_each(path: Path, name: str, shots: dict[str, Shot]) -> Path:
-    """Name of a file for one of the shots: FILE itself, or FILE-NAME where there are several."""
+    """Path of the file of a shot: FILE, or FILE-NAME if there are several shots."""
     return path if len(shots) == 1 else path.with_stem(f'{path.stem}-{name}')

@@ -10,14 +10,21 @@ HELP = 'print the mechanical cue as a robot model (URDF)'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what the model is made from, and where it goes."""
+    """Add options for mechanism, frame and output."""
     parser.add_argument(
-        '--mechanism', default='', metavar='FILE', help='YAML file of the mechanism'
+        '--mechanism',
+        default='',
+        metavar='FILE',
+        help='YAML file of the mechanism (default: the built-in one)',
     )
     parser.add_argument(
-        '--frame', default='table', help="name of the table's frame, such as cell1/table"
+        '--frame',
+        default='table',
+        help="name of the table's frame, such as cell1/table (default: %(default)s)",
     )
-    parser.add_argument('--output', type=Path, metavar='FILE', help='write to a file')
+    parser.add_argument(
+        '--output', type=Path, metavar='FILE', help='output file (default: standard output)'
+    )
 
 
 def run(options: argparse.Namespace) -> int:

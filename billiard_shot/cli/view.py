@@ -1,4 +1,4 @@
-"""`billiard-shot view`: a shot as an HTML page with a table to turn and zoom."""
+"""`billiard-shot view`: write a shot as an interactive HTML page."""
 
 import argparse
 from pathlib import Path
@@ -7,27 +7,28 @@ import sys
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
 from billiard_shot.pictures.view import write_page
 
-HELP = 'write a shot as one HTML file: the table in 3-D, balls that turn, a time slider'
+HELP = 'write a shot as one HTML file: 3-D table, rotating balls, time slider'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Shots, and where to write."""
+    """Add options for shots and output."""
     parser.add_argument(
-        '--to',
+        '--output',
+        '--to',  # its former name
         type=Path,
         default=Path('shot.html'),
         metavar='FILE.html',
-        help='where to write; of several strokes, FILE-NAME (%(default)s)',
+        help='output file; FILE-NAME for each of several strokes (default: %(default)s)',
     )
-    parser.add_argument('--title', help='of the page; the name of the shot by default')
+    parser.add_argument('--title', help='title of the page (default: the name of the shot)')
     add_shot_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the pages, and say where they are; 1 if a stroke was refused."""
+    """Write the pages and print their paths; 1 if a stroke was refused."""
     shots = shots_of(options)
     for name, shot in shots.items():
-        path = of_each(options.to, name, shots)
+        path = of_each(options.output, name, shots)
         write_page(shot, path, options.title or _title(name, options))
         print(path)
         if shot.status.refused:

@@ -1,4 +1,4 @@
-"""Who does the work of long commands: this process, several, or a Dask cluster."""
+"""Executors of long commands: this process, several processes, or a Dask cluster."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -21,19 +21,19 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
     Parameters
     ----------
     workers : int
-        Processes; with one, none beside this one.
+        Number of worker processes; with 1, this process does the work.
     dask : str, optional
-        Address of a Dask scheduler; `local`: a cluster of so many workers on this machine.
+        Address of a Dask scheduler, or `local` for a cluster of `workers` on this machine.
 
     Yields
     ------
     Executor or None
-        None: this process does it.
+        None if this process does the work.
 
     Raises
     ------
     ValueError
-        If there is no Dask, or no scheduler at the address.
+        If Dask is not installed, or there is no scheduler at the address.
 
     """
     if dask is not None:
@@ -55,20 +55,20 @@ def _processes(workers: int) -> Iterator[Executor]:
         yield pool
     except BaseException:
         for worker in {*active_children()} - {*others}:
-            worker.terminate()  # what they have begun is lost, but nobody waits for it
+            worker.terminate()  # their current tasks are lost, but nobody waits for the results
         raise
     finally:
         pool.shutdown(cancel_futures=True)
 
 
 def begin_work() -> None:
-    """In a worker: let the first process deal with Ctrl-C, and end when it does."""
+    """In a worker: leave Ctrl-C to the first process, and end with that process."""
     _ignore_ctrl_c()
     Thread(target=_end_with_parent, daemon=True).start()
 
 
 def _end_with_parent() -> None:
-    """End when the first process does, even if it was killed: by itself a worker would wait on."""
+    """End with the first process, even if it was killed: else a worker would wait for ever."""
     parent = parent_process()
     assert parent is not None
     parent.join()
@@ -76,7 +76,7 @@ def _end_with_parent() -> None:
 
 
 def _ignore_ctrl_c() -> None:
-    """Leave it to the first process: in a terminal it reaches all of them."""
+    """Leave Ctrl-C to the first process: in a terminal, the signal reaches all processes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
@@ -88,14 +88,14 @@ def _dask(workers: int, address: str) -> Iterator[Executor]:
         raise ValueError(
             "--dask: needs Dask, an extra: pip install 'billiard_shot[dask]'"
         ) from None
-    library: Any = distributed  # its types are in parts only
+    library: Any = distributed  # it is only partly typed
     if address == LOCAL:
         with (
             library.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
                 dashboard_address=None,
-                silence_logs=logging.ERROR,  # at Ctrl-C it warns of what is meant
+                silence_logs=logging.ERROR,  # at Ctrl-C it warns of the intended end
             ) as cluster,
             library.Client(cluster) as client,
         ):

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 from billiard_shot.cue.limits import check_range, raise_violations
 from billiard_shot.scene.checks import check
+from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
-from billiard_shot.scene.mistakes import Mistake
 
 
 def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
@@ -49,7 +49,7 @@ class Incline:
     RULES: ClassVar = (_lengths_of_a_triangle,)
     base: float = number('m', above=0, default=0.5)
     arm: float = number('m', above=0, default=0.3)
-    level_angle: float = number('rad', above=0, most=math.pi, default=1.0)
+    level_angle: float = number('rad', above=0, maximum=math.pi, default=1.0)
     shortest: float = number('m', above=0, default=0.40)
     longest: float = number('m', above=0, default=0.72)
 

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from billiard_shot.cue.incline import Incline
 from billiard_shot.cue.parts import Parts
 from billiard_shot.scene.checks import check, read
+from billiard_shot.scene.errors import InputError, Mistake
 from billiard_shot.scene.fields import number, section
-from billiard_shot.scene.mistakes import InputError, Mistake
 from billiard_shot.scene.yaml_file import read_document
 
 JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
@@ -144,15 +144,15 @@ class Mechanism:
     stroke: Axis = _axis(0.0, 0.6, 6.0, 150.0, 15000.0)
     incline_geometry: Incline = section(Incline, optional=True, former='triangle')
     min_elevation: float = number(
-        'rad', least=0, most=math.pi / 2, default=0.0, former='least_elevation'
+        'rad', minimum=0, maximum=math.pi / 2, default=0.0, former='least_elevation'
     )
     max_elevation: float = number(
-        'rad', least=0, most=math.pi / 2, default=1.2, former='most_elevation'
+        'rad', minimum=0, maximum=math.pi / 2, default=1.2, former='most_elevation'
     )
     min_speed: float = number('m/s', above=0, default=0.05, former='least_speed')
     max_force: float = number('N', above=0, default=100.0, former='force')
-    reach: float = number('m', least=0, default=0.3)
-    axis_drop: float = number('m', least=0, default=0.08, former='drop')
+    reach: float = number('m', minimum=0, default=0.3)
+    axis_drop: float = number('m', minimum=0, default=0.08, former='drop')
     steady_time: float = number('s', above=0, default=0.02)
     contact_time: float = number('s', above=0, default=0.002)
     travel_height: float = number('m', above=0, default=0.1)

@@ -120,7 +120,7 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
             contact.elevation,
             stroke.speed,
             shot.cue_speed,
-            _clearance(contact, scene.cue.tip_radius),
+            _clearance(contact, scene.cue.ferrule_radius),
         )
         aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
@@ -137,7 +137,7 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
 def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
     """Pose of the tip as a stroke meets the cue ball, which lies at (x, y) [m]."""
     _, _, elevation, azimuth, speed = stroke.offsets
-    radius, dome = scene.ball.radius, scene.cue.dome
+    radius, dome = scene.ball.radius, scene.cue.tip_curvature_radius
     normal = np.array(stroke.touching(dome / radius).normal)
     along = np.array(stroke.velocity) / speed
     centre = np.array([*ball, radius])
@@ -199,7 +199,7 @@ def _check_touch(
         position, velocity, _ = trajectory.at(min(stroke.leave + time, stroke.home))
         return float(position[STROKE] - left_at), float(velocity[STROKE])
 
-    shape = Shape(scene.ball.radius, scene.cue.dome, scene.cue.tip_radius)
+    shape = Shape(scene.ball.radius, scene.cue.tip_curvature_radius, scene.cue.ferrule_radius)
     balls = shot.table.balls if shot.table else {'cue': shot.trajectory}
     for name, ball in balls.items():
         touch = first_touch(

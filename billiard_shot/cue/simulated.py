@@ -14,7 +14,7 @@ import numpy as np
 from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.scene.checks import check
-from billiard_shot.scene.fields import number, yes_or_no
+from billiard_shot.scene.fields import boolean, number
 
 SUBSTEP = 1e-3  # s
 MAX_REST_SPEED = 1e-6  # m/s or rad/s: slower joints are at rest
@@ -41,11 +41,11 @@ class Imperfections:
 
     """
 
-    bandwidth: float = number('rad/s', above=0, most=1000.0, default=150.0)
-    latency: float = number('s', least=0, most=1.0, default=0.0)
-    noise: float = number('', least=0, most=1.0, default=0.0)
-    backlash: float = number('', least=0, most=0.1, default=0.0)
-    encoder_step: float = number('', least=0, most=0.1, default=0.0)
+    bandwidth: float = number('rad/s', above=0, maximum=1000.0, default=150.0)
+    latency: float = number('s', minimum=0, maximum=1.0, default=0.0)
+    noise: float = number('', minimum=0, maximum=1.0, default=0.0)
+    backlash: float = number('', minimum=0, maximum=0.1, default=0.0)
+    encoder_step: float = number('', minimum=0, maximum=0.1, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)
@@ -71,11 +71,11 @@ class Faults:
 
     """
 
-    stuck_incline: bool = yes_or_no(default=False)
-    lost_encoder: bool = yes_or_no(default=False)
-    late_brake: float = number('s', least=0, most=10.0, default=0.0)
-    command_loss_rate: float = number('', least=0, most=1.0, default=0.0)
-    no_ball: bool = yes_or_no(default=False)
+    stuck_incline: bool = boolean(default=False)
+    lost_encoder: bool = boolean(default=False)
+    late_brake: float = number('s', minimum=0, maximum=10.0, default=0.0)
+    command_loss_rate: float = number('', minimum=0, maximum=1.0, default=0.0)
+    no_ball: bool = boolean(default=False)
 
     def __post_init__(self) -> None:
         check(self)

@@ -1,4 +1,4 @@
-"""An atlas from above: from where on the table a ball is potted, and how surely."""
+"""A map of an atlas: the success probability of a pot by the position of the cue ball."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 from billiard_shot.pictures.canvas import require_matplotlib, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.planning.atlas import Atlas, Map
-from billiard_shot.planning.atlas.places import borders, grid
-from billiard_shot.scene.placing import CUE_BALL
+from billiard_shot.planning.atlas.layouts import borders, grid
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import VERMILION
 from billiard_shot.table.outline import outline_of
 
@@ -24,7 +24,7 @@ WIDTH, NARROW = 9.0, 4.0  # inches: of a picture, and at least of each map where
 
 def draw_atlas(atlas: Atlas, path: Path) -> None:
     """
-    Write a picture of an atlas: a map of the table for each place of the ball to be potted.
+    Write a picture of an atlas: a map of the table for each position of the ball to be potted.
 
     Raises
     ------
@@ -41,8 +41,8 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
     width = max(WIDTH, NARROW * columns)
     height = rows * ((width / columns - 0.5) * half[1] / half[0] + 0.6) + 0.7
     figure = Figure(figsize=(width, height), layout='constrained')
-    for place, each in enumerate(maps):
-        axes = figure.add_subplot(rows, columns, 1 + place)
+    for number, each in enumerate(maps, 1):
+        axes = figure.add_subplot(rows, columns, number)
         axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
         image = _draw_map(axes, atlas, each)
     bar = figure.colorbar(
@@ -52,7 +52,7 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
         fraction=0.05,
         aspect=50,
         pad=0.02,
-        label='chance of the best stroke found, by where the cue ball lies (%)',
+        label='success of the best stroke found, by the position of the cue ball (%)',
         ticks=[0.0, *LEVELS, 1.0],
         format=lambda part, _: f'{100 * part:.0f}',
     )
@@ -62,7 +62,7 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
 
 
 def _columns(atlas: Atlas, maps: int) -> int:
-    """How many maps side by side: as the balls lie, if they fill a grid."""
+    """Choose how many maps are side by side: as in the grid, if the positions fill one."""
     along, across = atlas.request.ball_grid or (0, 0)
     if along * across * len(atlas.request.ball) == maps:
         return along
@@ -70,7 +70,7 @@ def _columns(atlas: Atlas, maps: int) -> int:
 
 
 def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
-    """Draw one map; return what its colours are of."""
+    """Draw one map; return the image for the colour bar."""
     from matplotlib.patches import Circle
 
     scene, radius, counts = atlas.scene, atlas.scene.ball.radius, atlas.request.cue_grid
@@ -109,9 +109,9 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
         )
     )
     at = ', '.join(f'{round(each, 3):g}' for each in drawn.ball_place)
-    said = f'{100.0 * drawn.mean:.0f} % on average' if drawn.chances else 'nothing is done'
-    if any(chance.stroke for chance in drawn.chances):
-        said += f', each ± {100.0 * drawn.doubt:.0f} %'
+    said = f'{100.0 * drawn.mean:.0f} % on average' if drawn.results else 'no results'
+    if any(result.stroke for result in drawn.results):
+        said += f', each ± {100.0 * drawn.mean_half_width:.0f} %'
     axes.set_title(f'ball {drawn.ball} at ({at}) m: {said}', fontsize='small', loc='left')
     axes.set_xlabel('x (m)', fontsize='x-small')
     axes.set_ylabel('y (m)', fontsize='x-small')
@@ -120,5 +120,5 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
 
 
 def _ink(success: float) -> str:
-    """Colour of lines that can be seen on that of a chance."""
+    """Colour of lines that is visible on the colour of a success."""
     return 'black' if success > LIGHT else 'white'

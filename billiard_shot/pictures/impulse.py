@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.pictures.canvas import new_figure, save, single_figure
-from billiard_shot.pictures.course import Course
+from billiard_shot.pictures.trace import CollisionTrace
 from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, State, TwoBalls
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
@@ -47,14 +47,14 @@ def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
 def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     """Write one collision: its curve of impulses, its elastic energies, a table of its states."""
     balls = balls or TwoBalls()
-    course = balls.course()
-    states = balls.states(course)
+    trace = balls.trace()
+    states = balls.states(trace)
     figure, (left, right) = new_figure(2, 11.0, 6.6)
     figure.get_layout_engine().set(rect=(0.0, 0.2, 1.0, 0.8))
     _plane(left, balls)
-    _curve(left, course, states)
-    _energies(right, course, states)
-    _table(figure, balls, course, states)
+    _curve(left, trace, states)
+    _energies(right, trace, states)
+    _table(figure, balls, trace, states)
     figure.suptitle(
         f'm₁ = {balls.masses[0]:g} kg, m₂ = {balls.masses[1]:g} kg, k₂/k₁ = {balls.ratio:g}, '
         f'e₁² = {balls.restitution[0] ** 2:.3g}, e₂² = {balls.restitution[1] ** 2:.3g}, '
@@ -106,10 +106,10 @@ def _plane(axes: Any, balls: TwoBalls) -> None:
         strict=True,
     ):
         axes.plot(first, second, dashes, color=GREY, linewidth=1.2, label=text)
-    room = 0.06 * (high - low)
+    margin = 0.06 * (high - low)
     axes.set(
-        xlim=(low[0] - room[0], high[0] + room[0]),
-        ylim=(low[1] - room[1], high[1] + room[1]),
+        xlim=(low[0] - margin[0], high[0] + margin[0]),
+        ylim=(low[1] - margin[1], high[1] + margin[1]),
         aspect='equal',
         xlabel='I₁, ball on ball (N s)',
         ylabel='I₂, ball on table (N s)',
@@ -118,8 +118,8 @@ def _plane(axes: Any, balls: TwoBalls) -> None:
     axes.axvline(0.0, color='black', linewidth=0.6)
 
 
-def _curve(axes: Any, course: Course, states: list[State]) -> None:
-    impulses = impulses_of(course)
+def _curve(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
+    impulses = impulses_of(trace)
     numbers: dict[str, list[str]] = {}
     for number, state in enumerate(states, 1):
         x, y = impulses[state.samples].T
@@ -147,15 +147,15 @@ def _curve(axes: Any, course: Course, states: list[State]) -> None:
     axes.set_title('(a) impulses', fontsize='medium', loc='left')
 
 
-def _energies(axes: Any, course: Course, states: list[State]) -> None:
+def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
     """Draw the energy of each spring over the impulse that it gave; drops are losses."""
-    impulses = impulses_of(course)
+    impulses = impulses_of(trace)
     springs = (PURPLE, 'E₁, ball on ball'), (GREEN, 'E₂, ball on table')
     for j, (colour, name) in enumerate(springs):
-        for part in (s.samples for s in states if course.active[s.samples, j].all()):
-            x, y = impulses[part, j], course.energies[part, j]
+        for part in (s.samples for s in states if trace.active[s.samples, j].all()):
+            x, y = impulses[part, j], trace.energies[part, j]
             axes.plot(x, y, color=colour, linewidth=2.0, label=name)
-            if part.stop == len(course.time) or not course.active[part.stop, j]:
+            if part.stop == len(trace.time) or not trace.active[part.stop, j]:
                 axes.plot([x[-1], x[-1]], [y[-1], 0.0], color=colour, linewidth=1.0, linestyle=':')
                 axes.annotate(
                     f'lost {y[-1]:.3f} J',
@@ -168,11 +168,11 @@ def _energies(axes: Any, course: Course, states: list[State]) -> None:
                 )
     for number, state in enumerate(states, 1):
         for j in (0, 1):
-            if course.active[state.samples, j].all():
+            if trace.active[state.samples, j].all():
                 end = state.samples.stop - 1
                 axes.plot(
                     impulses[end, j],
-                    course.energies[end, j],
+                    trace.energies[end, j],
                     'o',
                     color='black',
                     markersize=3.5,
@@ -180,7 +180,7 @@ def _energies(axes: Any, course: Course, states: list[State]) -> None:
                 )
                 axes.annotate(
                     str(number),
-                    (impulses[end, j], course.energies[end, j]),
+                    (impulses[end, j], trace.energies[end, j]),
                     (4, 3),
                     textcoords='offset points',
                     fontsize=9,
@@ -200,11 +200,11 @@ def _energies(axes: Any, course: Course, states: list[State]) -> None:
     )
 
 
-def _table(figure: Any, balls: TwoBalls, course: Course, states: list[State]) -> None:
+def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[State]) -> None:
     """Write how things stand at the end of each state."""
     axes = figure.add_axes((0.06, 0.01, 0.9, 0.17))
     axes.set_axis_off()
-    impulses = impulses_of(course)
+    impulses = impulses_of(trace)
     velocities, kinetic = balls.velocities(impulses), balls.kinetic_energy(impulses)
     rows = [
         [
@@ -216,7 +216,7 @@ def _table(figure: Any, balls: TwoBalls, course: Course, states: list[State]) ->
                 for value in (
                     *impulses[end],
                     *velocities[end],
-                    *course.energies[end],
+                    *trace.energies[end],
                     kinetic[end],
                 )
             ),

@@ -56,7 +56,7 @@ def draw_paper_shots(path: Path) -> None:
     for axes, (name, letter) in zip(panels, PANELS.items(), strict=True):
         row = paper_shot(name)
         _draw(axes, row)
-        x, y, _ = row.shot.trajectory.rest
+        x, y, _ = row.shot.trajectory.final_position
         axes.set_title(
             f'({letter}) {name}; rests at ({x:.2f}, {y:.2f}) m'.replace('-', '−'),
             fontsize='medium',

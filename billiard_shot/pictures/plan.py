@@ -1,4 +1,4 @@
-"""A plan on its table: the stroke as it is meant, and where noise lets the balls end."""
+"""A plan on its table: the planned stroke, and the final positions of noisy executions."""
 
 from pathlib import Path
 from typing import Any
@@ -14,15 +14,15 @@ from billiard_shot.pictures.table import (
     table_axes,
 )
 from billiard_shot.pictures.trails import CUE, trails_of
-from billiard_shot.planning.cloud import Cloud
+from billiard_shot.planning.dispersion import Dispersion
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.table.colours import GREEN, VERMILION
 
-PATHS = 60  # ways of the cue ball that are drawn
+PATHS = 60  # of the cue ball that are drawn
 
 
-def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
+def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
     """
     Write a picture of a plan, from above.
 
@@ -37,22 +37,22 @@ def draw_plan(planned: RankedStroke, cloud: Cloud, path: Path) -> None:
     low, high = planned.interval
     figure, axes = table_axes(
         scene,
-        cloud.rests[:, 0],
-        f'{planned.kind}: {100.0 * planned.success:.0f} % ({100.0 * low:.0f} to '
-        f'{100.0 * high:.0f} %) reach the target; a {a:+.2f}, b {b:+.2f} radii, '
+        outcomes.final_positions[:, 0],
+        f'{planned.kind}: success {100.0 * planned.success:.0f} % (95 % CI '
+        f'{100.0 * low:.0f} to {100.0 * high:.0f} %); a {a:+.2f}, b {b:+.2f} radii, '
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)
-    for way in cloud.paths[:PATHS]:
-        axes.plot(*way.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
+    for line in outcomes.paths[:PATHS]:
+        axes.plot(*line.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
     draw_trails(axes, trails)
     for reached, colour, label in (
         (True, GREEN, 'ends, target reached'),
         (False, VERMILION, 'ends, target missed'),
     ):
-        moved = cloud.moved & (cloud.success == reached)[:, np.newaxis]
+        moved = outcomes.moved & (outcomes.success == reached)[:, np.newaxis]
         axes.plot(
-            *cloud.rests[moved].T,
+            *outcomes.final_positions[moved].T,
             '.',
             color=colour,
             markersize=2.5,

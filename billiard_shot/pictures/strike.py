@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import require_matplotlib, rows_figure, save
-from billiard_shot.pictures.course import Course, course_of_strike
+from billiard_shot.pictures.trace import CollisionTrace, trace_of_strike
 from billiard_shot.pictures.two_balls import STATES
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
 CONTACTS = (('tip', BLUE, '-'), ('cloth', VERMILION, '--'))
-ROOM = 0.03  # of the strike's length that a state needs to be labelled
+MIN_LABEL_SHARE = 0.03  # of the strike's length that a state needs to be labelled
 
 
 def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
@@ -29,22 +29,22 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
 
     """
     require_matplotlib()
-    course = course_of_strike(shot)
+    trace = trace_of_strike(shot)
     figure, panels = rows_figure((2.3, 1.9, 1.9, 1.9), 9.0)
-    length = float(course.time[-1])
-    time = course.time / length
-    _states(panels, course, time)
+    length = float(trace.time[-1])
+    time = trace.time / length
+    _states(panels, trace, time)
     frictions = model_of(shot.scene).friction
     for j, (name, colour, dashes) in enumerate(CONTACTS):
         style = {'color': colour, 'linestyle': dashes, 'linewidth': 1.6}
-        touching = np.where(course.active[:, j], 1.0, np.nan)
-        force = course.forces[:, 3 * j]
+        touching = np.where(trace.active[:, j], 1.0, np.nan)
+        force = trace.forces[:, 3 * j]
         panels[0].plot(time, length * force * touching, label=f'{name} presses', **style)
         if frictions[j] > 0.0:
-            grip = grip_of(course, j, frictions[j])
+            grip = grip_of(trace, j, frictions[j])
             panels[1].plot(time, grip, label=name, **style)
-        panels[2].plot(time, course.slip(j) * touching, label=name, **style)
-        panels[3].plot(time, course.energies[:, j] * touching, label=name, **style)
+        panels[2].plot(time, trace.slip(j) * touching, label=name, **style)
+        panels[3].plot(time, trace.energies[:, j] * touching, label=name, **style)
     panels[0].set(ylabel='force × length of\nthe strike (N s)', ylim=(0.0, None), xlim=(0.0, 1.0))
     panels[1].set(ylabel='friction, in parts of\nμ × pressing force', ylim=(0.0, 1.1))
     panels[1].axhline(1.0, color=GREY, linewidth=0.8)
@@ -81,22 +81,22 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
     save(figure, path)
 
 
-def grip_of(course: Course, contact: int, friction: float) -> NDArray[np.float64]:
+def grip_of(trace: CollisionTrace, contact: int, friction: float) -> NDArray[np.float64]:
     """Friction in parts of what the pressing force allows (n,): 1 where it slides, else NaN."""
-    limit = friction * course.forces[:, 3 * contact]
-    enough = course.active[:, contact] & (limit > 1e-6 * limit.max())
-    return np.where(enough, course.friction(contact) / np.where(enough, limit, 1.0), np.nan)
+    limit = friction * trace.forces[:, 3 * contact]
+    enough = trace.active[:, contact] & (limit > 1e-6 * limit.max())
+    return np.where(enough, trace.friction(contact) / np.where(enough, limit, 1.0), np.nan)
 
 
-def _states(panels: list[Any], course: Course, time: NDArray[np.float64]) -> None:
+def _states(panels: list[Any], trace: CollisionTrace, time: NDArray[np.float64]) -> None:
     """Shade every other state, and name those that are long enough."""
-    for number, part in enumerate(course.phases()):
+    for number, part in enumerate(trace.phases()):
         begin, end = time[part][0], time[part][-1]
         if number % 2:
             for axes in panels:
                 axes.axvspan(begin, end, color=GREEN, alpha=0.08, linewidth=0)
-        if end - begin > ROOM:
-            name = STATES[tuple(course.active[part][0].tolist())]
+        if end - begin > MIN_LABEL_SHARE:
+            name = STATES[tuple(trace.active[part][0].tolist())]
             panels[0].annotate(
                 name,
                 (0.5 * (begin + end), 1.0),

@@ -74,7 +74,7 @@ class Trails:
 
     def moved(self, name: str) -> bool:
         """Whether a ball moved from its place."""
-        return len(self.balls[name].rows) > 1 or not self.balls[name].rests
+        return len(self.balls[name].rows) > 1 or not self.balls[name].comes_to_rest
 
     def start(self, name: str) -> NDArray[np.float64]:
         """Centre of a ball at time 0 (3,) [m]."""
@@ -125,7 +125,7 @@ def _lying(scene: Scene) -> dict[str, Trajectory]:
 
 
 def _until(balls: Mapping[str, Trajectory]) -> float:
-    return max(ball.duration + (0.0 if ball.rests else ENDLESS) for ball in balls.values())
+    return max(ball.duration + (0.0 if ball.comes_to_rest else ENDLESS) for ball in balls.values())
 
 
 def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:

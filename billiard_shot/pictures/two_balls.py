@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.pictures.course import Course, course_of_collision
+from billiard_shot.pictures.trace import CollisionTrace, trace_of_collision
 from billiard_shot.study.collisions import stacked
 
 Vector = NDArray[np.float64]
@@ -32,7 +32,7 @@ class State:
     events : str
         In their order: C, an impact ends its compression; R, its restitution; 1 or 2, which one.
     samples : slice
-        Of the course.
+        Of the trace.
 
     """
 
@@ -51,9 +51,9 @@ class TwoBalls:
     v0: float = -3.0
     law: str = 'energetic'
 
-    def course(self) -> Course:
+    def trace(self) -> CollisionTrace:
         """Watch the collision."""
-        return course_of_collision(
+        return trace_of_collision(
             stacked(self.masses, self.restitution, self.ratio, -self.v0), self.law
         )
 
@@ -93,37 +93,37 @@ class TwoBalls:
         m1, m2 = self.masses
         return m2 * (self.v0 + (1.0 / m1 + 1.0 / m2) * i1), i1.copy()
 
-    def states(self, course: Course) -> list[State]:
+    def states(self, trace: CollisionTrace) -> list[State]:
         """Name the states that the collision went through, and what happened in each."""
-        parts = course.phases()
+        parts = trace.phases()
         return [
             State(
-                STATES[tuple(course.active[part][0].tolist())],
-                '-'.join(_turns(course, part) + _ends(course, part, after)),
+                STATES[tuple(trace.active[part][0].tolist())],
+                '-'.join(_turns(trace, part) + _ends(trace, part, after)),
                 part,
             )
             for part, after in zip(parts, [*parts[1:], None], strict=True)
         ]
 
 
-def impulses_of(course: Course) -> Vector:
+def impulses_of(trace: CollisionTrace) -> Vector:
     """I1 and I2 (n, 2) [N s]."""
-    return course.impulses[:, [0, 3]]
+    return trace.impulses[:, [0, 3]]
 
 
-def _turns(course: Course, part: slice) -> list[str]:
+def _turns(trace: CollisionTrace, part: slice) -> list[str]:
     """Find the ends of compression within a state, in order of time."""
     found = []
     for j in (0, 1):
-        approach = course.velocities[part, 3 * j]
+        approach = trace.velocities[part, 3 * j]
         turn = np.flatnonzero((approach[:-1] < 0.0) & (approach[1:] >= 0.0))
-        if course.active[part, j].all():
+        if trace.active[part, j].all():
             found += [(int(i), f'C{j + 1}') for i in turn]
     return [name for _, name in sorted(found)]
 
 
-def _ends(course: Course, part: slice, after: slice | None) -> list[str]:
+def _ends(trace: CollisionTrace, part: slice, after: slice | None) -> list[str]:
     """Find the ends of restitution with which a state ends."""
-    active = course.active[part][-1]
-    then = course.active[after][0] if after else np.zeros_like(active)
+    active = trace.active[part][-1]
+    then = trace.active[after][0] if after else np.zeros_like(active)
     return [f'R{j + 1}' for j in (0, 1) if active[j] and not then[j]]

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.pictures.orientations import orientations, product, rotation
 from billiard_shot.pictures.trails import CUE, Trails, trails_of
-from billiard_shot.pictures.turning import orientations, product, rotation
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
 from billiard_shot.table.motion import Motion
@@ -130,7 +130,7 @@ def _table(shot: Shot) -> dict[str, Any] | None:
 
 def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
     """How the cue moves: `swing` m in `time` s up to the ball, then on at `after` m/s."""
-    stroke = shot.stroke.touching(shot.scene.cue.dome / shot.scene.ball.radius)
+    stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / shot.scene.ball.radius)
     speed = stroke.speed
     swing = min(SWING, 0.5 * speed * LONGEST)
     return {

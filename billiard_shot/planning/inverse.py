@@ -1,11 +1,11 @@
 """
-The inverse strike: which stroke gives the ball a wanted velocity and spin.
+The inverse strike: the stroke that gives the ball a wanted velocity and spin.
 
-A strike has no scale of its own (Coulomb friction, restitution and springs are homogeneous), and
-the cloth no direction: the speed of the cue multiplies what the ball gets, and the azimuth turns
-it. Both have a closed form as soon as the other three are known, so that what is left to solve is
-a least squares problem in the offsets a and b and the elevation (variable projection; Golub and
-Pereyra, SIAM J. Numer. Anal. 10, 1973).
+Velocity and spin of the ball are proportional to the cue speed (Coulomb friction, restitution and
+springs are homogeneous), and the azimuth only rotates them (the cloth has no direction). Cue speed
+and azimuth therefore have a closed form for motion offsets a, b and elevation, which remain as the
+unknowns of a least-squares problem (variable projection; Golub and Pereyra, SIAM J. Numer. Anal.
+10, 1973).
 """
 
 from __future__ import annotations
@@ -17,40 +17,42 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.planning.strikes import spin_in_metres, strikes_of
+from billiard_shot.planning.strikes import surface_speed, unit_speed_strikes
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.stroke import Stroke
 
-# Elevations [rad] of guesses, with the offsets that a tip that sticks would need.
+# Elevations of the first guesses [rad]; their offsets are those of a tip that sticks.
 ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
-GUESSES = 3  # how many of the guesses are pursued
-STARTS, PURSUED, FINISHED = 1024, 24, 4  # quasi-random starts, where guesses lead to no exact end
-BRIEF, THOROUGH = 8, 40  # evaluations of each
+GUESSES = 3  # first guesses that are refined
+# If no guess leads to an exact solution: number of quasi-random starts, and how many of them are
+# refined briefly and thoroughly.
+STARTS, PURSUED, FINISHED = 1024, 24, 4
+BRIEF, THOROUGH = 8, 40  # evaluations of a refinement
 APART = 0.1  # radii and rad, between starts
-RIM = 0.75  # a and b stay within that: farther out no tip holds
+RIM = 0.75  # largest a and b: farther out every tip slips
 BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
-EXACT = 1e-8  # of the wanted speed: a residual that needs no further search
+EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
 STEP = 1e-6  # of the difference quotients, in radii and rad
 
 Row = NDArray[np.float64]
 
 
 class Inverse(NamedTuple):
-    """A stroke, and how far what it gives is from what was wanted."""
+    """A stroke, and the residual of its velocity and spin."""
 
     stroke: Stroke
-    residual: float  # m/s: length of the error in velocity and spin, that in spin times radius
+    residual: float  # m/s: norm of the errors in velocity and in spin times radius
 
 
 def invert_strike(
     scene: Scene, velocity: Sequence[float] | Row, spin: Sequence[float] | Row = (0.0, 0.0, 0.0)
 ) -> Inverse:
     """
-    Find the stroke that gives the cue ball a velocity and a spin, or the nearest to them.
+    Find the stroke whose velocity and spin of the cue ball are nearest to the wanted ones.
 
-    Of the strike alone: whether a cushion or a ball is in the way of the cue is not looked at.
+    Only the strike is considered: cushions and balls in the way of the cue are ignored.
 
     Parameters
     ----------
@@ -64,8 +66,8 @@ def invert_strike(
     -------
     stroke : Stroke
     residual : float
-        Length of (dv, r dw) [m/s], r being the ball's radius; zero but for rounding where a stroke
-        gives exactly that. Five numbers make a stroke, and six are wanted: mostly none does.
+        Norm of (dv, r dw) [m/s], where r is the radius of the ball. A stroke has five parameters
+        and six numbers are wanted, so that most requests leave a residual.
 
     Raises
     ------
@@ -92,23 +94,23 @@ class _Problem(NamedTuple):
 
     def project(self, offsets: Row) -> tuple[Row, Row, Row]:
         """Errors (n, 6), best azimuths (n,) and speeds (n,) for offsets and elevations (n, 3)."""
-        given = strikes_of(self.scene, self.model, offsets)
-        level = given[:, [0, 3]] + 1j * given[:, [1, 4]]
+        motion = unit_speed_strikes(self.scene, self.model, offsets)
+        level = motion[:, [0, 3]] + 1j * motion[:, [1, 4]]
         aim = self.wanted[[0, 3]] + 1j * self.wanted[[1, 4]]
         turn = (level.conj() * aim).sum(axis=1)
         azimuth = np.angle(turn)
-        upright = given[:, [2, 5]] @ self.wanted[[2, 5]]
-        speed = (np.abs(turn) + upright) / (given**2).sum(axis=1)
+        upright = motion[:, [2, 5]] @ self.wanted[[2, 5]]
+        speed = (np.abs(turn) + upright) / (motion**2).sum(axis=1)
         speed = np.where(speed > 1e-12, speed, 1e-12)  # NaN: no stroke
         turned = level * (speed * np.exp(1j * azimuth))[:, np.newaxis]
-        errors = speed[:, np.newaxis] * given - self.wanted
+        errors = speed[:, np.newaxis] * motion - self.wanted
         errors[:, [0, 3]] = turned.real - self.wanted[[0, 3]]
         errors[:, [1, 4]] = turned.imag - self.wanted[[1, 4]]
         errors[np.isnan(errors).any(axis=1)] = 10.0 * np.abs(self.wanted).max()
         return errors, azimuth, speed
 
     def best_of(self, starts: Row, count: int) -> Row:
-        """Those of some starts (n, 3) that are worth refining, `APART` from each other."""
+        """Select the `count` best of the starts (n, 3) that are `APART` from each other."""
         sizes = np.linalg.norm(self.project(starts)[0], axis=1)
         chosen: list[Row] = []
         for start in starts[np.argsort(sizes, kind='stable')]:
@@ -123,14 +125,14 @@ class _Problem(NamedTuple):
         return self.project(x[np.newaxis])[0][0]
 
     def slopes(self, x: Row) -> Row:
-        """Find derivatives (6, 3) by differences, towards the middle of what is allowed."""
+        """Approximate the derivatives (6, 3) by differences towards the middle of the bounds."""
         step = np.where(x < 0.5 * np.add(*BOUNDS), STEP, -STEP)
         errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
         rise: Row = (errors[1:] - errors[0]).T / step
         return rise
 
     def refine(self, starts: Row, evaluations: int) -> list[tuple[float, Row]]:
-        """Residuals from each start, and where they are; up to the first that is exact."""
+        """Refine each start until one is exact; return sorted residuals and solutions."""
         from scipy.optimize import least_squares
 
         found: list[tuple[float, Row]] = []
@@ -152,11 +154,11 @@ class _Problem(NamedTuple):
         return sorted(found, key=lambda each: each[0])
 
     def exact(self, residual: float) -> bool:
-        """Whether a residual is nothing but rounding."""
+        """Whether a residual is mere rounding."""
         return residual <= EXACT * float(np.linalg.norm(self.wanted))
 
     def solve(self) -> tuple[float, Row]:
-        """Smallest residual there is, and where; from guesses, or else from all over."""
+        """Find the smallest residual and its solution, from guesses or quasi-random starts."""
         found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
             from scipy.stats import qmc
@@ -174,9 +176,10 @@ class _Problem(NamedTuple):
 
 def _guesses(scene: Scene, wanted: Row) -> Row:
     """
-    Offsets and elevations (n, 3) of a tip that sticks, pushing along the cue, on a ball in space.
+    Offsets and elevations (n, 3) if the tip sticks, pushes along the cue, and there is no cloth.
 
-    The push J gives m v = J c and I w = r n x J: the offset is what of I w / (r J) is across c.
+    The impulse J gives m v = J c and I w = r n x J c. The offset is the part of I w / (r J) that
+    is normal to c.
     """
     ball = scene.ball
     along = math.hypot(wanted[0], wanted[1])
@@ -211,4 +214,4 @@ def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Row:
         parts.append(part)
     if not parts[0].any():
         raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
-    return np.concatenate([parts[0], spin_in_metres(scene, parts[1])])
+    return np.concatenate([parts[0], surface_speed(scene, parts[1])])

@@ -1,4 +1,4 @@
-"""What players call a shot, seen from what happens in it."""
+"""What players call a shot, derived from its events."""
 
 import math
 
@@ -9,33 +9,37 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
 from billiard_shot.table.trajectory import EventKind
 
-STRAIGHT = math.radians(10.0)  # of deflection, below which a cut is none
-MASSE = math.radians(30.0)  # elevation from which on a curve is called a massé
-CURVED = 0.5  # ball radii that a path has to leave the straight one to be a curve
+STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are no cut
+MASSE = math.radians(30.0)  # elevation: above it, a curve is a massé
+CURVED = 0.5  # ball radii: deviation from a straight line that makes a path a curve
 CUE = 'cue'
-MEETINGS = (EventKind.BALL, EventKind.CLUSTER)
+COLLISIONS = (EventKind.BALL, EventKind.CLUSTER)
 
 
 def kind_of(shot: Shot, target: Target) -> str:
-    """Name a shot: the cue ball's way first, then that of the ball that is to be potted."""
+    """Name a shot: first the path of the cue ball, then that of the ball to be potted."""
     if shot.table is None:
-        return _way(shot, math.inf) or 'direct'
+        return _path_name(shot, math.inf) or 'direct'
     events = shot.table.events
-    meeting = next((e for e in events if e.kind in MEETINGS and CUE in e.balls), None)
-    time = meeting.time if meeting else math.inf
-    words = [_way(shot, time)]
+    collision = next((e for e in events if e.kind in COLLISIONS and CUE in e.balls), None)
+    time = collision.time if collision else math.inf
+    words = [_path_name(shot, time)]
     if any(_cushion(event, CUE) and event.time < time for event in events):
         words.append('kick')
-    if isinstance(target, Pot) and meeting:
-        if target.pot not in meeting.balls:
+    if isinstance(target, Pot) and collision:
+        if target.pot not in collision.balls:
             words.append('combination')
         if any(_cushion(event, target.pot) for event in events):
             words.append('bank')
-        elif target.pot in meeting.balls and _deflection(shot, meeting, target.pot) > STRAIGHT:
+        elif target.pot in collision.balls and _deflection(shot, collision, target.pot) > STRAIGHT:
             words.append('cut')
         if target.leave is not None:
             words.append('position')
-    elif isinstance(target, Hit) and meeting and _deflection(shot, meeting, target.hit) > STRAIGHT:
+    elif (
+        isinstance(target, Hit)
+        and collision
+        and _deflection(shot, collision, target.hit) > STRAIGHT
+    ):
         words.append('cut')
     return ', '.join(word for word in words if word) or 'direct'
 
@@ -44,8 +48,8 @@ def _cushion(event: TableEvent, ball: str) -> bool:
     return event.kind == EventKind.CUSHION and event.place in NOSE_NAMES and ball in event.balls
 
 
-def _way(shot: Shot, end: float) -> str:
-    """Whether the cue ball jumps over a ball, or goes around one, before a time."""
+def _path_name(shot: Shot, end: float) -> str:
+    """Say whether the cue ball jumps over a ball, or curves around one, before a time."""
     path = shot.trajectory
     events = (
         event.time
@@ -70,10 +74,10 @@ def _way(shot: Shot, end: float) -> str:
     return ''
 
 
-def _deflection(shot: Shot, meeting: TableEvent, ball: str) -> float:
-    """Angle between the cue ball's way to a ball and that ball's way."""
+def _deflection(shot: Shot, collision: TableEvent, ball: str) -> float:
+    """Angle between the directions of the cue ball before a collision and of the ball after it."""
     assert shot.table is not None
-    before = shot.trajectory.at(max(meeting.time - 1e-6, 0.0)).velocity[:2]
-    after = shot.table.balls[ball].at(meeting.time).velocity[:2]
+    before = shot.trajectory.at(max(collision.time - 1e-6, 0.0)).velocity[:2]
+    after = shot.table.balls[ball].at(collision.time).velocity[:2]
     turn = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
     return abs((turn + math.pi) % (2.0 * math.pi) - math.pi)

@@ -1,4 +1,4 @@
-"""What strokes may be planned: the robot's limits, and those that the table sets to the cue."""
+"""Limits of planned strokes: those of the robot, and the clearance that the cue needs."""
 
 from __future__ import annotations
 
@@ -10,72 +10,73 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Rows, vectors_of
+from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.scene import Noise, Robot, Scene
-from billiard_shot.scene.checks import read
-from billiard_shot.scene.mistakes import found_in, InputError, Mistake, unknown
+from billiard_shot.scene.checks import read, with_present_keys
+from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
-# A planned cue stays so many standard deviations of its errors above what it must not touch.
-MARGIN = 3.5
+# Clearance of a planned cue, in standard deviations of its errors.
+MARGIN_SIGMAS = 3.5
 NO_ROOM = Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
-DIRECTIONS = 72  # in which room for the cue is looked for
-COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps in which elevations are tried
+DIRECTIONS = 72  # in which the clearance of the cue is checked
+COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps of the elevations that are tried
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
     """
-    What a planned stroke must keep to.
+    Limits of planned strokes.
 
     Parameters
     ----------
     robot : Robot
     first_contact : str, optional
-        The ball that the cue ball must meet before any other: the rule of many games.
-    spare : float
-        Elevation that a stroke has to have above what its surroundings ask for [rad].
+        The ball that the cue ball must meet before any other, as the rules of many games demand.
+    elevation_margin : float
+        Margin of the elevation above the lowest one at which the cue has clearance [rad].
 
     """
 
     robot: Robot
     first_contact: str | None
-    spare: float
+    elevation_margin: float
 
     @property
     def elevations(self) -> tuple[float, float]:
-        """Least and largest elevation [rad]."""
+        """Smallest and largest elevation [rad]."""
         robot = self.robot
         return math.radians(robot.elevation_min_deg), math.radians(robot.elevation_max_deg)
 
-    def inside(self, strokes: Rows) -> Rows:
-        """Bring strokes (n, 5) within the robot's limits: the nearest ones that are."""
-        robot, near = self.robot, strokes.copy()
-        offset = np.hypot(near[:, A], near[:, B])
-        near[:, :2] *= np.minimum(1.0, robot.offset_max / np.maximum(offset, 1e-12))[:, None]
-        near[:, ELEVATION] = np.clip(near[:, ELEVATION], *self.elevations)
-        near[:, SPEED] = np.clip(near[:, SPEED], robot.speed_min, robot.speed_max)
-        middle, reach = math.radians(robot.azimuth_deg), math.radians(robot.azimuth_range_deg)
-        turn = np.remainder(near[:, AZIMUTH] - middle + np.pi, 2.0 * np.pi) - np.pi
-        if reach < np.pi:
-            turn = np.clip(turn, -reach, reach)
-        near[:, AZIMUTH] = np.remainder(middle + turn + np.pi, 2.0 * np.pi) - np.pi
-        return near
+    def clip(self, strokes: Array) -> Array:
+        """Return the nearest strokes (n, 5) within the robot's limits."""
+        robot, clipped = self.robot, strokes.copy()
+        offset = np.hypot(clipped[:, A], clipped[:, B])
+        clipped[:, :2] *= np.minimum(1.0, robot.offset_max / np.maximum(offset, 1e-12))[:, None]
+        clipped[:, ELEVATION] = np.clip(clipped[:, ELEVATION], *self.elevations)
+        clipped[:, SPEED] = np.clip(clipped[:, SPEED], robot.speed_min, robot.speed_max)
+        middle = math.radians(robot.azimuth_deg)
+        half_range = math.radians(robot.azimuth_half_range_deg)
+        turn = np.remainder(clipped[:, AZIMUTH] - middle + np.pi, 2.0 * np.pi) - np.pi
+        if half_range < np.pi:
+            turn = np.clip(turn, -half_range, half_range)
+        clipped[:, AZIMUTH] = np.remainder(middle + turn + np.pi, 2.0 * np.pi) - np.pi
+        return clipped
 
-    def allows(self, azimuths: Rows) -> NDArray[np.bool_]:
+    def allows_azimuth(self, azimuths: Array) -> NDArray[np.bool_]:
         """Whether the robot can strike in these directions."""
         away = np.remainder(azimuths - math.radians(self.robot.azimuth_deg) + np.pi, 2.0 * np.pi)
         allowed: NDArray[np.bool_] = (
-            np.abs(away - np.pi) <= math.radians(self.robot.azimuth_range_deg) + 1e-12
+            np.abs(away - np.pi) <= math.radians(self.robot.azimuth_half_range_deg) + 1e-12
         )
         return allowed
 
 
 def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise: Noise) -> Limits:
     """
-    Read constraints; what they do not say is as in the scene's section `robot`.
+    Read constraints; the scene's section `robot` supplies those that are missing.
 
     Raises
     ------
@@ -83,12 +84,12 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         Naming every wrong field.
 
     """
-    spare = MARGIN * math.hypot(
+    elevation_margin = MARGIN_SIGMAS * math.hypot(
         math.radians(noise.elevation_deg), noise.b / max(scene.cue.length, scene.ball.radius)
     )
     if isinstance(constraints, Robot):
-        return Limits(constraints, None, spare)
-    data = dict(constraints or {})
+        return Limits(constraints, None, elevation_margin)
+    data = dict(with_present_keys(Robot, constraints or {}))
     first = data.pop('first_contact', None)
     mistakes = []
     others = [name for name in scene.balls if name != 'cue']
@@ -106,18 +107,18 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         mistakes += found_in(error)
     if mistakes:
         raise InputError(mistakes, 'constraints')
-    return Limits(robot, None if first is None else str(first), spare)
+    return Limits(robot, None if first is None else str(first), elevation_margin)
 
 
-def raised(scene: Scene, limits: Limits, strokes: Rows) -> Rows:
+def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     """
-    Raise the cue of strokes (n, 5) as far as it has to be for balls, cushions and cloth.
+    Raise the cue of strokes (n, 5) until it clears balls, cushions and cloth.
 
-    Those that have room enough stay as they are; NaN where there is no room within the limits.
+    Strokes with enough clearance are not changed. A stroke without any within the limits is NaN.
     """
-    least, most = limits.elevations
-    # a level cue, with errors, may point up
-    low = np.maximum(strokes[:, ELEVATION], min(max(least, limits.spare), most))
+    lowest, highest = limits.elevations
+    # with errors, a level cue may point up
+    low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
     need = low.copy()
     for step in (COARSE, FINE):
         need = _first_free(scene, limits, strokes, need, step, low)
@@ -125,52 +126,53 @@ def raised(scene: Scene, limits: Limits, strokes: Rows) -> Rows:
             need = np.maximum(need - COARSE + FINE, low)
     found = strokes.copy()
     found[:, ELEVATION] = np.where(need > low, need + FINE, need)
-    found[~(found[:, ELEVATION] <= most + 1e-12)] = np.nan
+    found[~(found[:, ELEVATION] <= highest + 1e-12)] = np.nan
     return found
 
 
-def check_room(scene: Scene, limits: Limits) -> None:
-    """Raise ValueError if the cue has no room for any stroke at the middle of the ball."""
+def check_clearance(scene: Scene, limits: Limits) -> None:
+    """Raise ValueError if the cue has no clearance for any stroke at the centre of the ball."""
     robot = limits.robot
     strokes = np.zeros((DIRECTIONS, 5))
-    reach = math.radians(robot.azimuth_range_deg)
-    strokes[:, AZIMUTH] = math.radians(robot.azimuth_deg) + np.linspace(-reach, reach, DIRECTIONS)
+    half_range = math.radians(robot.azimuth_half_range_deg)
+    turns = np.linspace(-half_range, half_range, DIRECTIONS)
+    strokes[:, AZIMUTH] = math.radians(robot.azimuth_deg) + turns
     strokes[:, SPEED] = robot.speed_min
     free = replace(limits, robot=replace(robot, elevation_max_deg=90.0))
-    needed = raised(scene, free, strokes)[:, ELEVATION]
+    needed = raise_for_clearance(scene, free, strokes)[:, ELEVATION]
     if np.isnan(needed).all():
         raise ValueError(
-            'constraints: azimuth_deg, azimuth_range_deg: in no direction that they allow there '
-            'is room for the cue'
+            'constraints: azimuth_deg, azimuth_half_range_deg: the cue has no clearance in any '
+            'direction that they allow'
         )
     if np.nanmin(needed) > limits.elevations[1]:
         raise ValueError(
             f'constraints: elevation_max_deg: {robot.elevation_max_deg:g} is not allowed; with '
-            'what is around the cue ball, and the errors of strokes, it must be at least '
+            'the obstacles around the cue ball and the errors of strokes it must be at least '
             f'{math.degrees(np.nanmin(needed)):.3g} (degrees)'
         )
 
 
 def _first_free(
-    scene: Scene, limits: Limits, strokes: Rows, begin: Rows, step: float, low: Rows
-) -> Rows:
-    """Elevations from `begin` on, in steps, at which the cue has room with something to spare."""
+    scene: Scene, limits: Limits, strokes: Array, begin: Array, step: float, low: Array
+) -> Array:
+    """Find elevations, in steps from `begin`, at which the cue has clearance with the margin."""
     found = np.full(len(strokes), np.nan)
     tried, open_ = begin.copy(), np.arange(len(strokes))
     while len(open_):
         trial = strokes[open_]
-        trial[:, ELEVATION] = np.maximum(tried[open_] - limits.spare, 0.0)
+        trial[:, ELEVATION] = np.maximum(tried[open_] - limits.elevation_margin, 0.0)
         normals, velocities = vectors_of(trial)
         blocked = np.isin(refusals_in(scene, normals, velocities), NO_ROOM)
-        free = ~blocked & ~through_cloth(scene, normals, trial[:, ELEVATION])
+        free = ~blocked & ~touches_cloth(scene, normals, trial[:, ELEVATION])
         found[open_[free]] = tried[open_[free]]
         tried[open_] += step
         open_ = open_[~free & (tried[open_] <= limits.elevations[1] + step)]
     return found
 
 
-def through_cloth(scene: Scene, normals: Rows, elevations: Rows) -> NDArray[np.bool_]:
-    """Whether the cue would touch the cloth in front of the ball."""
+def touches_cloth(scene: Scene, normals: Array, elevations: Array) -> NDArray[np.bool_]:
+    """Whether the cue touches the cloth in front of the ball."""
     height = scene.ball.radius * (1.0 + normals[:, 2])
-    low: NDArray[np.bool_] = height < scene.cue.tip_radius * np.cos(elevations)
+    low: NDArray[np.bool_] = height < scene.cue.ferrule_radius * np.cos(elevations)
     return low

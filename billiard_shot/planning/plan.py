@@ -1,4 +1,4 @@
-"""plan(): which stroke reaches a target, and how surely."""
+"""plan(): the stroke most likely to reach a target."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 
 from billiard_shot import machine_code
-from billiard_shot.planning.limits import check_room, limits_of
+from billiard_shot.planning.limits import check_clearance, limits_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
-from billiard_shot.planning.runner import Progress, Runner, Submits
+from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import NORMAL_BUDGET, search
 from billiard_shot.planning.targets import Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
-from billiard_shot.scene.mistakes import InputError
+from billiard_shot.scene.errors import InputError
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-# Of the computer pool tournaments, see `Noise`; and none, for a player who never errs.
+# Noise of the computer pool tournaments, see `Noise`; no noise at all.
 NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
 
@@ -36,45 +36,48 @@ def plan(
     constraints: Mapping[str, Any] | Robot | None = None,
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
-    executor: Executor | Submits | None = None,
+    executor: Executor | SupportsSubmit | None = None,
 ) -> PlanResult:
     """
-    Search the stroke that most surely reaches a target.
+    Find the stroke most likely to reach a target, given execution noise, limits and obstacles.
 
-    The same scene, target, noise, budget, seed and constraints give the same result, whatever
-    plays the strokes, unless the search is cancelled.
+    The same scene, target, noise, budget, seed and constraints give the same result with any
+    executor, unless the search is cancelled.
 
     Parameters
     ----------
     scene : Scene
-        With the balls where they lie; its sections `robot` and `noise` say who plays.
+        With the positions of all balls; its sections `robot` and `noise` describe the player.
     target : mapping or Target
         `{'rest': (x, y), 'radius': r}`, `{'pass': (x, y), 'radius': r}`,
-        `{'gate': ((x1, y1), (x2, y2))}`, `{'hit': ball}` with perhaps `direction` or `at`,
-        `{'pot': ball, 'pocket': name, list or 'any'}` with perhaps `leave` and `radius`; or an
-        object of the classes of targets.py. In m, frame `table`.
+        `{'gate': ((x1, y1), (x2, y2))}`, `{'hit': ball}` with an optional `direction` or `at`,
+        `{'pot': ball, 'pocket': name, list or 'any'}` with an optional `leave` and `radius`; or an
+        object of the classes in targets.py. In m, frame `table`.
     noise : str, Noise or mapping, optional
-        `tournament`, `none`, or the standard deviations of a `Noise`; by default the scene's.
+        `tournament`, `none`, or the standard deviations of a `Noise`; by default those of the
+        scene.
     budget : int
-        Most strokes that are simulated, at least 1. The search ends sooner if the best is clear.
+        Largest number of simulated strokes, at least 1. The search ends earlier if the best
+        stroke is clear.
     seed : int
-        Of all that is random, at least 0.
+        Of all random numbers, at least 0.
     constraints : mapping or Robot, optional
-        Fields of the scene's section `robot` that are other than there, and `first_contact`: the
-        ball that the cue ball has to meet first.
+        Fields that replace those of the scene's section `robot`, and `first_contact`: the ball
+        that the cue ball must meet first.
     progress : callable, optional
-        Called with a `Progress` every some ms.
+        Called with a `Progress` every few milliseconds.
     cancel : callable, optional
-        Asked every some ms whether to end; then the best so far is the result.
+        Called every few milliseconds; if it returns True, the search ends with the best result
+        so far.
     executor : optional
-        What plays the strokes, with the method `submit` of executors of `concurrent.futures`; by
-        default threads on all cores.
+        Evaluates the strokes; it has the method `submit` of the executors of
+        `concurrent.futures`. By default threads on all cores.
 
     Returns
     -------
     PlanResult
-        `status` says how it ended. What makes no sense gives INVALID_REQUEST and a `message`
-        that says what to change.
+        `status` says how the search ended. An invalid request gives INVALID_REQUEST and a
+        `message` that names the fields to change.
 
     """
     begin = perf_counter()
@@ -84,7 +87,7 @@ def plan(
         limits = limits_of(scene, constraints, spread)
         _whole('budget', budget, 1)
         _whole('seed', seed, 0)
-        check_room(scene, limits)
+        check_clearance(scene, limits)
     except ValueError as error:
         return PlanResult(Status.INVALID_REQUEST, str(error), (), 0, 0.0, scene.noise)
     machine_code.require()
@@ -92,9 +95,9 @@ def plan(
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
         runner = Runner(problem, budget, executor or threads, progress, cancel)
-        finalists, miss, cancelled = search(problem, runner, seed)
+        finalists, penalty, cancelled = search(problem, runner, seed)
     finally:
-        # strokes that are being played when it is cancelled are not waited for
+        # after a cancellation, tasks that are running are not waited for
         threads.shutdown(wait=False, cancel_futures=True)
     ranking = tuple(
         RankedStroke(
@@ -108,8 +111,8 @@ def plan(
         for finalist in finalists
         if finalist.successes
     )
-    status, message = _verdict(ranking, miss, cancelled, runner.played)
-    return PlanResult(status, message, ranking, runner.played, perf_counter() - begin, spread)
+    status, message = _outcome(ranking, penalty, cancelled, runner.simulations)
+    return PlanResult(status, message, ranking, runner.simulations, perf_counter() - begin, spread)
 
 
 def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:
@@ -130,31 +133,32 @@ def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise
     )
 
 
-def _whole(name: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+def _whole(name: str, value: object, minimum: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < minimum:
         raise ValueError(
-            f'{name}: {value!r} is not allowed; it must be a whole number, at least {least}'
+            f'{name}: {value!r} is not allowed; it must be a whole number, at least {minimum}'
         )
 
 
-def _verdict(
-    ranking: tuple[RankedStroke, ...], miss: float, cancelled: bool, played: int
+def _outcome(
+    ranking: tuple[RankedStroke, ...], penalty: float, cancelled: bool, simulations: int
 ) -> tuple[Status, str]:
     if cancelled:
-        so_far = _chance(ranking[0]) if ranking else 'nothing was found so far'
-        return Status.CANCELLED, f'cancelled after {played} simulations: {so_far}'
+        so_far = _summary(ranking[0]) if ranking else 'no stroke was found so far'
+        return Status.CANCELLED, f'cancelled after {simulations} simulations: {so_far}'
     if ranking:
-        return Status.OK, _chance(ranking[0])
-    steps = (
-        '' if miss > 1.0 or miss == 0.0 else f'; the nearest stroke misses by {1e3 * miss:.0f} mm'
-    )
-    steps = '; strokes that reach it do so by luck only' if miss == 0.0 else steps
-    return Status.NO_PLAN, f'no stroke that reaches the target in {played} simulations{steps}'
+        return Status.OK, _summary(ranking[0])
+    detail = ''
+    if penalty == 0.0:
+        detail = '; strokes that reached it did not repeat under noise'
+    elif penalty <= 1.0:
+        detail = f'; the nearest stroke misses by {1e3 * penalty:.0f} mm'
+    return Status.NO_PLAN, f'no stroke reaches the target in {simulations} simulations{detail}'
 
 
-def _chance(best: RankedStroke) -> str:
+def _summary(best: RankedStroke) -> str:
     low, high = best.interval
     return (
-        f'{best.kind}: {100.0 * best.success:.0f} % of strokes reach the target '
-        f'(95 % sure: {100.0 * low:.0f} to {100.0 * high:.0f} %)'
+        f'{best.kind}: success {100.0 * best.success:.0f} % '
+        f'(95 % CI {100.0 * low:.0f} to {100.0 * high:.0f} %)'
     )

@@ -1,4 +1,4 @@
-"""All that a search needs to play strokes and to judge them: made once, and sent to workers."""
+"""A planning problem as arrays: made once, then sent to the workers that evaluate strokes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import Limits
-from billiard_shot.planning.strikes import Rows
+from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest, Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.effects import model_of
@@ -22,7 +22,7 @@ from billiard_shot.table.run import POCKET_NAMES
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """A scene, a target, limits and noise, in the form that batches of strokes take."""
+    """Scene, target, limits and noise, in the form that batches of strokes need."""
 
     scene: Scene
     target: Target
@@ -32,36 +32,36 @@ class Problem:
     table: TableParams
     layout: Table
     names: tuple[str, ...]  # of all balls, the cue ball first
-    places: Rows  # (balls, 2) m
-    ball: int  # index of the ball that the target is about, 0: the cue ball itself
-    first: int  # index of the ball that has to be met first, 0: any
-    pockets: NDArray[np.int64]  # those in which the ball may fall
-    sigmas: Rows  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
+    places: Array  # (balls, 2) m
+    ball: int  # index of the ball of the target, 0 for the cue ball
+    first: int  # index of the ball that must be met first, 0 if any may be
+    pockets: NDArray[np.int64]  # pockets into which the ball may fall
+    sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
 
     @property
     def radius(self) -> float:
-        """Of a ball [m]."""
+        """Radius of the balls [m]."""
         return self.model.surface.radius
 
     @property
-    def cue_ball(self) -> Rows:
-        """Where the cue ball lies (2,) [m]."""
+    def cue_ball(self) -> Array:
+        """Position of the cue ball (2,) [m]."""
         return self.places[0]
 
     @property
     def half_sizes(self) -> tuple[float, float]:
-        """Half length and half width of where the centre of a lying ball can be [m]."""
+        """Half length and half width of the area of ball centres [m]."""
         numbers = self.layout.numbers
         return numbers.centre_half_length, numbers.centre_half_width
 
-    def hole(self, pocket: int) -> Rows:
-        """Find the centre of a pocket's hole (2,) [m]."""
+    def hole(self, pocket: int) -> Array:
+        """Return the centre of a pocket's hole (2,) [m]."""
         hole = self.layout.pockets[pocket]
         return np.array([hole.hole_x, hole.hole_y])
 
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
-    """Collect all that."""
+    """Make the planning problem of a scene and a target."""
     names = names_of(scene)
     places = np.array([scene.cue_ball[:2], *(scene.balls[name] for name in names[1:])])
     params, table = params_on_table(scene)
@@ -100,7 +100,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
 
 
 def point_of(target: Target) -> tuple[float, float] | None:
-    """Point that the cue ball has to come to, None if there is none [m]."""
+    """Return the point that the cue ball has to reach [m], None if the target has none."""
     match target:
         case Rest():
             return target.rest

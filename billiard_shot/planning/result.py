@@ -1,13 +1,13 @@
-"""What a search gives back: strokes with their chances."""
+"""The result of a search: strokes with their success probabilities."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from billiard_shot.planning.chance import wilson
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
+from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.predict import predict
@@ -19,18 +19,19 @@ from billiard_shot.status import Status
 @dataclass(frozen=True, eq=False)
 class RankedStroke:
     """
-    A stroke, and how surely it reaches the target under noise.
+    A stroke with its success probability under execution noise.
 
     Attributes
     ----------
     stroke : Stroke
     success : float
-        Part of the trials that reached the target.
+        Fraction of the trials that reached the target.
     interval : (float, float)
-        That holds the true chance in 95 % of all cases (Wilson).
+        95 % confidence interval of the success probability (Wilson).
     trials : int
-        Simulated strokes with errors that this rests on. They had no part in choosing the stroke
-        unless the search was cancelled, which can flatter it, or was still widely spread.
+        Simulated strokes with random errors behind `success`. They are held-out trials, which had
+        no part in the choice of the stroke. If the search was cancelled, they are the samples of
+        the search itself: `success` can then be too large, and their errors too widely spread.
 
     """
 
@@ -43,44 +44,44 @@ class RankedStroke:
 
     @property
     def success(self) -> float:
-        """Estimated chance of success."""
+        """Estimated success probability."""
         return self.successes / self.trials
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Interval of 95 % around it."""
-        return wilson(self.successes, self.trials)
+        """95 % confidence interval of the success probability."""
+        return wilson_interval(self.successes, self.trials)
 
     @cached_property
     def shot(self) -> Shot:
-        """What the stroke does if it is played exactly; computed when first asked for."""
+        """Prediction of the stroke without errors; computed when first used."""
         return predict(self.scene, self.stroke)
 
     @cached_property
     def kind(self) -> str:
-        """What players call it: cut, bank, kick, massé ..."""
+        """What players call the shot: cut, bank, kick, massé ..."""
         return kind_of(self.shot, self.target)
 
 
 @dataclass(frozen=True, eq=False)
 class PlanResult:
     """
-    What came of a search.
+    Result of a search.
 
     Attributes
     ----------
     status : Status
         OK, NO_PLAN, CANCELLED (with the best so far, if any), or INVALID_REQUEST.
     message : str
-        The same in a line; for a request that makes no sense, what to change.
+        The same in one line; for an invalid request, what to change.
     ranking : tuple of RankedStroke
-        The best first; the others by their chances.
+        The best first; the others by success.
     simulations : int
-        Strokes that were simulated.
+        Number of simulated strokes.
     wall_time : float
         [s]
     noise : Noise
-        That the chances are about.
+        Execution noise under which the success was estimated.
 
     """
 
@@ -93,5 +94,5 @@ class PlanResult:
 
     @property
     def best(self) -> RankedStroke | None:
-        """The most successful stroke, None if there is none."""
+        """The best stroke, None if no stroke was found."""
         return self.ranking[0] if self.ranking else None

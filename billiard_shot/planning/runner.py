@@ -1,4 +1,4 @@
-"""Strokes played on all cores: counted against the budget, reported, and given up when told so."""
+"""Evaluates strokes on all cores, within a budget, with progress reports and cancellation."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from billiard_shot.planning.play import Outcomes, play
+from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.strikes import Rows
+from billiard_shot.planning.strikes import Array
 
-RESERVE = 0.2  # part of the budget that is kept to judge the best strokes by
-PATIENCE = 0.02  # s between two looks whether to end
-PART = 64  # strokes played at a stretch: some 7 ms, after which `cancel` is asked
+RESERVE = 0.2  # part of the budget that is kept to evaluate the best strokes
+POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
+CHUNK = 64  # strokes of one task of the executor, some 7 ms of work
 
 
-class Submits(Protocol):
-    """Anything that takes work as the executors of concurrent.futures do."""
+class SupportsSubmit(Protocol):
+    """Anything with the method `submit` of executors of concurrent.futures."""
 
     def submit(self, work: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
-        """Begin a piece of work."""
+        """Start a task."""
 
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far a search has come."""
+    """Progress of a search."""
 
     simulations: int
     budget: int
-    success: float  # of the best stroke so far, as estimated so far; 0: none
+    success: float  # estimated for the best stroke so far; 0 if there is none
 
 
 class StoppedError(Exception):
@@ -40,55 +40,55 @@ class StoppedError(Exception):
 
 
 class Runner:
-    """Plays strokes of one problem within a budget."""
+    """Evaluates strokes of one problem within a budget."""
 
     def __init__(
         self,
         problem: Problem,
         budget: int,
-        executor: Executor | Submits,
+        executor: Executor | SupportsSubmit,
         progress: Callable[[Progress], object] | None,
         cancel: Callable[[], bool] | None,
     ) -> None:
-        self.budget, self.played, self.best = budget, 0, 0.0
+        self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
-        self._work, self._executor = partial(play, problem), executor
+        self._work, self._executor = partial(evaluate_strokes, problem), executor
         self._progress, self._cancel = progress, cancel
 
     @property
     def left(self) -> int:
-        """How many strokes may still be played, without those that are reserved for later."""
-        return max(self.budget - self.played - self.reserved, 0)
+        """Number of strokes that may still be evaluated, without the reserved ones."""
+        return max(self.budget - self.simulations - self.reserved, 0)
 
-    def look(self) -> None:
-        """Report progress; raise StoppedError if the search is to end."""
+    def poll(self) -> None:
+        """Report progress; raise StoppedError if the search is cancelled."""
         if self._progress:
-            self._progress(Progress(self.played, self.budget, self.best))
+            self._progress(Progress(self.simulations, self.budget, self.best))
         if self._cancel and self._cancel():
             raise StoppedError
 
     def _result(self, future: Future[Outcomes]) -> Outcomes:
-        """Wait for strokes to be played, but no longer than until the search is to end."""
+        """Wait for a task; raise StoppedError if the search is cancelled before."""
         while True:
             try:
-                return future.result(timeout=PATIENCE)
+                return future.result(timeout=POLL_S)
             except TimeoutError:
                 if future.done():
                     raise
-                self.look()
+                self.poll()
 
-    def play(self, strokes: Rows) -> Outcomes:
-        """Play strokes (n, 5), all or as many as the budget allows: the first ones."""
-        self.look()
+    def evaluate(self, strokes: Array) -> Outcomes:
+        """Evaluate strokes (n, 5), or the first of them if the budget does not allow all."""
+        self.poll()
         strokes = strokes[: self.left]
-        parts = [strokes[i : i + PART] for i in range(0, len(strokes), PART)]
+        parts = [strokes[i : i + CHUNK] for i in range(0, len(strokes), CHUNK)]
         futures = [self._executor.submit(self._work, part) for part in parts]
         results = []
         try:
             for part, future in zip(parts, futures, strict=True):
                 results.append(self._result(future))
-                self.played += len(part)
-                self.look()
+                self.simulations += len(part)
+                self.poll()
         except BaseException:
             for future in futures:
                 future.cancel()

@@ -1,4 +1,4 @@
-"""The search: guesses, the surest of them improved, and the best ones compared under noise."""
+"""The search: candidates, refinement of the best ones, and a race under execution noise."""
 
 from __future__ import annotations
 
@@ -11,200 +11,214 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.chance import errors, wilson
-from billiard_shot.planning.curves import curved_guesses, library
-from billiard_shot.planning.guesses import (
-    fanned,
-    Guesses,
-    guesses_along,
-    joined,
-    random_guesses,
-    Way,
-    ways_to,
+from billiard_shot.planning.candidates import (
+    Candidates,
+    candidates_along,
+    concatenate,
+    random_candidates,
+    Route,
+    routes_to,
+    spread_azimuth,
 )
+from billiard_shot.planning.cross_entropy import Population, population_of, refine
+from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
-from billiard_shot.planning.strikes import Rows
-from billiard_shot.planning.swarm import improve, Swarm, swarm_of
+from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
+from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.waypoints import Waypoint, waypoints
 
-NORMAL_BUDGET = 20_000  # simulations for which the numbers here are made
-GUESSED = 0.3  # part of the budget for the guesses of a stage
-WAYS = 24  # of each kind that are tried
-CURVED, CURVED_POINTS = 360, 6  # curved guesses in all, and the waypoints that they are for
-IMPROVED = 36
-RACERS, FINALISTS = 8, 4  # strokes that race, and that are judged in the end
-RACE, RACES = 128, 6  # strokes of each in a race, and races
-AS_GOOD_AS_IT_GETS = 0.98
-FRESH, FRESH_OTHERS = 800, 200  # strokes by which the winner is judged, and the others
-SURE, POOR = 0.5, 0.1  # chances from which on no ways by one, or more, cushions are tried
-
+NORMAL_BUDGET = 20_000  # simulations to which the numbers below apply
+CANDIDATE_SHARE = 0.3  # of the budget, for the candidates of a stage
+MAX_ROUTES = 24  # of each kind of route
+CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
+REFINED = 36  # candidates of a stage that are refined
+RACERS, FINALISTS = 8, 4  # strokes that race; strokes that get held-out trials
+RACE_TRIALS, MAX_RACES = 128, 6  # trials of each stroke in a race; races
+SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
+WINNER_TRIALS, OTHER_TRIALS = 800, 200  # held-out trials of the winner; of each other
+# Below these success probabilities: routes by one cushion; routes by more, and random strokes.
+CUSHIONS_BELOW, RANDOM_BELOW = 0.5, 0.1
 
 cost_of = attrgetter('cost')
 
-# Strokes are alike that differ by less than so many standard deviations, and than this, in all of
-# a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
-ALIKE = 4.0
-LIKE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
+# Two strokes are alike if they differ in every component by less than the larger of these:
+# standard deviations of the noise; a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+ALIKE_SIGMAS = 4.0
+ALIKE_DISTANCE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
 
 
 class Finalist(NamedTuple):
-    """A stroke, and how often it succeeded in strokes that had no part in its choice."""
+    """A stroke with its successes in held-out trials."""
 
-    stroke: Rows
+    stroke: Array
     successes: int
     trials: int
 
 
 def search(problem: Problem, runner: Runner, seed: int) -> tuple[list[Finalist], float, bool]:
     """
-    Search until the budget is spent, the best is clear, or someone cancels.
+    Search until the budget is spent, the best stroke is clear, or the search is cancelled.
 
     Returns
     -------
     finalists : list of Finalist
-        The best first. Where there was no time to judge them, with what is known.
-    miss : float
-        How near the nearest stroke came, see `Outcomes`.
+        The best first. If the search was cancelled, with the estimates so far.
+    penalty : float
+        Smallest penalty of all candidates, see `Outcomes`.
     cancelled : bool
 
     """
     draws = np.random.default_rng(seed)
     effort = min(1.0, max(0.25, runner.budget / NORMAL_BUDGET))
-    found: list[Swarm] = []
+    found: list[Population] = []
     nearest = np.inf
     try:
         for stage in _stages(problem, runner):
-            guesses = stage()
-            guesses = guesses.take(np.arange(len(guesses.way))[: runner.left])
-            if not len(guesses.way):
+            candidates = stage()
+            candidates = candidates.take(np.arange(len(candidates.route))[: runner.left])
+            if not len(candidates.route):
                 continue
-            miss = runner.play(guesses.strokes).miss
-            nearest = min(nearest, float(miss.min()))
-            chosen = _choice(guesses, miss, max(4, round(effort * IMPROVED)), draws)
-            found.append(swarm_of(guesses.take(chosen), miss[chosen]))
-            for better in improve(problem, runner, found[-1], draws, effort):
+            penalty = runner.evaluate(candidates.strokes).penalty
+            nearest = min(nearest, float(penalty.min()))
+            chosen = _choose(candidates, penalty, max(4, round(effort * REFINED)), draws)
+            found.append(population_of(candidates.take(chosen), penalty[chosen]))
+            for better in refine(problem, runner, found[-1], draws, effort):
                 found[-1] = better
             if runner.left <= 0:
                 break
         runner.reserved = 0
-        return _judged(problem, runner, _best(found), draws, effort), nearest, False
+        return _race(problem, runner, _best(found), draws, effort), nearest, False
     except StoppedError:
         best = _best(found)
-        best = best.take(_different(problem, best.strokes)[:FINALISTS])
+        best = best.take(_distinct(problem, best.strokes)[:FINALISTS])
         known = zip(best.strokes, best.success, best.samples.tolist(), strict=True)
         return [Finalist(stroke, round(part * n), n) for stroke, part, n in known], nearest, True
 
 
-def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Guesses]]:
-    """Kinds of guesses, the usual ones first."""
-    room = max(1, round(GUESSED * min(runner.budget, NORMAL_BUDGET)))
+def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Candidates]]:
+    """Yield the stages of the search, each a function that makes candidates."""
+    capacity = max(1, round(CANDIDATE_SHARE * min(runner.budget, NORMAL_BUDGET)))
 
-    def usual() -> Guesses:
+    def usual() -> Candidates:
         points = waypoints(problem, 0)
-        ways = [ways_to(problem, point, 0) for point in points]
-        blocked = [point for point, found in zip(points, ways, strict=True) if not found]
-        direct = sorted(chain.from_iterable(ways), key=cost_of)[:WAYS]
-        parts = [fanned(guesses_along(problem, direct))]
-        return _within(joined([*parts, *_bent(problem, runner, blocked)]), room)
+        routes = [routes_to(problem, point, 0) for point in points]
+        blocked = [point for point, found in zip(points, routes, strict=True) if not found]
+        direct = sorted(chain.from_iterable(routes), key=cost_of)[:MAX_ROUTES]
+        parts = [spread_azimuth(candidates_along(problem, direct))]
+        return _thinned(
+            concatenate([*parts, *_curved_candidates(problem, runner, blocked)]), capacity
+        )
 
-    def cushions() -> Guesses:
-        return _within(_round_about(problem, runner, ((0, 1), (1, 0)), WAYS), room)
+    def cushions() -> Candidates:
+        return _thinned(
+            _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES), capacity
+        )
 
-    def more() -> Guesses:
-        return _within(_round_about(problem, runner, ((0, 2), (2, 1)), 2 * WAYS), room)
+    def more() -> Candidates:
+        return _thinned(
+            _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES), capacity
+        )
 
     yield usual
     if problem.scene.table is not None:
-        if runner.best < SURE:
+        if runner.best < CUSHIONS_BELOW:
             yield cushions
-        if runner.best < POOR:
+        if runner.best < RANDOM_BELOW:
             yield more
     tried = 0
-    while runner.left > 0 and runner.best < POOR:
-        yield partial(random_guesses, problem, room, tried)
-        tried += room
+    while runner.left > 0 and runner.best < RANDOM_BELOW:
+        yield partial(random_candidates, problem, capacity, tried)
+        tried += capacity
 
 
-def _round_about(
+def _cushion_candidates(
     problem: Problem, runner: Runner, cushions: Sequence[tuple[int, int]], count: int
-) -> Guesses:
-    """Ways with up to so many cushions after and before the meeting of balls, `count` of each."""
-    chosen: list[Way] = []
+) -> Candidates:
+    """Make candidates along the `count` best routes for each pair of cushions, (after, before)."""
+    chosen: list[Route] = []
     for after, before in cushions:
-        ways: list[Way] = []
+        routes: list[Route] = []
         for point in waypoints(problem, after):
-            runner.look()
-            ways += ways_to(problem, point, before)
-        chosen += sorted(ways, key=cost_of)[:count]
-    return fanned(guesses_along(problem, chosen))
+            runner.poll()
+            routes += routes_to(problem, point, before)
+        chosen += sorted(routes, key=cost_of)[:count]
+    return spread_azimuth(candidates_along(problem, chosen))
 
 
-def _bent(problem: Problem, runner: Runner, points: list[Waypoint]) -> list[Guesses]:
+def _curved_candidates(
+    problem: Problem, runner: Runner, points: list[Waypoint]
+) -> list[Candidates]:
     points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
     if not points:
         return []
-    strikes, found = library(problem), []
+    strikes, found = build_strike_library(problem), []
     for point in points:
-        runner.look()
-        found.append(fanned(curved_guesses(problem, strikes, point, CURVED // len(points))))
+        runner.poll()
+        curved = curved_candidates(problem, strikes, point, CURVED_COUNT // len(points))
+        found.append(spread_azimuth(curved))
     return found
 
 
-def _within(guesses: Guesses, room: int) -> Guesses:
-    """Thin out to as many as there is room for, evenly."""
-    if len(guesses.way) <= room:
-        return guesses
-    return guesses.take(np.linspace(0, len(guesses.way) - 1, room).astype(np.int64))
+def _thinned(candidates: Candidates, capacity: int) -> Candidates:
+    """Select at most `capacity` candidates, evenly."""
+    if len(candidates.route) <= capacity:
+        return candidates
+    return candidates.take(np.linspace(0, len(candidates.route) - 1, capacity).astype(np.int64))
 
 
-def _choice(
-    guesses: Guesses, miss: Rows, count: int, draws: np.random.Generator
+def _choose(
+    candidates: Candidates, penalty: Array, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
     """
-    Choose those that succeed, else the nearest ones, in turn from all ways.
+    Choose successful candidates, then those with the smallest penalty, in turn from all routes.
 
-    Of ways, those come first of which more guesses succeed.
+    Routes with more successful candidates come first.
     """
-    hits = np.bincount(guesses.way, miss == 0.0)[guesses.way]
-    order = np.lexsort((draws.permutation(len(miss)), miss, guesses.way))
-    way = guesses.way[order]
-    turn = np.empty(len(miss))  # of each guess, among those of its way
-    turn[order] = np.arange(len(miss)) - np.searchsorted(way, way)
-    chosen: NDArray[np.int64] = np.lexsort((miss, -hits, turn, miss > 0.0))[:count]
+    hits = np.bincount(candidates.route, penalty == 0.0)[candidates.route]
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, candidates.route))
+    route = candidates.route[order]
+    turn = np.empty(len(penalty))  # rank of each candidate among those of its route
+    turn[order] = np.arange(len(penalty)) - np.searchsorted(route, route)
+    chosen: NDArray[np.int64] = np.lexsort((penalty, -hits, turn, penalty > 0.0))[:count]
     return chosen
 
 
-def _best(found: list[Swarm]) -> Swarm:
-    """Join what the stages found, the most surely successful first."""
+def _best(found: list[Population]) -> Population:
+    """Concatenate the populations of all stages, ordered by the lower bound of the success."""
     if not found:
         nothing = np.empty((0, 5)), np.empty((0, 5)), np.empty(0), np.empty(0)
-        return Swarm(*nothing, np.empty(0, np.int64))
-    swarm = Swarm(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-    known = zip(swarm.success.tolist(), swarm.samples.tolist(), strict=True)
-    surely = np.array([wilson(part * n, n)[0] for part, n in known])
-    return swarm.take(np.lexsort((swarm.miss, -surely)))
+        return Population(*nothing, np.empty(0, np.int64))
+    population = Population(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+    known = zip(population.success.tolist(), population.samples.tolist(), strict=True)
+    surely = np.array([wilson_interval(part * n, n)[0] for part, n in known])
+    return population.take(np.lexsort((population.penalty, -surely)))
 
 
-def _judged(
-    problem: Problem, runner: Runner, swarm: Swarm, draws: np.random.Generator, effort: float
+def _race(
+    problem: Problem,
+    runner: Runner,
+    population: Population,
+    draws: np.random.Generator,
+    effort: float,
 ) -> list[Finalist]:
-    """Let the best race each other, then judge them by strokes that had no part in the choice."""
-    strokes = swarm.strokes[swarm.success > 0.0]
-    strokes = strokes[_different(problem, strokes)[:RACERS]]
-    judging = min(round(effort * (FRESH + (FINALISTS - 1) * FRESH_OTHERS)), runner.left // 2)
-    runner.reserved = judging
+    """Let the best strokes race, then evaluate the finalists on held-out trials."""
+    strokes = population.strokes[population.success > 0.0]
+    strokes = strokes[_distinct(problem, strokes)[:RACERS]]
+    held_out = round(effort * (WINNER_TRIALS + (FINALISTS - 1) * OTHER_TRIALS))
+    runner.reserved = min(held_out, runner.left // 2)
     wins, trials = np.zeros(len(strokes)), 0
-    for _ in range(RACES):
-        race = min(round(effort * RACE), runner.left // max(1, len(strokes)))
+    for _ in range(MAX_RACES):
+        race = min(round(effort * RACE_TRIALS), runner.left // max(1, len(strokes)))
         if len(strokes) < 2 or race < 8:
             break
-        wins += _tries(problem, runner, strokes, errors(problem, draws, race))
+        noise = sample_execution_noise(problem, draws, race)
+        wins += _count_successes(problem, runner, strokes, noise)
         trials += race
         order = np.argsort(-wins, kind='stable')
         strokes, wins = strokes[order], wins[order]
-        racing = _racing(wins, trials)
+        racing = _still_racing(wins, trials)
         if racing == 1:
             break
         if racing >= FINALISTS:
@@ -212,26 +226,25 @@ def _judged(
     runner.reserved = 0
     found = []
     for place, stroke in enumerate(strokes[:FINALISTS]):
-        count = min(round(effort * (FRESH_OTHERS if place else FRESH)), runner.left)
+        count = min(round(effort * (OTHER_TRIALS if place else WINNER_TRIALS)), runner.left)
         if count:
-            noise = errors(problem, draws, count)
-            found.append(
-                Finalist(stroke, int(_tries(problem, runner, stroke[np.newaxis], noise)[0]), count)
-            )
+            noise = sample_execution_noise(problem, draws, count)
+            successes = int(_count_successes(problem, runner, stroke[np.newaxis], noise)[0])
+            found.append(Finalist(stroke, successes, count))
     return found[:1] + sorted(found[1:], key=lambda each: -each.successes / each.trials)
 
 
-def _racing(wins: Rows, trials: int) -> int:
-    """How many, of those with the most wins first, may still be the best; one that is sure."""
-    low, _ = wilson(wins[0], trials)
-    if low > AS_GOOD_AS_IT_GETS:
+def _still_racing(wins: Array, trials: int) -> int:
+    """Count the strokes, sorted by wins, that may still be the best; 1 if one is sure."""
+    low, _ = wilson_interval(wins[0], trials)
+    if low > SURE_SUCCESS:
         return 1
-    return sum(wilson(each, trials)[1] >= low for each in wins.tolist())
+    return sum(wilson_interval(each, trials)[1] >= low for each in wins.tolist())
 
 
-def _different(problem: Problem, strokes: Rows) -> NDArray[np.int64]:
-    """Find the strokes (n, 5) that are no mere variations of earlier ones."""
-    apart = np.maximum(ALIKE * problem.sigmas, LIKE)
+def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
+    """Find the strokes (n, 5) that are not alike to an earlier one; return their indices."""
+    apart = np.maximum(ALIKE_SIGMAS * problem.sigmas, ALIKE_DISTANCE)
     chosen: list[int] = []
     for i in range(len(strokes)):
         away = strokes[i] - strokes[chosen]
@@ -241,8 +254,8 @@ def _different(problem: Problem, strokes: Rows) -> NDArray[np.int64]:
     return np.array(chosen, np.int64)
 
 
-def _tries(problem: Problem, runner: Runner, strokes: Rows, noise: Rows) -> Rows:
-    """How often each stroke succeeds under the same errors."""
+def _count_successes(problem: Problem, runner: Runner, strokes: Array, noise: Array) -> Array:
+    """Count the successes of each stroke under the same errors."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    success = runner.play(tried).success.reshape(len(strokes), len(noise))
+    success = runner.evaluate(tried).success.reshape(len(strokes), len(noise))
     return success.sum(axis=1).astype(float)

@@ -1,4 +1,4 @@
-"""What strikes give the ball, for many strokes at once: what is left when speed and azimuth go."""
+"""Velocity and spin after many strikes at once, for a cue speed of 1 m/s and azimuth 0."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,19 +8,19 @@ from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import strike_batch
 from billiard_shot.status import Status
 
-# Of the trajectory on an endless cloth, with a cue of 1 m/s: strikes are then solved to 1e-12.
+# Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.
 TOLERANCE = 1e-11  # m
 
-Rows = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 
-def vectors_of(strokes: Rows) -> tuple[Rows, Rows]:
-    """Find unit normals and cue velocities (n, 3) of arguments of from_offsets (n, 5)."""
+def vectors_of(strokes: Array) -> tuple[Array, Array]:
+    """Compute unit normals and cue velocities (n, 3) of strokes (n, 5), see `from_offsets`."""
     a, b, elevation, azimuth, speed = strokes.T
     sin_e, cos_e = np.sin(elevation), np.cos(elevation)
     sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
     with np.errstate(invalid='ignore'):
-        depth = np.sqrt(1.0 - a * a - b * b)  # NaN: the tip misses
+        depth = np.sqrt(1.0 - a * a - b * b)  # NaN if the tip misses the ball
     along = np.stack([cos_e * cos_t, cos_e * sin_t, -sin_e], axis=1)
     right = np.stack([sin_t, -cos_t, np.zeros_like(a)], axis=1)
     up = np.stack([sin_e * cos_t, sin_e * sin_t, cos_e], axis=1)
@@ -29,9 +29,9 @@ def vectors_of(strokes: Rows) -> tuple[Rows, Rows]:
     return normals, velocities
 
 
-def strikes_of(scene: Scene, model: StrikeModel, offsets: Rows) -> Rows:
+def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Array:
     """
-    Solve strikes of a cue that comes at 1 m/s along azimuth 0.
+    Solve strikes with a cue speed of 1 m/s and azimuth 0.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def strikes_of(scene: Scene, model: StrikeModel, offsets: Rows) -> Rows:
     Returns
     -------
     (n, 6) float array
-        Velocity, and spin times radius [m/s]; NaN for what cannot be played.
+        Velocity, and spin times radius [m/s]; NaN for strokes that cannot be played.
 
     """
     strokes = np.zeros((len(offsets), 5))
@@ -51,12 +51,12 @@ def strikes_of(scene: Scene, model: StrikeModel, offsets: Rows) -> Rows:
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
     strikes = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
-    given = np.concatenate([strikes['velocity'], spin_in_metres(scene, strikes['spin'])], axis=1)
-    given[strikes['status'] >= Status.MISS] = np.nan
-    return given
+    result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
+    result[strikes['status'] >= Status.MISS] = np.nan
+    return result
 
 
-def spin_in_metres(scene: Scene, spin: Rows) -> Rows:
-    """Spin as the speed of the ball's surface [m/s]."""
-    surface: Rows = scene.ball.radius * spin
+def surface_speed(scene: Scene, spin: Array) -> Array:
+    """Spin times radius [m/s]: the speed of the ball's surface."""
+    surface: Array = scene.ball.radius * spin
     return surface

@@ -1,4 +1,4 @@
-"""What a stroke is to reach: targets as people state them, checked against the scene."""
+"""Targets of a plan, as people state them; they are checked against the scene."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
@@ -9,11 +9,12 @@ from dataclasses import dataclass
 import math
 from typing import Any, TypeAlias
 
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import check, read
+from billiard_shot.scene.errors import InputError, Mistake, refused
 from billiard_shot.scene.fields import name, number, point, TAKES
-from billiard_shot.scene.mistakes import InputError, Mistake, refused
-from billiard_shot.scene.placing import CUE_BALL, lying, no_place
+from billiard_shot.scene.placement import CUE_BALL, lying, no_place
 from billiard_shot.table.run import POCKET_NAMES
 
 Point: TypeAlias = tuple[float, float]
@@ -37,7 +38,7 @@ def _segment() -> Any:
 
 
 def pocket_field() -> Any:
-    """Make a field for a pocket's name, several of them, or any; all of their names."""
+    """Make a field for the name of a pocket, a list of names, or `any`; its value is a tuple."""
     allowed = f'{ANY}, or of {", ".join(POCKET_NAMES)} one or a list'
 
     def convert(value: object) -> tuple[str, ...]:
@@ -54,14 +55,14 @@ def pocket_field() -> Any:
 @dataclass(frozen=True, slots=True)
 class Rest:
     """
-    The cue ball is to rest near a point.
+    The cue ball has to rest near a point.
 
     Parameters
     ----------
     rest : (x, y)
         [m]
     radius : float
-        How near [m], above 0.
+        Largest distance from the point [m], above 0.
 
     """
 
@@ -75,14 +76,14 @@ class Rest:
 @dataclass(frozen=True, slots=True)
 class Pass:
     """
-    The cue ball is to pass near a point.
+    The cue ball has to pass near a point.
 
     Parameters
     ----------
     passing : (x, y)
         [m]; `pass` in a mapping.
     radius : float
-        How near its centre [m], above 0.
+        Largest distance of the centre of the ball from the point [m], above 0.
 
     """
 
@@ -96,7 +97,7 @@ class Pass:
 @dataclass(frozen=True, slots=True)
 class Gate:
     """
-    The cue ball's centre is to pass between two points.
+    The centre of the cue ball has to pass between two points.
 
     Parameters
     ----------
@@ -118,31 +119,34 @@ def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
         yield Mistake(('direction',), f'{hit.direction!r} is not allowed; it must not be zero')
 
 
+@former_attributes(within_deg='direction_tolerance_deg')
 @dataclass(frozen=True, slots=True)
 class Hit:
     """
-    The cue ball is to meet a ball before any other.
+    The cue ball has to meet a ball before any other.
 
     Parameters
     ----------
     hit : str
         Name of the ball.
     direction : (x, y), optional
-        In which that ball is to leave; any length.
-    within_deg : float
-        How far it may leave from that direction [degrees], above 0.
+        Direction in which that ball has to leave, of any length.
+    direction_tolerance_deg : float
+        Largest deviation from that direction [degrees], above 0.
     at : (x, y), optional
-        Where the cue ball is to touch it: the point of its rim next to this one [m].
+        Where the cue ball has to touch it: the point of its circumference nearest to this one [m].
     radius : float
-        How near to that [m], above 0.
+        Largest distance from that point [m], above 0.
 
     """
 
     RULES = (_one_way_to_hit,)
     hit: str = name()
-    direction: Point | None = point(absent=True)
-    within_deg: float = number('degrees', above=0, most=180, default=5.0)
-    at: Point | None = point(absent=True)
+    direction: Point | None = point(nullable=True)
+    direction_tolerance_deg: float = number(
+        'degrees', above=0, maximum=180, default=5.0, former='within_deg'
+    )
+    at: Point | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.005)
 
     def __post_init__(self) -> None:
@@ -152,24 +156,24 @@ class Hit:
 @dataclass(frozen=True, slots=True)
 class Pot:
     """
-    A ball is to fall into a pocket, and the cue ball to stay on the table.
+    A ball has to fall into a pocket, and the cue ball has to stay on the table.
 
     Parameters
     ----------
     pot : str
         Name of the ball.
     pocket : str or sequence of str
-        `any`, or which ones, see `POCKET_NAMES`.
+        `any`, or one or several names from `POCKET_NAMES`.
     leave : (x, y), optional
-        Near which the cue ball is to rest [m].
+        Point near which the cue ball has to rest [m].
     radius : float
-        How near to that [m], above 0.
+        Largest distance from that point [m], above 0.
 
     """
 
     pot: str = name()
     pocket: tuple[str, ...] = pocket_field()
-    leave: Point | None = point(absent=True)
+    leave: Point | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.1)
 
     def __post_init__(self) -> None:
@@ -198,7 +202,7 @@ def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
 
 def read_target(wanted: Target | Mapping[str, Any]) -> Target:
     """
-    Read a target, whatever the scene.
+    Read a target without a scene.
 
     Raises
     ------
@@ -293,7 +297,7 @@ def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
 def _place(
     scene: Scene, key: str, place: Point, radius: float, gone: str = ''
 ) -> Iterator[Mistake]:
-    """Mistakes of a place where the cue ball's centre has to come within a radius."""
+    """Mistakes of a point from which the centre of the cue ball may be at most `radius` away."""
     off = list(_on_table(scene, key, place))
     if (
         not off

@@ -1,10 +1,10 @@
 """
-Where the cue ball has to come to: ghost balls, behind real and mirrored pockets.
+Waypoints of the cue ball: ghost balls for real and mirrored pockets.
 
-A ball leaves along the line of centres, so that the cue ball must be where it would touch it on
-the line to the pocket, the "ghost ball". A cushion is a mirror: a ball that is to reach a pocket
-by way of it aims at the pocket's image. Throw, spin and real cushions change that by some degrees,
-which is left to the search.
+A struck ball leaves along the line of centres. The cue ball must therefore touch it opposite to
+the pocket: at the "ghost ball". A cushion acts as a mirror: a ball that reaches a pocket by way of
+a cushion is aimed at the mirror image of the pocket. Throw, spin and real cushions change these
+directions by some degrees, which the search finds.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,26 +15,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import point_of, Problem
-from billiard_shot.planning.strikes import Rows
+from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Hit
 
-THINNEST = math.cos(math.radians(82.0))  # of cuts that are tried
-SLACK = 0.95  # part of two radii that paths have to keep from balls beside them
-NEAR = 0.2  # radii: a ball that is so near to the ghost ball is there already
-ROUND = 12  # directions in which a ball is hit that only has to be hit
+MIN_CUT_COSINE = math.cos(math.radians(82.0))  # of the cuts that are tried
+SLACK = 0.95  # of two radii: smallest distance of a path from balls beside it
+NEAR = 0.2  # radii: a ball closer to the ghost ball counts as lying there
+HIT_DIRECTIONS = 12  # directions that are tried if a ball only has to be hit
 
 
 class Waypoint(NamedTuple):
-    """A place for the centre of the cue ball."""
+    """A position that the centre of the cue ball has to reach."""
 
-    place: Rows  # (2,) m
-    push: Rows  # (2,) unit vector in which it pushes the ball there; zero: there is none
-    struck: int  # index of that ball, 0: none
-    after: float  # m that balls have to go from there, longer for what takes more luck
+    place: Array  # (2,) m
+    push: Array  # (2,) unit vector in which it pushes the struck ball; zero if there is none
+    struck: int  # index of the struck ball, 0 if there is none
+    after: float  # m that balls have to move from there; weighted more where less accurate
 
 
 def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
-    """All that may do; balls that are to be potted go by up to so many cushions."""
+    """List waypoints of the target; a ball to be potted meets at most `cushions` cushions."""
     ball, radius = problem.ball, problem.radius
     point = point_of(problem.target)
     if point is not None:
@@ -49,8 +49,8 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     for pocket in problem.pockets:
         hole = problem.hole(pocket)
         for via in sequences(cushions):
-            path = reflected(problem, there, hole, via)
-            if path is None or not clear(problem, path, (0, ball)):
+            path = mirror_path(problem, there, hole, via)
+            if path is None or not is_clear(problem, path, (0, ball)):
                 continue
             push = _unit(path[1] - path[0])
             after = _length(path) * (1.0 + 2.0 * len(via))
@@ -62,8 +62,8 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     return found
 
 
-def _combinations(problem: Problem, ghost: Rows, push: Rows, after: float) -> Iterator[Waypoint]:
-    """Ways to send another ball to where it pushes the one that is wanted."""
+def _combinations(problem: Problem, ghost: Array, push: Array, after: float) -> Iterator[Waypoint]:
+    """Waypoints at another ball, which then pushes the wanted ball in its direction."""
     for other in range(1, len(problem.places)):
         there = problem.places[other]
         if other == problem.ball or problem.first not in (0, other):
@@ -71,7 +71,9 @@ def _combinations(problem: Problem, ghost: Rows, push: Rows, after: float) -> It
         distance = float(np.hypot(*(ghost - there)))
         line = _unit(ghost - there) if distance > NEAR * problem.radius else push
         cut = float(line @ push)
-        if cut > THINNEST and clear(problem, np.array([there, ghost]), (0, other, problem.ball)):
+        if cut > MIN_CUT_COSINE and is_clear(
+            problem, np.array([there, ghost]), (0, other, problem.ball)
+        ):
             yield Waypoint(
                 there - 2.0 * problem.radius * line,
                 line,
@@ -80,20 +82,20 @@ def _combinations(problem: Problem, ghost: Rows, push: Rows, after: float) -> It
             )
 
 
-def _pushes(problem: Problem, target: Hit) -> list[Rows]:
+def _pushes(problem: Problem, target: Hit) -> list[Array]:
     if target.direction is not None:
         return [_unit(np.array(target.direction))]
     there = problem.places[problem.ball]
     if target.at is not None:
         return [_unit(there - target.at)]
     ahead = there - problem.cue_ball
-    turns = sorted(np.arange(ROUND) - ROUND // 2, key=abs)  # the full hit first
-    angles = math.atan2(ahead[1], ahead[0]) + np.array(turns) * (2.0 * math.pi / ROUND)
+    turns = sorted(np.arange(HIT_DIRECTIONS) - HIT_DIRECTIONS // 2, key=abs)  # the full hit first
+    angles = math.atan2(ahead[1], ahead[0]) + np.array(turns) * (2.0 * math.pi / HIT_DIRECTIONS)
     return [np.array([math.cos(angle), math.sin(angle)]) for angle in angles]
 
 
 def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
-    """Sequences of up to so many noses, see rolling_boundary.py, none twice in a row."""
+    """Sequences of at most `cushions` noses, see rolling_boundary.py, none twice in a row."""
     found: list[tuple[int, ...]] = [()]
     while found:
         via = found.pop(0)
@@ -102,8 +104,8 @@ def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
             found += [(*via, nose) for nose in range(4) if via[-1:] != (nose,)]
 
 
-def reflected(problem: Problem, begin: Rows, end: Rows, via: Sequence[int]) -> Rows | None:
-    """Corners (n, 2) of a path by way of some noses as if they were mirrors; None: there is no."""
+def mirror_path(problem: Problem, begin: Array, end: Array, via: Sequence[int]) -> Array | None:
+    """Corners (n, 2) of a path that noses reflect like mirrors; None if there is no path."""
     half_sizes = problem.half_sizes
     if via and not math.isfinite(half_sizes[0]):
         return None
@@ -129,13 +131,13 @@ def reflected(problem: Problem, begin: Rows, end: Rows, via: Sequence[int]) -> R
 
 
 def _wall(problem: Problem, nose: int) -> tuple[int, float]:
-    """Axis across a nose, and where the centre of a ball is that touches it [m]."""
+    """Axis normal to a nose, and the coordinate of a ball's centre that touches the nose [m]."""
     reach = problem.half_sizes[nose // 2]
     return nose // 2, reach if nose % 2 == 0 else -reach
 
 
-def clear(problem: Problem, path: Rows, besides: Sequence[int]) -> bool:
-    """Whether no ball besides some is in the way of a path of straight lines (n, 2)."""
+def is_clear(problem: Problem, path: Array, besides: Sequence[int]) -> bool:
+    """Whether no ball, except those in `besides`, blocks a path of straight lines (n, 2)."""
     others = [i for i in range(len(problem.places)) if i not in besides]
     if not others:
         return True
@@ -143,21 +145,21 @@ def clear(problem: Problem, path: Rows, besides: Sequence[int]) -> bool:
     return bool(distance.min() >= 2.0 * SLACK * problem.radius)
 
 
-def distances_from(path: Rows, points: Rows) -> Rows:
+def distances_from(path: Array, points: Array) -> Array:
     """Distances (points,) of points (points, 2) from a path of straight lines."""
     begin, along = path[:-1], np.diff(path, axis=0)
     away = points[:, np.newaxis] - begin
     square = np.maximum((along**2).sum(axis=1), 1e-300)
     part = np.clip((away * along).sum(axis=2) / square, 0.0, 1.0)
     nearest = away - part[:, :, np.newaxis] * along
-    distances: Rows = np.sqrt((nearest**2).sum(axis=2)).min(axis=1)
+    distances: Array = np.sqrt((nearest**2).sum(axis=2)).min(axis=1)
     return distances
 
 
-def _unit(vector: Rows) -> Rows:
-    unit: Rows = vector / max(float(np.hypot(*vector)), 1e-12)
+def _unit(vector: Array) -> Array:
+    unit: Array = vector / max(float(np.hypot(*vector)), 1e-12)
     return unit
 
 
-def _length(path: Rows) -> float:
+def _length(path: Array) -> float:
     return float(np.hypot(*np.diff(path, axis=0).T).sum())

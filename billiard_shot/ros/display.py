@@ -79,7 +79,7 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
 def _shot(shot: Shot, opacity: float) -> list[Marker]:
     radius = shot.scene.ball.radius
     cue = shot.scene.cue
-    radii = (cue.tip_radius, BUTT) if cue.length else (WIDTH, WIDTH)
+    radii = (cue.ferrule_radius, BUTT) if cue.length else (WIDTH, WIDTH)
     shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE, opacity))]
     balls = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
     for name, trajectory in balls.items():

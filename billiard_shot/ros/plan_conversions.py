@@ -28,7 +28,13 @@ LIMITS = (
     'azimuth_range',
     'offset_max',
 )
-ANGLES = ('elevation_min', 'elevation_max', 'azimuth', 'azimuth_range')
+# Limits that are angles: fields of a goal, in radians, and of `Robot`, in degrees.
+ANGLES = {
+    'elevation_min': 'elevation_min_deg',
+    'elevation_max': 'elevation_max_deg',
+    'azimuth': 'azimuth_deg',
+    'azimuth_range': 'azimuth_half_range_deg',
+}
 
 NOISE_FIELDS = {
     'a': 'sigma_a',
@@ -37,14 +43,14 @@ NOISE_FIELDS = {
     'azimuth_deg': 'sigma_azimuth',
     'speed': 'sigma_speed',
 }
-LIMIT_FIELDS = {f'{name}_deg': name for name in ANGLES}
+LIMIT_FIELDS = {limit: name for name, limit in ANGLES.items()}
 TARGET_FIELDS = {
     **dict.fromkeys(('hit', 'pot'), 'target.ball'),
     **dict.fromkeys(('rest', 'pass', 'at', 'leave'), 'target.point'),
     'gate': 'target.point, target.other_point',
     'pocket': 'target.pockets',
     'direction': 'target.direction',
-    'within_deg': 'target.within',
+    'direction_tolerance_deg': 'target.within',
     'radius': 'target.radius',
 }
 """Fields of a goal, by the names that the library uses in its messages."""
@@ -88,7 +94,7 @@ def plan_request_of(
     constraints = dict(default.constraints)
     if goal.use_limits:
         constraints = {name: getattr(goal, name) for name in LIMITS if name not in ANGLES}
-        constraints |= {f'{name}_deg': math.degrees(getattr(goal, name)) for name in ANGLES}
+        constraints |= {limit: math.degrees(getattr(goal, name)) for name, limit in ANGLES.items()}
     if goal.first_contact:
         constraints['first_contact'] = goal.first_contact
     noise = default.noise
@@ -171,7 +177,7 @@ def target_of(target: Target) -> dict[str, Any] | None:
             if target.use_direction:
                 found['direction'] = target.direction.x, target.direction.y
                 if target.within:
-                    found['within_deg'] = math.degrees(target.within)
+                    found['direction_tolerance_deg'] = math.degrees(target.within)
             if target.use_point:
                 found['at'] = point
         case Target.POT:
@@ -204,7 +210,7 @@ def target_message(target: Mapping[str, Any]) -> Target:
             return Target(
                 kind=Target.GATE, point=_flat(Point, point), other_point=_flat(Point, other)
             )
-        case targets.Hit(ball, direction, within_deg, point, radius):
+        case targets.Hit(ball, direction, direction_tolerance_deg, point, radius):
             return Target(
                 kind=Target.HIT,
                 ball=ball,
@@ -213,7 +219,7 @@ def target_message(target: Mapping[str, Any]) -> Target:
                 use_point=point is not None,
                 direction=_flat(Vector3, direction),
                 use_direction=direction is not None,
-                within=math.radians(within_deg),
+                within=math.radians(direction_tolerance_deg),
             )
         case targets.Pot(ball, pockets, point, radius):
             return Target(

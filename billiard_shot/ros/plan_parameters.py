@@ -84,11 +84,12 @@ PLANNER = (
         limits=(-360.0, 360.0),
     ),
     Parameter(
-        'azimuth_range_deg',
+        'azimuth_half_range_deg',
         180.0,
         'Half-width of the range of directions, about `azimuth_deg`.',
         unit='degrees',
         limits=(0.0, 180.0),
+        former='azimuth_range_deg',
     ),
     Parameter(
         'offset_max',

@@ -1,11 +1,11 @@
-"""What there is on and around the table: data read from YAML and checked, no behaviour."""
+"""Scenes: the equipment and the player, as checked data that is read from YAML."""
 
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, ContactParameters, Contacts, Cue
-from billiard_shot.scene.furniture import BallBall, CornerPocket, Cushion, SidePocket, Table
 from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack
 from billiard_shot.scene.scene import Scene
+from billiard_shot.scene.table import BallBall, CornerPocket, Cushion, SidePocket, Table
 
 __all__ = [
     'Ball',

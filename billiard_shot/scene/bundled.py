@@ -1,7 +1,7 @@
 """
-Where the scenes that come with the package are.
+Paths of the bundled scenes.
 
-They are written in config/scenes. `pip install` and `colcon build` copy that folder into the
+Their files are in config/scenes. `pip install` and `colcon build` copy that folder into the
 package as `billiard_shot/scenes`; a source checkout (also `pip install -e`) reads it in place.
 """
 
@@ -18,12 +18,12 @@ def scene_names() -> list[str]:
 
 def scene_path(name: str) -> Path:
     """
-    File of the bundled scene `name`.
+    Path of the bundled scene `name`.
 
     Raises
     ------
     ValueError
-        If there is no such scene; the message names those there are.
+        If there is no such scene; the message lists the bundled scenes.
 
     """
     names = scene_names()
@@ -34,9 +34,9 @@ def scene_path(name: str) -> Path:
 
 def find_scene(name_or_path: str | Path, folder: Path = Path()) -> Path:
     """
-    File of a scene: a Path, or text with a folder or an ending in it, else a bundled scene's name.
+    Path of a scene from a Path, a string with a folder or an ending, or the name of a bundled one.
 
-    Relative paths are so to `folder`.
+    Relative paths are relative to `folder`.
     """
     text = str(name_or_path)
     is_file = isinstance(name_or_path, Path) or Path(text).suffix in ('.yaml', '.yml')

@@ -1,9 +1,9 @@
 """
-Dataclasses that check themselves, and are read from mappings with every mistake found at once.
+Dataclasses that check themselves, and are read from mappings with all mistakes found at once.
 
-A dataclass made of fields from fields.py calls `check` in its `__post_init__`. What concerns more
-than one field is a rule: a generator of mistakes, called with the object, that its class lists in
-`RULES`. A rule is skipped where a field that it looks at is wrong itself.
+A dataclass made of fields from fields.py calls `check` in its `__post_init__`. A condition on
+several fields is a rule: a generator of mistakes, called with the object, which the class lists in
+`RULES`. A rule is skipped if one of the fields that it reads is invalid.
 """
 
 from collections.abc import Iterator, Mapping
@@ -13,18 +13,18 @@ import math
 from typing import Any, TypeVar
 import warnings
 
+from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, unknown
 from billiard_shot.scene.fields import DERIVED, Derived, FORMER, SECTION, TAKES
-from billiard_shot.scene.mistakes import found_in, InputError, Mistake, refused, unknown
 
 S = TypeVar('S')
 
 
 class _WrongFieldError(Exception):
-    """A rule asked for a field whose value is wrong."""
+    """A rule read a field whose value is invalid."""
 
 
 class _Known:
-    """What is known of an object with mistakes: its right fields, as attributes."""
+    """The valid fields of an object with mistakes, as attributes."""
 
     def __init__(self, kind: type, values: dict[str, Any]) -> None:
         self._names = {field.name for field in _inputs(kind)}
@@ -38,14 +38,14 @@ class _Known:
 
 def check(instance: Any, **given: Any) -> None:
     """
-    Convert and check every field of a frozen dataclass, and derive those not given.
+    Convert and check every field of a frozen dataclass, and derive those that are not given.
 
-    `given` are its init-only variables, which are checked along with the fields.
+    `given` are its init-only variables, which are checked like the fields.
 
     Raises
     ------
     InputError
-        Naming each wrong field, its value and what is allowed.
+        Naming each invalid field, its value and the allowed range.
 
     """
     kind = type(instance)
@@ -64,7 +64,7 @@ def read(kind: type[S], data: object) -> S:
     Raises
     ------
     InputError
-        With all mistakes, those of its sections included.
+        With all mistakes, including those of its sections.
 
     """
     found, mistakes = _read(kind, with_present_keys(kind, data))
@@ -100,7 +100,7 @@ def with_present_keys(kind: type, data: object, *, warn: bool = True) -> Any:
 
 
 def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
-    """Plain dict from which `read` makes the same again; with derived values if so wished."""
+    """Plain dict from which `read` makes an equal object; with derived values if `derived`."""
     result = {}
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
@@ -111,7 +111,7 @@ def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
 
 
 def fill_in(instance: S, **values: float) -> S:
-    """Copy of an object, with values derived from what is outside of it."""
+    """Copy of an object with values that are derived from data outside of it."""
     filled = copy.copy(instance)
     for name, value in values.items():
         object.__setattr__(filled, name, Derived(value))
@@ -139,7 +139,7 @@ def _plain(value: Any, derived: bool) -> Any:
 
 
 def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
-    """Object and no mistakes; or what is known of it, and its mistakes."""
+    """Return the object and no mistakes, or its valid fields and its mistakes."""
     if not isinstance(data, Mapping):
         return _Known(kind, {}), list(found_in(refused(data, 'a mapping')))
     names = [field.name for field in _inputs(kind)]
@@ -160,7 +160,7 @@ def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
 def _examine(
     kind: type, given: Mapping[str, Any], reading: bool = False
 ) -> tuple[dict[str, Any], list[Mistake]]:
-    """Right values of a dataclass's fields, and what is wrong with the others and as a whole."""
+    """Return the valid values of a dataclass, and the mistakes of its fields and rules."""
     known: dict[str, Any] = {}
     mistakes: list[Mistake] = []
     derived = []
@@ -180,8 +180,8 @@ def _examine(
             except ValueError as error:
                 mapping = reading and SECTION in metadata
                 mistakes += found_in(refused(value, 'a mapping') if mapping else error, name)
-                if isinstance(error, InputError) and error.rest is not None:
-                    known[name] = error.rest
+                if isinstance(error, InputError) and error.valid_part is not None:
+                    known[name] = error.valid_part
     so_far = _Known(kind, known)
     for field in derived:
         try:

@@ -1,68 +1,68 @@
-"""Which effects a scene forces on or off."""
+"""Effects that a scene turns on or off."""
 
 from dataclasses import dataclass
 
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import choice
 
-_WISHES = 'auto', 'on', 'off'
+_SETTINGS = 'auto', 'on', 'off'
 
 
 @dataclass(frozen=True, slots=True)
 class Effects:
     """
-    What a scene wishes of each effect: `auto` (where it is called for), `on` or `off`.
+    The setting of each effect: `auto` (simulated if the shot calls for it), `on` or `off`.
 
     Parameters
     ----------
     table_contact : str
-        `off`: the ball is struck as if nothing were below it, and then put onto the cloth.
+        If `off`, the strike has no contact with the cloth; the ball is put onto it afterwards.
     tip_friction, table_friction : str
-        `off`: in the strike the tip, or the cloth, only pushes along the normal.
+        If `off`, the contact with the tip, or with the cloth, has no friction in the strike.
     end_mass : str
-        `off`: the tip cannot give way sideways, as if the cue were guided.
+        If `off`, the tip cannot move sideways, as if the cue were guided.
     tip_curvature : str
-        `off`: a rounded tip meets the ball where the axis of the cue does.
+        If `off`, a rounded tip touches the ball where the axis of the cue does.
     flight : str
-        `off`: the ball is put back on the cloth after the strike, with its horizontal motion kept.
-        `on`: it flies however low.
+        If `off`, the ball is put back on the cloth after the strike and keeps its horizontal
+        motion. If `on`, it flies however low.
     bounce : str
-        `off`: the ball stays down where it first lands. `on`: every hop is followed, until it is
-        lost in rounding.
+        If `off`, the ball stays on the cloth where it first lands. If `on`, every hop is simulated
+        until it is below rounding.
     slide : str
-        `off`: the ball rolls at once, as it would at the end of its slide.
+        If `off`, the ball rolls at once, as it would at the end of its slide.
     roll, spin_decay : str
-        `off`: nothing slows the roll, or the spin about the vertical; the ball may never rest.
+        If `off`, nothing slows the roll, or the spin about the vertical; the ball may never rest.
     cushion, pocket : str
-        `off`: the cloth goes on for ever; or the cushions go on where the pockets would be.
-        `pocket: on`: every pocket is searched, however far from the path of a ball.
+        If `cushion` is `off`, the cloth is endless. If `pocket` is `off`, the cushions continue
+        across the pockets; if it is `on`, every pocket is checked, however far from a path.
     ball_ball : str
-        `off`: balls go through each other. `on`: every pair is searched, moving or not.
+        If `off`, balls pass through each other. If `on`, every pair is checked, moving or not.
     throw : str
-        `off`: balls are smooth when they meet.
+        If `off`, there is no friction between balls.
     cluster : str
-        `off`: bodies in touch meet two by two, one pair after the other.
+        If `off`, touching bodies collide in pairs, one after the other.
     double_hit : str
-        `off`: nobody looks whether the cue, following through, catches the ball again.
+        If `off`, double hits of the cue that follows through are not looked for.
 
     """
 
-    table_contact: str = choice(*_WISHES, default='auto')
-    tip_friction: str = choice(*_WISHES, default='auto')
-    table_friction: str = choice(*_WISHES, default='auto')
-    end_mass: str = choice(*_WISHES, default='auto')
-    tip_curvature: str = choice(*_WISHES, default='auto')
-    flight: str = choice(*_WISHES, default='auto')
-    bounce: str = choice(*_WISHES, default='auto')
-    slide: str = choice(*_WISHES, default='auto')
-    roll: str = choice(*_WISHES, default='auto')
-    spin_decay: str = choice(*_WISHES, default='auto')
-    cushion: str = choice(*_WISHES, default='auto')
-    pocket: str = choice(*_WISHES, default='auto')
-    ball_ball: str = choice(*_WISHES, default='auto')
-    throw: str = choice(*_WISHES, default='auto')
-    cluster: str = choice(*_WISHES, default='auto')
-    double_hit: str = choice(*_WISHES, default='auto')
+    table_contact: str = choice(*_SETTINGS, default='auto')
+    tip_friction: str = choice(*_SETTINGS, default='auto')
+    table_friction: str = choice(*_SETTINGS, default='auto')
+    end_mass: str = choice(*_SETTINGS, default='auto')
+    tip_curvature: str = choice(*_SETTINGS, default='auto')
+    flight: str = choice(*_SETTINGS, default='auto')
+    bounce: str = choice(*_SETTINGS, default='auto')
+    slide: str = choice(*_SETTINGS, default='auto')
+    roll: str = choice(*_SETTINGS, default='auto')
+    spin_decay: str = choice(*_SETTINGS, default='auto')
+    cushion: str = choice(*_SETTINGS, default='auto')
+    pocket: str = choice(*_SETTINGS, default='auto')
+    ball_ball: str = choice(*_SETTINGS, default='auto')
+    throw: str = choice(*_SETTINGS, default='auto')
+    cluster: str = choice(*_SETTINGS, default='auto')
+    double_hit: str = choice(*_SETTINGS, default='auto')
 
     def __post_init__(self) -> None:
         check(self)

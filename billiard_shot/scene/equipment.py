@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import math
 from typing import Any, ClassVar
 
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
-from billiard_shot.scene.fields import number, section, yes_or_no
-from billiard_shot.scene.furniture import BallBall
-from billiard_shot.scene.mistakes import Mistake
+from billiard_shot.scene.errors import Mistake
+from billiard_shot.scene.fields import boolean, number, section
+from billiard_shot.scene.table import BallBall
 
 # Squirt of a common shaft, 1.9 degrees at half a radius off centre (a = 0.5), after Alciatore
 # (technical proof TP A.31, billiards.colostate.edu): tan = 2.5 a s / (1 + 30 + 2.5 s^2) with
@@ -18,18 +19,18 @@ from billiard_shot.scene.mistakes import Mistake
 # this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
 END_MASS = 0.0042
 LENGTH = 1.47
-TIP_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
+FERRULE_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
 STANDARD_GRAVITY = 9.80665  # CGPM 1901
 
 
 def _inertia_of_a_ball(ball: Any) -> Iterator[Mistake]:
-    most = 2 / 3 * ball.mass * ball.radius**2
-    if ball.inertia > most * (1 + 1e-9):
+    hollow = 2 / 3 * ball.mass * ball.radius**2
+    if ball.inertia > hollow * (1 + 1e-9):
         yield Mistake(
             ('inertia',),
             (
                 f'{ball.inertia!r} is not allowed; '
-                f'it must be at most 2/3 m r^2 = {most:.3g} (kg m^2)'
+                f'it must be at most 2/3 m r^2 = {hollow:.3g} (kg m^2)'
             ),
         )
 
@@ -47,7 +48,7 @@ class Ball:
         [m], above 0.
     inertia : float, optional
         Moment of inertia about any axis through the centre [kg m^2], above 0 and at most that of a
-        hollow ball, 2/3 m r^2; by default that of a solid one, 2/5 m r^2.
+        hollow ball, 2/3 m r^2; by default that of a solid ball, 2/5 m r^2.
 
     """
 
@@ -65,7 +66,8 @@ class Ball:
 def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
     if cue.guided and cue.end_mass != math.inf:
         yield Mistake(
-            ('end_mass',), (f'{cue.end_mass!r} is not allowed; a guided cue has none (omit it)')
+            ('end_mass',),
+            (f'{cue.end_mass!r} is not allowed; a guided cue has no end mass (omit it)'),
         )
     if not cue.guided and cue.end_mass > cue.mass:
         yield Mistake(
@@ -77,43 +79,49 @@ def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
         )
 
 
+@former_attributes(tip_radius='ferrule_radius', dome='tip_curvature_radius')
 @dataclass(frozen=True, slots=True)
 class Cue:
     """
-    A cue, moving along its axis.
+    A cue that moves along its axis.
 
     Parameters
     ----------
     mass : float
         [kg], above 0.
     guided : bool
-        True: held by bearings, so that its tip cannot move sideways (the paper's mechanical cue).
+        True if bearings hold the cue, so that its tip cannot move sideways (the mechanical cue of
+        the paper).
     end_mass : float, optional
-        Mass that the tip's sideways motion has to move [kg], above 0 and at most the cue's own;
-        by default 4.2 g, see `END_MASS`. Infinite for a guided cue, which takes none.
-    tip_radius : float, optional
-        Half the width of the cue behind its tip [m], at least 0: how far it reaches below the
-        point where it hits. By default 6.5 mm; for a guided cue, whose shape is not known, 0.
+        Effective mass of the tip for sideways motion [kg], above 0 and at most the mass of the
+        cue; by default 4.2 g, see `END_MASS`. A guided cue must not have one: it is infinite.
+    ferrule_radius : float, optional
+        Half the width of the cue right behind its tip [m], at least 0. By default 6.5 mm; 0 for a
+        guided cue, whose shape is unknown.
     length : float, optional
-        [m], at least 0: how far behind the tip there is a cue, which balls and cushions can be in
-        the way of. By default 1.47 m (58 in, the usual one); for a guided cue, whose shape is not
-        known, 0.
-    dome : float
-        Radius of the sphere that a rounded tip is a part of [m], at least 0. A stroke that says
-        where the axis of the cue goes then meets the ball nearer to its middle. 0 by default: the
-        tip is a point on the axis. Common tips are shaped like a dime, 9 mm, or a nickel, 10.6 mm.
+        Length of the cue [m], at least 0; balls and cushions can be in its way. By default 1.47 m
+        (58 in, the usual length); 0 for a guided cue, whose shape is unknown.
+    tip_curvature_radius : float
+        Radius of the spherical surface of a rounded tip [m], at least 0. A stroke that is given by
+        the axis of the cue then meets the ball nearer to its centre. By default 0: the tip is a
+        point on the axis. Common tips have the curvature of a dime, 9 mm, or a nickel, 10.6 mm.
 
     """
 
     RULES: ClassVar = (_end_of_a_cue,)
     mass: float = number('kg', above=0)
-    guided: bool = yes_or_no(default=False)
+    guided: bool = boolean(default=False)
     end_mass: float = number(
         'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
     )
-    tip_radius: float = number('m', least=0, derived=lambda cue: 0.0 if cue.guided else TIP_RADIUS)
-    length: float = number('m', least=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
-    dome: float = number('m', least=0, default=0.0)
+    ferrule_radius: float = number(
+        'm',
+        minimum=0,
+        derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS,
+        former='tip_radius',
+    )
+    length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
+    tip_curvature_radius: float = number('m', minimum=0, default=0.0, former='dome')
 
     def __post_init__(self) -> None:
         check(self)
@@ -122,7 +130,7 @@ class Cue:
 @dataclass(frozen=True, slots=True)
 class ContactParameters:
     """
-    How two bodies meet.
+    Parameters of a contact between two bodies.
 
     Parameters
     ----------
@@ -131,12 +139,12 @@ class ContactParameters:
     friction : float
         Coefficient of Coulomb friction, at least 0.
     stiffness : float
-        Of the virtual spring, above 0; only the ratio of the contacts' stiffnesses matters.
+        Stiffness of the virtual spring, above 0; only ratios of stiffnesses matter.
 
     """
 
-    restitution: float = number('', least=0, most=1)
-    friction: float = number('', least=0)
+    restitution: float = number('', minimum=0, maximum=1)
+    friction: float = number('', minimum=0)
     stiffness: float = number('any unit', above=0)
 
     def __post_init__(self) -> None:
@@ -145,7 +153,7 @@ class ContactParameters:
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
-    """The contacts: tip against ball, ball against table (its cloth), ball against ball."""
+    """The contacts: tip and ball, ball and table (its cloth), ball and ball."""
 
     cue_ball: ContactParameters = section(ContactParameters)
     ball_table: ContactParameters = section(ContactParameters)
@@ -158,26 +166,27 @@ class Contacts:
 @dataclass(frozen=True, slots=True)
 class Cloth:
     """
-    What slows a ball down between impacts.
+    The cloth, which slows a ball down between impacts.
 
     Parameters
     ----------
     sliding_friction : float, optional
-        Coefficient of friction of a ball that slides, at least 0. By default the friction of the
-        contact ball_table, which the `Scene` fills in (until then: infinite).
+        Coefficient of friction of a sliding ball, at least 0. By default the friction of the
+        contact ball_table, which the `Scene` fills in (infinite before).
     rolling_resistance : float
         Deceleration of a rolling ball in units of gravity, at least 0. 0.01: Alciatore, physical
         properties of pool equipment (billiards.colostate.edu), who gives 0.005 to 0.015.
     spin_deceleration : float
-        Of the spin about the vertical [rad/s^2], at least 0. 10: the same source, 5 to 15.
+        Deceleration of the spin about the vertical [rad/s^2], at least 0. 10: the same source, 5
+        to 15.
     gravity : float
         [m/s^2], above 0.
 
     """
 
-    sliding_friction: float = number('', least=0, derived=lambda _: math.inf)
-    rolling_resistance: float = number('', least=0, default=0.01)
-    spin_deceleration: float = number('rad/s^2', least=0, default=10.0)
+    sliding_friction: float = number('', minimum=0, derived=lambda _: math.inf)
+    rolling_resistance: float = number('', minimum=0, default=0.01)
+    spin_deceleration: float = number('rad/s^2', minimum=0, default=10.0)
     gravity: float = number('m/s^2', above=0, default=STANDARD_GRAVITY)
 
     def __post_init__(self) -> None:

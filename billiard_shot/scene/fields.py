@@ -1,8 +1,8 @@
 """
-Fields that know what they allow, for dataclasses that check themselves (see checks.py).
+Fields with the values that they allow, for dataclasses that check themselves (see checks.py).
 
-A field is declared with what it takes: `number`, `choice`, `yes_or_no`, `places`, `section` ... A
-field with a `derived` value finds it from the others when none is given, and again whenever
+A field is declared by its type: `number`, `choice`, `boolean`, `places`, `section` ... A field
+with a `derived` value computes it from the other fields if none is given, and again whenever
 `dataclasses.replace` makes a new object: such a value is marked as `Derived`. A field that was
 renamed names its `former` key, which is still read.
 """
@@ -13,14 +13,14 @@ import math
 from numbers import Real
 from typing import Any
 
-from billiard_shot.scene.mistakes import found_in, InputError, Mistake, refused, TWICE
+from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, TWICE
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
 
 
 class Derived(float):
-    """A number that was not given, but found from others; computing with it makes a float."""
+    """A number that was computed from other fields; arithmetic with it gives a float."""
 
     __slots__ = ()
 
@@ -29,19 +29,19 @@ def number(
     unit: str,
     *,
     above: float | None = None,
-    least: float | None = None,
-    most: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
     former: str | None = None,
 ) -> Any:
     """
-    Field for a finite number [unit] above, or from, and up to the given bounds.
+    Field for a finite number [unit] within bounds.
 
-    Without `default` it must be given, unless `derived` finds it from the other fields.
+    Without `default` the number is required, unless `derived` computes it from the other fields.
     `former` is a former name of the field.
     """
-    metadata: dict[str, Any] = {TAKES: _number_within(unit, above, least, most)}
+    metadata: dict[str, Any] = {TAKES: _number_within(unit, above, minimum, maximum)}
     if former:
         metadata[FORMER] = former
     if derived:
@@ -50,19 +50,19 @@ def number(
     return dataclasses.field(default=value, metadata=metadata)
 
 
-def whole_number(*, least: int, default: int) -> Any:
-    """Field for an integer, at least `least`."""
+def whole_number(*, minimum: int, default: int) -> Any:
+    """Field for an integer, at least `minimum`."""
 
     def convert(value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise refused(value, f'a whole number, at least {least}')
+        if isinstance(value, bool) or not isinstance(value, int) or value < minimum:
+            raise refused(value, f'a whole number, at least {minimum}')
         return value
 
     return _field(convert, default)
 
 
 def choice(*options: str, default: str | None = None) -> Any:
-    """Field for one of some words. YAML reads a bare on and off as true and false: they count."""
+    """Field for one of several words. YAML reads on as true and off as false: both count."""
 
     def convert(value: object) -> str:
         if isinstance(value, bool):
@@ -74,7 +74,7 @@ def choice(*options: str, default: str | None = None) -> Any:
     return _field(convert, dataclasses.MISSING if default is None else default)
 
 
-def yes_or_no(*, default: bool) -> Any:
+def boolean(*, default: bool) -> Any:
     """Field for true or false."""
 
     def convert(value: object) -> bool:
@@ -105,31 +105,31 @@ def places() -> Any:
             except (TypeError, ValueError):
                 mistakes += found_in(refused(point, 'two finite numbers, [x, y] (m)'), name)
         if mistakes:
-            raise InputError(mistakes, rest=found)
+            raise InputError(mistakes, valid_part=found)
         return found
 
     return dataclasses.field(default_factory=dict, hash=False, metadata={TAKES: convert})
 
 
-def name(*, absent: bool = False) -> Any:
-    """Field for the name of a ball; `absent`: it need not be there, and then is None."""
+def name(*, nullable: bool = False) -> Any:
+    """Field for the name of a ball; a `nullable` one is optional, and None by default."""
 
     def convert(value: object) -> str | None:
-        if absent and value is None:
+        if nullable and value is None:
             return None
         if isinstance(value, bool) or not isinstance(value, str | int) or value == '':
             raise refused(value, "a name, such as '8'")
         return str(value)
 
-    return _field(convert, None if absent else dataclasses.MISSING)
+    return _field(convert, None if nullable else dataclasses.MISSING)
 
 
-def point(*, absent: bool = False) -> Any:
-    """Make a field for a point (x, y) on the table [m]; `absent`: as for `name`."""
+def point(*, nullable: bool = False) -> Any:
+    """Make a field for a point (x, y) on the table [m]; `nullable` as for `name`."""
     coordinate = _number_within('m', None, None, None)
 
     def convert(value: object) -> tuple[float, float] | None:
-        if absent and value is None:
+        if nullable and value is None:
             return None
         try:
             x, y = (coordinate(each) for each in value)  # type: ignore[attr-defined]
@@ -137,39 +137,39 @@ def point(*, absent: bool = False) -> Any:
         except (TypeError, ValueError):
             raise refused(value, 'two finite numbers, (x, y) (m)') from None
 
-    return _field(convert, None if absent else dataclasses.MISSING)
+    return _field(convert, None if nullable else dataclasses.MISSING)
 
 
 def section(
-    kind: type, *, optional: bool = False, absent: bool = False, former: str | None = None
+    kind: type, *, optional: bool = False, nullable: bool = False, former: str | None = None
 ) -> Any:
     """
     Field for a dataclass of such fields.
 
-    `optional`: all its fields have defaults, and it need not be given. `absent`: it need not be
-    there at all, and then is None. `former` is a former name of the field.
+    An `optional` section is made of its defaults if it is missing; a `nullable` one is then None.
+    `former` is a former name of the field.
     """
 
     def convert(value: object) -> Any:
-        if not isinstance(value, kind) and not (absent and value is None):
+        if not isinstance(value, kind) and not (nullable and value is None):
             raise refused(value, f'a {kind.__name__}')
         return value
 
     metadata: dict[str, Any] = {TAKES: convert, SECTION: kind}
     if former:
         metadata[FORMER] = former
-    if absent:
+    if nullable:
         return dataclasses.field(default=None, metadata=metadata)
     factory: Any = kind if optional else dataclasses.MISSING
     return dataclasses.field(default_factory=factory, metadata=metadata)
 
 
 def _number_within(
-    unit: str, above: float | None, least: float | None, most: float | None
+    unit: str, above: float | None, minimum: float | None, maximum: float | None
 ) -> Callable[[object], float]:
     bounds = [
         f'{word} {bound:g}'
-        for word, bound in (('above', above), ('at least', least), ('at most', most))
+        for word, bound in (('above', above), ('at least', minimum), ('at most', maximum))
         if bound is not None
     ]
     allowed = 'a finite number ' + ' and '.join(bounds)
@@ -182,8 +182,8 @@ def _number_within(
         if (
             not math.isfinite(found)
             or (above is not None and found <= above)
-            or (least is not None and found < least)
-            or (most is not None and found > most)
+            or (minimum is not None and found < minimum)
+            or (maximum is not None and found > maximum)
         ):
             raise refused(value, allowed)
         return found

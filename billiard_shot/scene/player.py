@@ -1,4 +1,4 @@
-"""Who plays: what a robot can do, and how exactly it does it."""
+"""The player: limits of its strokes, and its execution noise."""
 
 from __future__ import annotations
 
@@ -6,39 +6,41 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
+from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
-from billiard_shot.scene.mistakes import Mistake
 
 
 def _limits_in_order(robot: Any) -> Iterator[Mistake]:
     for name, unit in (('speed', 'm/s'), ('elevation', 'degrees')):
         suffix = '_deg' if unit == 'degrees' else ''
-        least, most = f'{name}_min{suffix}', f'{name}_max{suffix}'
-        if getattr(robot, least) > getattr(robot, most):
+        low, high = f'{name}_min{suffix}', f'{name}_max{suffix}'
+        if getattr(robot, low) > getattr(robot, high):
             yield Mistake(
-                (most,),
+                (high,),
                 (
-                    f'{getattr(robot, most):g} is not allowed; it must be at least {least}, '
-                    f'{getattr(robot, least):g} ({unit})'
+                    f'{getattr(robot, high):g} is not allowed; it must be at least {low}, '
+                    f'{getattr(robot, low):g} ({unit})'
                 ),
             )
 
 
+@former_attributes(azimuth_range_deg='azimuth_half_range_deg')
 @dataclass(frozen=True, slots=True)
 class Robot:
     """
-    What strokes a player can play.
+    Limits of the strokes of a player.
 
     Parameters
     ----------
     speed_min, speed_max : float
-        Of the cue [m/s], above 0. Up to 4.5: the computer pool tournaments (FastFiz).
+        Limits of the cue speed [m/s], above 0. Up to 4.5: the computer pool tournaments (FastFiz).
     elevation_min_deg, elevation_max_deg : float
-        0 to 90 degrees.
-    azimuth_deg, azimuth_range_deg : float
-        The middle of the directions in which it can strike, counter-clockwise from +x, and how far
-        to each side they reach: by default 180, all around.
+        Limits of the elevation [degrees], 0 to 90.
+    azimuth_deg, azimuth_half_range_deg : float
+        Middle of the azimuths of strokes, counter-clockwise from +x, and how far they reach to
+        each side [degrees]: by default 180, all directions.
     offset_max : float
         Largest distance of the tip from the middle of the ball, in ball radii, above 0 and below
         1. 0.5: where tips begin to slip in play (half the radius; Alciatore, miscue limit).
@@ -48,11 +50,13 @@ class Robot:
     RULES: ClassVar = (_limits_in_order,)
     speed_min: float = number('m/s', above=0, default=0.1)
     speed_max: float = number('m/s', above=0, default=4.5)
-    elevation_min_deg: float = number('degrees', least=0, most=90, default=0.0)
-    elevation_max_deg: float = number('degrees', least=0, most=90, default=85.0)
-    azimuth_deg: float = number('degrees', least=-360, most=360, default=0.0)
-    azimuth_range_deg: float = number('degrees', least=0, most=180, default=180.0)
-    offset_max: float = number('ball radii', above=0, most=0.99, default=0.5)
+    elevation_min_deg: float = number('degrees', minimum=0, maximum=90, default=0.0)
+    elevation_max_deg: float = number('degrees', minimum=0, maximum=90, default=85.0)
+    azimuth_deg: float = number('degrees', minimum=-360, maximum=360, default=0.0)
+    azimuth_half_range_deg: float = number(
+        'degrees', minimum=0, maximum=180, default=180.0, former='azimuth_range_deg'
+    )
+    offset_max: float = number('ball radii', above=0, maximum=0.99, default=0.5)
 
     def __post_init__(self) -> None:
         check(self)
@@ -61,14 +65,14 @@ class Robot:
 @dataclass(frozen=True, slots=True)
 class Noise:
     """
-    How much strokes differ from what was planned: standard deviations of independent errors.
+    Execution noise of a player: standard deviations of independent errors.
 
     The defaults are those of the computer pool tournaments (FastFiz, Noise.h).
 
     Parameters
     ----------
     a, b : float
-        Of where the tip hits, to the right and up [m], at least 0.
+        Of the contact point of the tip, to the right and up [m], at least 0.
     elevation_deg, azimuth_deg : float
         [degrees], at least 0.
     speed : float
@@ -76,17 +80,17 @@ class Noise:
 
     """
 
-    a: float = number('m', least=0, default=0.0005)
-    b: float = number('m', least=0, default=0.0005)
-    elevation_deg: float = number('degrees', least=0, default=0.1)
-    azimuth_deg: float = number('degrees', least=0, default=0.125)
-    speed: float = number('m/s', least=0, default=0.075)
+    a: float = number('m', minimum=0, default=0.0005)
+    b: float = number('m', minimum=0, default=0.0005)
+    elevation_deg: float = number('degrees', minimum=0, default=0.1)
+    azimuth_deg: float = number('degrees', minimum=0, default=0.125)
+    speed: float = number('m/s', minimum=0, default=0.075)
 
     def __post_init__(self) -> None:
         check(self)
 
     def times(self, factor: float) -> Noise:
-        """Noise that is larger by a factor, at least 0."""
+        """Return the noise multiplied by a factor, at least 0."""
         return Noise(
             factor * self.a,
             factor * self.b,

@@ -1,9 +1,9 @@
 """
-Racks: where the balls lie when a game begins.
+Racks: the positions of the balls at the start of a game.
 
-The foot of the table is at +x. Sites are counted row by row from the apex on, and in a row from
-left to right as seen from the head. Balls that the rules put somewhere go there. The others, in
-ascending order, are shuffled by Fisher and Yates with the numbers of Python's `random.Random(seed)
+The foot of the table is at +x. Sites are counted row by row from the apex, and in a row from left
+to right as seen from the head. The rules fix the sites of some balls. The others, in ascending
+order, are shuffled by Fisher and Yates with the numbers of Python's `random.Random(seed)
 .random()`, a sequence that Python promises never to change: the same seed gives the same rack in
 every process, on every machine.
 """
@@ -16,9 +16,9 @@ from typing import Any
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check
+from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import choice, number, whole_number
-from billiard_shot.scene.mistakes import Mistake
-from billiard_shot.scene.placing import lying, no_place
+from billiard_shot.scene.placement import lying, no_place
 
 Place = tuple[float, float]
 
@@ -30,27 +30,26 @@ BAULK_LINE, D_RADIUS, BLACK_SPOT = 0.737, 0.292, 0.324
 @dataclass(frozen=True, slots=True)
 class Rack:
     """
-    Balls as a game begins, without the cue ball.
+    The balls at the start of a game, without the cue ball.
 
     Parameters
     ----------
     game : str
         `nine_ball`: a diamond with ball 1 on the foot spot and 9 in the middle. `eight_ball`: a
-        triangle with 8 in the middle of the third row, a ball of each kind in the two corners at
-        the back (both WPA, The Rules of Play). `snooker`: 15 reds in a triangle right behind the
+        triangle with 8 in the middle of the third row, and one ball of each kind in the two back
+        corners (both WPA, The Rules of Play). `snooker`: 15 reds in a triangle right behind the
         pink, and six colours on their spots.
     gap : float
-        Between neighbours in the rack [m], on average, at least 0. 0.05 mm is a guess at a careful
-        rack. Each ball lies anywhere within half of that from its site, drawn from `seed`; with 0,
-        all touch.
+        Mean gap between neighbours in the rack [m], at least 0. 0.05 mm is a guess at a careful
+        rack. Each ball lies at a random point within half a gap of its site; with 0, all touch.
     seed : int
-        At least 0; of the gaps, and of the shuffle where the rules leave the order open.
+        Of the gaps and of the shuffle, at least 0.
 
     """
 
     game: str = choice('nine_ball', 'eight_ball', 'snooker')
-    gap: float = number('m', least=0, most=0.01, default=5e-5)
-    seed: int = whole_number(least=0, default=0)
+    gap: float = number('m', minimum=0, maximum=0.01, default=5e-5)
+    seed: int = whole_number(minimum=0, default=0)
 
     def __post_init__(self) -> None:
         check(self)
@@ -58,14 +57,14 @@ class Rack:
 
 def racked(rack: Any, table: Any, radius: float) -> dict[str, Place]:
     """
-    Where the balls of a rack lie [m], by name.
+    Positions of the balls of a rack [m], by name.
 
     Parameters
     ----------
     rack : Rack
     table : Table
     radius : float
-        Of the balls [m].
+        Radius of the balls [m].
 
     """
     draw = random.Random(rack.seed)
@@ -89,16 +88,16 @@ def racked(rack: Any, table: Any, radius: float) -> dict[str, Place]:
 
 
 def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
-    """One mistake for each ball of the rack that has no place, beside the balls placed already."""
+    """One mistake for each ball of the rack whose site is not free."""
     if scene.rack is None:
         return
     if scene.table is None:
-        yield Mistake(('rack',), 'needs a table to stand on: table is missing')
+        yield Mistake(('rack',), 'needs a table: table is missing')
         return
     radius = scene.ball.radius
     for name, (x, y) in racked(scene.rack, scene.table, radius).items():
         if name in scene.balls:
-            yield Mistake(('balls', name), 'is there twice: the rack has such a ball, too')
+            yield Mistake(('balls', name), 'is there twice: the rack has a ball of this name')
         elif why := no_place(scene.table, x, y, radius):
             yield Mistake(('rack',), f'puts ball {name!r} at ({x:.4g}, {y:.4g}); {why}')
         for other, place in lying(scene).items():
@@ -133,7 +132,7 @@ def _shuffled(balls: list[int], draw: random.Random) -> list[int]:
 
 
 def _colours(end: float) -> dict[str, Place]:
-    """Colours but the pink, `end` [m] being half the length; yellow is on the baulk's right."""
+    """Colours without the pink; `end` [m] is half the length; yellow is on the baulk's right."""
     baulk = BAULK_LINE - end
     return {
         'yellow': (baulk, -D_RADIUS),
@@ -145,7 +144,7 @@ def _colours(end: float) -> dict[str, Place]:
 
 
 def _within_a_circle(draw: random.Random) -> Place:
-    """Point in the unit circle, all equally likely."""
+    """Draw a point from the uniform distribution over the unit circle."""
     while True:
         x, y = 2.0 * draw.random() - 1.0, 2.0 * draw.random() - 1.0
         if x * x + y * y <= 1.0:

@@ -1,55 +1,57 @@
-"""The scene: all that a prediction has to know, except the stroke."""
+"""The scene: all input of a prediction except the stroke."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, InitVar
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from billiard_shot.scene.bundled import find_scene
-from billiard_shot.scene.checks import check, fill_in, read, write
+from billiard_shot.scene.checks import check, fill_in, read, with_present_keys, write
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
+from billiard_shot.scene.errors import InputError, Mistake, TWICE
 from billiard_shot.scene.fields import choice, Derived, number, places, section
-from billiard_shot.scene.furniture import Table
-from billiard_shot.scene.likeness import resolved
-from billiard_shot.scene.mistakes import InputError, Mistake, TWICE
-from billiard_shot.scene.placing import balls_off_the_table, CUE_BALL, overlapping_balls
+from billiard_shot.scene.inheritance import resolved
+from billiard_shot.scene.placement import balls_off_the_table, CUE_BALL, overlapping_balls
 from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
+from billiard_shot.scene.table import Table
 from billiard_shot.scene.yaml_file import Document, read_document
 
 
 def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
     if scene.cue.guided and scene.effects.end_mass == 'on':
-        yield Mistake(('effects', 'end_mass'), "'on' is not allowed; a guided cue has none")
+        yield Mistake(('effects', 'end_mass'), "'on' is not allowed; a guided cue has no end mass")
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
     """
-    Everything a prediction has to know, except the stroke.
+    All input of a prediction except the stroke.
 
     Parameters
     ----------
     ball, cue, contacts, cloth, effects : Ball, Cue, Contacts, Cloth, Effects
     law : str
-        Of restitution: `bistiffness`, `energetic` (the paper's) or `poisson`.
+        Restitution law: `bistiffness`, `energetic` (that of the paper) or `poisson`.
     exponent : float
-        Of the contact springs' force: 1, or 1.5 after Hertz; at least 1.
+        Exponent of the force of the contact springs, at least 1: 1 is linear, 1.5 is Hertz's.
     balls : mapping of str to (x, y)
-        Where balls lie on the table [m]; the cue ball is `cue`, at the origin if not placed.
+        Positions of the balls on the table [m]. The cue ball is `cue`; it is at the origin if it
+        has no position.
     table : Table, optional
-        Cushions and pockets; without, the cloth is endless.
+        Cushions and pockets; without a table, the cloth is endless.
     robot, noise : Robot, Noise
-        Who plays, for the planner: limits of strokes, and how much they differ from the plan.
+        The player, for the planner: limits of its strokes, and its execution noise.
     rack : Rack, optional
-        Puts the balls of a game onto the table, in addition to `balls`, where they stay.
+        Adds the balls of a game to `balls`.
 
     Raises
     ------
     ValueError
-        Naming every wrong field, its value and what is allowed.
+        Naming every invalid field, its value and the allowed range.
 
     """
 
@@ -63,14 +65,14 @@ class Scene:
     cue: Cue = section(Cue)
     contacts: Contacts = section(Contacts)
     law: str = choice('bistiffness', 'energetic', 'poisson', default='bistiffness')
-    exponent: float = number('', least=1, default=1.0)
+    exponent: float = number('', minimum=1, default=1.0)
     cloth: Cloth = section(Cloth, optional=True)
     balls: Mapping[str, tuple[float, float]] = places()
     effects: Effects = section(Effects, optional=True)
-    table: Table | None = section(Table, absent=True)
+    table: Table | None = section(Table, nullable=True)
     robot: Robot = section(Robot, optional=True)
     noise: Noise = section(Noise, optional=True)
-    rack: InitVar[Rack | None] = section(Rack, absent=True)
+    rack: InitVar[Rack | None] = section(Rack, nullable=True)
 
     def __post_init__(self, rack: Rack | None) -> None:
         check(self, rack=rack)
@@ -86,18 +88,18 @@ class Scene:
         """
         Read a scene from YAML.
 
-        `like` in it names another scene from which it takes what it does not say itself.
+        Its key `like` names another scene, which supplies all that the file does not give.
 
         Parameters
         ----------
         name_or_path : str or Path
-            The name of a bundled scene, such as 'paper', or a file: a Path, or text with a folder
-            or the ending .yaml or .yml in it.
+            The name of a bundled scene, such as 'paper', or a file: a Path, or a string with a
+            folder or the ending .yaml or .yml.
 
         Raises
         ------
         ValueError
-            If there is no such scene; or for all mistakes in it together, each with its line.
+            If there is no such scene, or if it has mistakes: with all of them and their lines.
 
         """
         path = find_scene(name_or_path)
@@ -106,7 +108,7 @@ class Scene:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Make a scene of what its YAML file would hold; ValueError lists all mistakes."""
+        """Make a scene from the content of a YAML file; ValueError lists all mistakes."""
         return cls._read(Document(data, None, []), 'scene', Path())
 
     @classmethod
@@ -114,9 +116,9 @@ class Scene:
         mistakes = list(document.mistakes)
         twice = {mistake.path for mistake in mistakes}
         try:
-            scene = read(cls, resolved(document.data, folder))
+            scene = read(cls, resolved(document.data, folder, partial(with_present_keys, cls)))
         except InputError as error:
-            # The file's reader has said more about a key that is there twice.
+            # The reader of the file has reported keys that are there twice, with their lines.
             mistakes += (
                 mistake
                 for mistake in error.mistakes
@@ -127,7 +129,7 @@ class Scene:
         return scene
 
     def to_dict(self, *, derived: bool = False) -> dict[str, Any]:
-        """Plain dict from which `from_dict` makes an equal scene; `derived`: all of it."""
+        """Plain dict from which `from_dict` makes an equal scene; `derived` adds derived ones."""
         return write(self, derived=derived)
 
     @property

@@ -1,7 +1,7 @@
 """
-YAML as people write it, and where everything stands in the file.
+YAML files with the line of each key.
 
-1e-3 is a number, 8 and '8' are the same name, and a key that is there twice is a mistake.
+1e-3 is a number, 8 and '8' are the same name, and a duplicate key is a mistake.
 """
 
 from pathlib import Path
@@ -10,14 +10,14 @@ from typing import Any, IO, NamedTuple
 
 import yaml
 
-from billiard_shot.scene.mistakes import InputError, Lines, Mistake, TWICE
-from billiard_shot.scene.mistakes import Path as Keys
+from billiard_shot.scene.errors import InputError, Lines, Mistake, TWICE
+from billiard_shot.scene.errors import Path as Keys
 
 MERGE = 'tag:yaml.org,2002:merge'  # <<, which copies the keys of another mapping
 
 
 class Document(NamedTuple):
-    """What a file holds, the lines of its keys (None: no file), and keys that are there twice."""
+    """Content of a file, the lines of its keys (None without a file), and duplicate keys."""
 
     data: Any
     lines: Lines | None
@@ -25,7 +25,7 @@ class Document(NamedTuple):
 
 
 class _Loader(yaml.SafeLoader):
-    """Safe loader after YAML 1.2 where PyYAML's YAML 1.1 surprises people; notes down places."""
+    """Safe loader that follows YAML 1.2 for numbers, and records the line of each key."""
 
     def __init__(self, stream: IO[str]) -> None:
         super().__init__(stream)
@@ -42,7 +42,7 @@ class _Loader(yaml.SafeLoader):
         return Document(self.construct_document(node), self.lines, self.mistakes)
 
     def _note(self, node: yaml.Node, path: Keys) -> None:
-        """Note the lines of a node and of all below it, once where aliases lead to it again."""
+        """Record the lines of a node and of all nodes below it; an aliased node only once."""
         self.lines.setdefault(path, node.start_mark.line + 1)
         if id(node) in self._seen:
             return
@@ -56,7 +56,7 @@ class _Loader(yaml.SafeLoader):
     def _note_keys(self, node: yaml.MappingNode, path: Keys) -> None:
         for key_node, value in node.value:
             if not isinstance(key_node, yaml.ScalarNode) or key_node.tag == MERGE:
-                continue  # no key that anybody knows, or one that stands for others
+                continue  # not a plain key, or one that merges other keys
             key = (*path, str(self.construct_object(key_node)))
             line = key_node.start_mark.line + 1
             if key in self.lines:
@@ -81,7 +81,7 @@ def read_document(path: Path) -> Document:
     Raises
     ------
     ValueError
-        With file and place, if it cannot be read or is no YAML.
+        With file and position, if it cannot be read or is not YAML.
 
     """
     try:
@@ -96,7 +96,7 @@ def read_document(path: Path) -> Document:
 
 
 def read_yaml(path: Path) -> Any:
-    """Read a YAML file; ValueError, too, where a key is there twice."""
+    """Read a YAML file; ValueError also for duplicate keys."""
     data, lines, mistakes = read_document(path)
     if mistakes:
         raise InputError(mistakes, str(path), lines)

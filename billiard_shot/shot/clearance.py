@@ -1,8 +1,8 @@
 """
 Whether the cue has room: a stroke that would go through a ball or a cushion is refused.
 
-The cue is a cone from its tip, `tip_radius` thin, to its end, `BUTT` thick. A cushion is in its
-way where it passes below the line of noses; the frame behind is no higher.
+The cue is a cone with the radius `ferrule_radius` at its tip and `BUTT` at its end. A cushion is
+in its way where it passes below the line of noses; the frame behind is no higher.
 """
 
 from math import hypot, inf, sqrt
@@ -53,7 +53,7 @@ def surroundings_of(scene: Scene) -> Surroundings:
     others = [place for name, place in scene.balls.items() if name != CUE]
     return Surroundings(
         float(scene.cue.length),
-        float(scene.cue.tip_radius),
+        float(scene.cue.ferrule_radius),
         float(scene.ball.radius),
         half_length,
         half_width,

@@ -50,7 +50,7 @@ def message_of(
             )
         case Status.CUE_THROUGH_CLOTH:
             height = scene.ball.radius * (1.0 + stroke.normal[2])
-            needed = scene.cue.tip_radius * math.cos(math.radians(elevation))
+            needed = scene.cue.ferrule_radius * math.cos(math.radians(elevation))
             return (
                 f'normal: {_vector(stroke.normal)} is not allowed; the tip hits the ball '
                 f'{1e3 * height:.3g} mm above the cloth, and the cue would go through it below '
@@ -65,7 +65,7 @@ def _in_the_way(
     status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
 ) -> str:
     around = clearance.surroundings_of(scene)
-    normal = stroke.touching(scene.cue.dome / scene.ball.radius).normal
+    normal = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius).normal
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
         names = [f'ball {name!r}' for name in scene.balls if name != clearance.CUE]
@@ -73,7 +73,10 @@ def _in_the_way(
     else:
         names = [f'the {name} cushion' for name in NOSE_NAMES]
         depth_in = clearance.depth_in_cushion
-    depths = [depth_in(around, i, normal, direction, trajectory.rest) for i in range(len(names))]
+    depths = [
+        depth_in(around, i, normal, direction, trajectory.final_position)
+        for i in range(len(names))
+    ]
     name, depth = next(pair for pair in zip(names, depths, strict=True) if pair[1] > 0.0)
     return (
         f'velocity: {_vector(stroke.velocity)} is not allowed; at its elevation, {elevation:.3g} '

@@ -33,8 +33,8 @@ def strike_model(scene: Scene) -> StrikeModel:
     return StrikeModel(
         cue_mass=float(scene.cue.mass),
         inverse_end_mass=1.0 / float(scene.cue.end_mass),
-        ferrule_radius=float(scene.cue.tip_radius),
-        tip_curvature=float(scene.cue.dome / scene.ball.radius),
+        ferrule_radius=float(scene.cue.ferrule_radius),
+        tip_curvature=float(scene.cue.tip_curvature_radius / scene.ball.radius),
         friction=(float(tip.friction), float(table.friction)),
         restitution=(float(tip.restitution), float(table.restitution)),
         stiffness=(float(tip.stiffness), float(table.stiffness)),

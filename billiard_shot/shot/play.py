@@ -60,7 +60,7 @@ def play_one(
         return played, None
     params = model.surface, table
     run = run_one(params, names_of(scene), given, TABLE_SHARE * tolerance)
-    played.strikes['final_position'][0] = run.balls[CUE].rest
+    played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
     decide(played.strikes, played.discontinuity, np.array([run.status]))
     return played, run
@@ -101,7 +101,7 @@ def play_many(
         np.concatenate([s for s in given if s is not None]),
         TABLE_SHARE * tolerance,
     )
-    played.strikes['final_position'] = batch.rest[:, 0]
+    played.strikes['final_position'] = batch.final_position[:, 0]
     played.strikes['duration'] = batch.duration
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place, CUE
@@ -76,6 +77,7 @@ def predict(
     )
 
 
+@former_attributes(rest='final_position')
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchResult:
     """Predictions of n strokes; row by row what `predict` gives."""
@@ -83,7 +85,7 @@ class BatchResult:
     velocity: NDArray[np.float64]  # (n, 3) m/s, at the end of the strike
     spin: NDArray[np.float64]  # (n, 3) rad/s
     cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
-    rest: NDArray[np.float64]  # (n, 3) m
+    final_position: NDArray[np.float64]  # (n, 3) m
     duration: NDArray[np.float64]  # (n,) s until rest
     status: NDArray[np.uint16]  # (n,) Status
     dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
@@ -126,7 +128,7 @@ def predict_batch(
         velocity=strikes['velocity'],
         spin=strikes['spin'],
         cue_speed=strikes['cue_speed'],
-        rest=strikes['final_position'],
+        final_position=strikes['final_position'],
         duration=strikes['duration'],
         status=strikes['status'].astype(np.uint16),
         dissipated=strikes['losses'].reshape(-1, 2, 2),

@@ -19,6 +19,7 @@ from billiard_shot.impact.collide import CollisionResult, Ending, impulses_of, P
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
+from billiard_shot.scene.checks import with_present_keys
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import CUE
@@ -172,7 +173,7 @@ def _shot(data: dict[str, Any]) -> Shot:
             data['strike'].get(key, 0.0) if data['version'] == 1 else (data['strike'][key])
         )
     scene, stroke, tolerance = (
-        Scene.from_dict(data['scene']),
+        Scene.from_dict(with_present_keys(Scene, data['scene'], warn=False)),
         _stroke(data['stroke']),
         data['tolerance'],
     )

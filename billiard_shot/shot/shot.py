@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.shot.double_hit import first_double_hit
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotContext
@@ -33,6 +34,7 @@ class Impact:
     phases: tuple[Phase, ...]  # in order: the active contacts, and how it stood at the end
 
 
+@former_attributes(jump='discontinuity')
 @dataclass(frozen=True, eq=False)
 class Shot:
     """
@@ -146,11 +148,6 @@ class Shot:
     def evaluations(self) -> int:
         """Steps that the impact took."""
         return int(self._strike['steps'])
-
-    @property
-    def jump(self) -> float:
-        """Former name of `discontinuity` [m]."""
-        return self.discontinuity
 
     @cached_property
     def sensitivity(self) -> NDArray[np.float64]:

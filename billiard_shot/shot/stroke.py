@@ -138,24 +138,25 @@ class Stroke:
             )
         return cls(aside - depth * along, speed * along, axis=True)
 
-    def touching(self, dome: float) -> Stroke:
+    def touching(self, tip_curvature: float) -> Stroke:
         """
         Find where a rounded tip touches the ball.
 
-        The tip's centre is on the axis, and `dome` away from the ball's surface: an axis that
-        passes the ball's centre at p touches it at p / (1 + dome) beside the middle.
+        The centre of the tip's sphere is on the axis, at the distance `tip_curvature` from the
+        surface of the ball: an axis that passes the ball's centre at the distance p touches the
+        ball at the offset p / (1 + tip_curvature).
 
         Parameters
         ----------
-        dome : float
+        tip_curvature : float
             Radius of the tip's sphere, in radii of the ball.
 
         """
-        if not self.axis or self.miss or dome == 0.0:
+        if not self.axis or self.miss or tip_curvature == 0.0:
             return self
         along = np.array(self.velocity) / self.speed
         aside = np.array(self.normal) - (along @ self.normal) * along
-        beside = aside / (1.0 + dome)
+        beside = aside / (1.0 + tip_curvature)
         depth = math.sqrt(max(1.0 - float(beside @ beside), 0.0))
         return Stroke(beside - depth * along, self.velocity)
 

@@ -1,4 +1,4 @@
-"""Options that say which strokes, for every command that takes some."""
+"""Options for strokes, for all commands that take strokes."""
 
 import argparse
 from pathlib import Path
@@ -9,22 +9,22 @@ from billiard_shot.shot.stroke import Stroke
 
 
 def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
-    """Let the command take a file of strokes, or one stroke in one of two forms."""
+    """Add options for a file of strokes, or for one stroke in one of two forms."""
     file = parser.add_argument_group('strokes from a file')
-    file.add_argument('--strokes', type=Path, metavar='FILE.yaml', help='a list of strokes')
+    file.add_argument('--strokes', type=Path, metavar='FILE.yaml', help='list of strokes')
     vectors = parser.add_argument_group('or one stroke by its vectors')
     for name, text in (
-        ('normal', 'outward normal where the tip hits, any length'),
-        ('velocity', 'of the cue in m/s'),
+        ('normal', 'outward normal of the ball at the contact with the tip, any length'),
+        ('velocity', 'velocity of the cue (m/s)'),
     ):
         vectors.add_argument(f'--{name}', type=float, nargs=3, metavar=('X', 'Y', 'Z'), help=text)
-    offsets = parser.add_argument_group('or one stroke as players say it')
+    offsets = parser.add_argument_group('or one stroke by its offsets and angles')
     for name, text in (
-        ('a', 'offset to the right in ball radii (0)'),
-        ('b', 'offset up in ball radii (0)'),
-        ('elevation-deg', 'angle by which the stroke points down (0)'),
-        ('azimuth-deg', 'direction, counter-clockwise from +x (0)'),
-        ('speed', 'of the cue in m/s'),
+        ('a', 'offset to the right, in ball radii (default: 0)'),
+        ('b', 'offset upwards, in ball radii (default: 0)'),
+        ('elevation-deg', 'downward angle of the stroke (default: 0)'),
+        ('azimuth-deg', 'direction, counter-clockwise from +x (default: 0)'),
+        ('speed', 'speed of the cue (m/s)'),
     ):
         offsets.add_argument(f'--{name}', type=float, metavar='NUMBER', help=text)
 
@@ -33,7 +33,7 @@ NAMES = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
 
 
 def strokes_given(options: argparse.Namespace) -> bool:
-    """Whether any stroke is stated at all."""
+    """Whether any stroke is given."""
     return bool(options.strokes) or bool(_given(options))
 
 
@@ -42,7 +42,7 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
-    """Strokes by name; ValueError if none is stated, or more than one way is used."""
+    """Strokes by name; ValueError if none is given, or if they are given in two ways."""
     from billiard_shot.shot.stroke_file import read_strokes, stroke_from
 
     given = _given(options)

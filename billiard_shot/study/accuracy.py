@@ -20,7 +20,7 @@ from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.memory import peak, reset_peak
 from billiard_shot.study.mujoco_strike import mujoco_strike
 from billiard_shot.study.problem import Problem, Vector
-from billiard_shot.study.rest import place_of_rest
+from billiard_shot.study.resting_place import resting_place
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
 ENOUGH, MOST = 0.02, 51  # s to measure a time for, or so many runs
@@ -204,7 +204,7 @@ class Task:
             return Measurement(
                 self.name, self.method.name, self.setting, nan, nan, nan, nan, 0, nan, nan
             )
-        rest = place_of_rest(self.problem.scene, velocity, spin)
+        rest = resting_place(self.problem.scene, velocity, spin)
         dv = float(np.abs(velocity - self.truth[0]).max())
         dw = float(np.abs(spin - self.truth[1]).max())
         dx = float(np.linalg.norm(rest - self.truth[2]))
@@ -241,7 +241,7 @@ def tasks(scene: Scene, strokes: Mapping[str, Stroke]) -> tuple[list[Task], list
             left_out.append(f'{name}: not solved at {FLOOR:g}: {status.name}')
             continue
         velocity, spin, _ = problem.motion(impulse)
-        truth = velocity, spin, place_of_rest(problem.scene, velocity, spin)
+        truth = velocity, spin, resting_place(problem.scene, velocity, spin)
         for method in methods():
             if reason := method.against(problem):
                 left_out.append(f'{name}: {method.name}: {reason}')

@@ -161,7 +161,9 @@ def strike(
     centre = np.array([0.0, 0.0, RADIUS])
     cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
     ball = Body(masses[1], 0.4 * masses[1] * RADIUS**2, position=centre)
-    guided = {'guided': True} if end_mass is None else {'end_mass': end_mass, 'tip_radius': 0.0}
+    guided = (
+        {'guided': True} if end_mass is None else {'end_mass': end_mass, 'ferrule_radius': 0.0}
+    )
     tip, table = (
         {'restitution': restitution[i], 'friction': friction[i], 'stiffness': (ratio, 1.0)[i]}
         for i in range(2)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.scene.placing import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -43,7 +43,7 @@ def distance(one: Shot, other: Shot) -> float:
         twin = _balls(other)[name]
         if _stops(ball) != _stops(twin):
             return math.inf
-        apart = max(apart, float(np.linalg.norm(ball.rest - twin.rest)))
+        apart = max(apart, float(np.linalg.norm(ball.final_position - twin.final_position)))
     return apart
 
 

@@ -64,7 +64,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class CaseResult:
     """
     How a case went under one law.
 
@@ -97,7 +97,7 @@ class Verdict:
     faults: tuple[str, ...]
 
 
-def examine(family: Family, member: str, law: str) -> Verdict:
+def examine(family: Family, member: str, law: str) -> CaseResult:
     """Solve a case in every way it can be put, and compare."""
     case = family.members[member]
     begin = perf_counter()
@@ -139,7 +139,7 @@ def examine(family: Family, member: str, law: str) -> Verdict:
         faults.append(f'is off the stated value by {off:.1g}, more than {within:g}')
     if isinstance(case, Strike):
         faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
-    return Verdict(
+    return CaseResult(
         family.name, member, law, tight, seconds, off, order, sensitivity, tuple(faults)
     )
 
@@ -151,7 +151,7 @@ def _of_hopeless(
     case: Collision,
     outcomes: tuple[Outcome, ...],
     seconds: float,
-) -> Verdict:
+) -> CaseResult:
     """Check a case that exceeds the budget at some tolerance."""
     most = 1.01 * steps_allowed(DEFAULT_OPTIONS, len(case.contacts))
     faults = []
@@ -163,7 +163,7 @@ def _of_hopeless(
         ]
         if outcome.steps > most:
             faults.append(f'takes {outcome.steps} steps at tolerance {tolerance:g}')
-    return Verdict(
+    return CaseResult(
         family.name, member, law, outcomes[0], seconds, np.nan, np.nan, np.nan, tuple(faults)
     )
 
@@ -198,5 +198,5 @@ def _of_prediction(case: Strike, tight: Outcome, law: str, allowed: float) -> It
     shot = predict(scene, case.stroke)
     if shot.status.refused or shot.status == Status.BUDGET_EXCEEDED:
         yield f'`predict` ends in {shot.status.name}'
-    if not np.isfinite((*shot.trajectory.rest, shot.error_estimate)).all():
+    if not np.isfinite((*shot.trajectory.final_position, shot.error_estimate)).all():
         yield '`predict` is not finite'

@@ -1,7 +1,8 @@
 """
-The laws of impact compared: how the outcome depends on what is known badly, and where it jumps.
+Comparison of impact laws: influence of uncertain parameters, and discontinuities.
 
-A jump is a parameter at which the outcome changes by a finite amount, however close one looks.
+At a discontinuity, an arbitrarily small change of a parameter changes the outcome by a finite
+amount.
 """
 
 from __future__ import annotations
@@ -14,30 +15,30 @@ import numpy as np
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.alternatives import newton, NoEndError, pairwise
+from billiard_shot.study.classical_laws import newton, NoEndError, pairwise
 from billiard_shot.study.problem import Problem, Vector
-from billiard_shot.study.rest import place_of_rest
+from billiard_shot.study.resting_place import resting_place
 
 TOLERANCE = 1e-11
-CLOSEST = 1e-11  # relative width to which a jump is bracketed
+CLOSEST = 1e-11  # relative width to which a discontinuity is bracketed
 STEEP = 3.0  # times as far from straight as the intervals around: looked at closely
-SMALLEST = 1e-6  # jump, in parts of the cue's speed
+SMALLEST = 1e-6  # discontinuity that is reported, relative to the cue speed
 LAWS = ('bistiffness', 'energetic')
 WAYS = (*LAWS, 'pairwise', 'newton')
 Outcome = Callable[[float], Vector]
 
 
 @dataclass(frozen=True, slots=True)
-class Jump:
-    """Where an outcome jumps, and by how much (largest component, parts of the cue's speed)."""
+class Discontinuity:
+    """Place and size (largest component, relative to the cue speed) of a discontinuity."""
 
     place: float
     size: float
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A stroke in a scene, and one number of it that is varied."""
+class ParameterSweep:
+    """A stroke in a scene, of which one parameter is varied."""
 
     name: str
     values: Vector
@@ -67,7 +68,7 @@ class Line:
             problem = self.problem(value, way if way in LAWS else 'bistiffness')
             try:
                 velocity, spin, _ = problem.motion(_impulses(problem, way))
-                rest = place_of_rest(problem.scene, velocity, spin)
+                rest = resting_place(problem.scene, velocity, spin)
                 found.append(math.hypot(rest[0], rest[1]))
             except NoEndError:
                 found.append(math.nan)
@@ -80,8 +81,8 @@ def _impulses(problem: Problem, way: str) -> Vector:
     return pairwise(problem) if way == 'pairwise' else newton(problem)
 
 
-def lines(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Line]:
-    """Lines through a stroke: stiffness ratio, offset to the side, height, elevation, speed."""
+def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[ParameterSweep]:
+    """Sweeps through a stroke: stiffness ratio, offsets a and b, elevation, speed."""
     a, b, elevation, azimuth, speed = stroke.offsets
 
     def with_ratio(ratio: float) -> tuple[Scene, Stroke]:
@@ -99,20 +100,20 @@ def lines(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Line]:
 
         return at
 
-    room = 0.95 * math.sqrt(max(1.0 - b * b, 0.0)), 0.95 * math.sqrt(max(1.0 - a * a, 0.0))
-    yield Line('stiffness ratio', np.geomspace(0.1, 10.0, count), with_ratio)
-    yield Line('offset a', np.linspace(-room[0], room[0], count), varied(0))
-    yield Line('offset b', np.linspace(-room[1], room[1], count), varied(1))
-    yield Line('elevation (rad)', np.linspace(0.0, 1.5, count), varied(2))
-    yield Line('speed (m/s)', np.geomspace(0.05, 10.0, count), varied(4))
+    limits = 0.95 * math.sqrt(max(1.0 - b * b, 0.0)), 0.95 * math.sqrt(max(1.0 - a * a, 0.0))
+    yield ParameterSweep('stiffness ratio', np.geomspace(0.1, 10.0, count), with_ratio)
+    yield ParameterSweep('offset a', np.linspace(-limits[0], limits[0], count), varied(0))
+    yield ParameterSweep('offset b', np.linspace(-limits[1], limits[1], count), varied(1))
+    yield ParameterSweep('elevation (rad)', np.linspace(0.0, 1.5, count), varied(2))
+    yield ParameterSweep('speed (m/s)', np.geomspace(0.05, 10.0, count), varied(4))
 
 
-def jumps(outcome: Outcome, values: Sequence[float] | Vector) -> list[Jump]:
+def discontinuities(outcome: Outcome, values: Sequence[float] | Vector) -> list[Discontinuity]:
     """
-    Find the jumps of an outcome along a line of values, each bracketed to rounding.
+    Find the discontinuities of an outcome over sorted values, each bracketed to rounding.
 
     Looked at closely: intervals whose change differs from the mean of their neighbours' by more
-    than is usual around. One jump an interval at most is found.
+    than is usual around. One discontinuity an interval at most is found.
     """
     x = np.asarray(values, float)
     results = np.array([outcome(value) for value in x.tolist()])
@@ -124,12 +125,12 @@ def jumps(outcome: Outcome, values: Sequence[float] | Vector) -> list[Jump]:
     for i, bend in enumerate(bends):
         around = np.concatenate([bends[max(i - 4, 0) : max(i - 1, 0)], bends[i + 2 : i + 5]])
         if bend > STEEP * np.median(around) + SMALLEST:
-            jump = _bracketed(outcome, float(x[i]), float(x[i + 1]), usual[i])
-            found += [jump] if jump.size > SMALLEST else []
+            discontinuity = _bracketed(outcome, float(x[i]), float(x[i + 1]), usual[i])
+            found += [discontinuity] if discontinuity.size > SMALLEST else []
     return found
 
 
-def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Jump:
+def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Discontinuity:
     """Halve an interval, keeping the half whose change is further from the usual slope's."""
     p, q = outcome(low), outcome(high)
     while high - low > CLOSEST * max(abs(low), abs(high)):
@@ -140,7 +141,7 @@ def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Jump
             high, q = middle, m
         else:
             low, p = middle, m
-    return Jump(0.5 * (low + high), float(np.abs(q - p).max()))
+    return Discontinuity(0.5 * (low + high), float(np.abs(q - p).max()))
 
 
 def wedges(problem: Problem) -> bool:
@@ -154,7 +155,7 @@ def wedges(problem: Problem) -> bool:
 
 
 def random_strokes(count: int, seed: int) -> list[Stroke]:
-    """Strokes of all kinds, to look for jumps around them."""
+    """Strokes of all kinds, to look for discontinuities around them."""
     rng = np.random.default_rng(seed)
     return [
         Stroke.from_offsets(a, b, elevation, 0.0, 2.0)

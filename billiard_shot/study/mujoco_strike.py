@@ -32,7 +32,7 @@ MODEL = """
     <body name="cue" pos="{tip}">
       <joint name="cue" type="slide" axis="{axis}"/>
       <inertial pos="0 0 0" mass="{cue}" diaginertia="1 1 1"/>
-      <geom name="tip" type="sphere" size="{tip_radius}" contype="0" conaffinity="0"/>
+      <geom name="tip" type="sphere" size="{size}" contype="0" conaffinity="0"/>
     </body>
   </worldbody>
   <contact>
@@ -99,7 +99,7 @@ def _description(problem: Problem, step: float) -> str:
         tip=text(place),
         axis=text(c),
         cue=problem.model.cue_mass,
-        tip_radius=TIP,
+        size=TIP,
         friction=problem.friction.tolist(),
         spring=(
             spring_of(float(problem.restitution[0]), DURATION),

@@ -4,7 +4,7 @@ import math
 
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
-from billiard_shot.scene.furniture import Pocket
+from billiard_shot.scene.table import Pocket
 from billiard_shot.table.params import AUTO, BallClothParams, HAN, MATHAVAN, Mouth, TableParams
 from billiard_shot.table.rolling_boundary import BEYOND
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.records import ROWS
+from billiard_shot.renamed import former_attributes
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
@@ -87,6 +88,7 @@ class EventLog(NamedTuple):
         return members
 
 
+@former_attributes(rest='final_position')
 @dataclass(frozen=True, eq=False)
 class TableRun:
     """A simulated table. Numbers are in SI units and the frame `table`."""
@@ -115,9 +117,9 @@ class TableRun:
         return {name: ball.at(time) for name, ball in self.balls.items()}
 
     @cached_property
-    def rest(self) -> dict[str, NDArray[np.float64]]:
-        """Where every ball ends (3,) [m]; one that is pocketed or off, where it was last seen."""
-        return {name: ball.rest for name, ball in self.balls.items()}
+    def final_position(self) -> dict[str, NDArray[np.float64]]:
+        """Final position of every ball (3,) [m], also of a pocketed or lost one."""
+        return {name: ball.final_position for name, ball in self.balls.items()}
 
     @cached_property
     def pocketed(self) -> dict[str, str]:

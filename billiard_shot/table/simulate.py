@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.records import as_rows
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.cluster import resolve
@@ -209,12 +210,13 @@ def _simulate(
     )
 
 
+@former_attributes(rest='final_position')
 @dataclass(frozen=True, slots=True, eq=False)
 class TableBatch:
     """Runs of many tables; row by row what `simulate` gives. Balls in the order of `names`."""
 
     names: tuple[str, ...]
-    rest: NDArray[np.float64]  # (tables, balls, 3) m: where each ball ends
+    final_position: NDArray[np.float64]  # (tables, balls, 3) m, of each ball
     motion: NDArray[np.uint8]  # (tables, balls) a Motion: REST, POCKETED, OFF_TABLE ...
     pocket: NDArray[np.int64]  # (tables, balls) index in POCKET_NAMES, -1: in none
     first_met: NDArray[np.int64]  # (tables, balls) index of the first ball each met, -1: none
@@ -292,7 +294,7 @@ def run_many(
     tables = np.concatenate([part.tables for part in parts])
     return TableBatch(
         names=names,
-        rest=balls['position'],
+        final_position=balls['position'],
         motion=balls['motion'].astype(np.uint8),
         pocket=balls['pocket'],
         first_met=balls['first_contact'],

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.records import ROWS
+from billiard_shot.renamed import former_attributes
 from billiard_shot.table import motion
 from billiard_shot.table.motion import Cause, Motion
 
@@ -77,6 +78,7 @@ class Event:
     position: NDArray[np.float64]
 
 
+@former_attributes(rest='final_position', rests='comes_to_rest')
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """
@@ -100,7 +102,7 @@ class Trajectory:
         self.rows.flags.writeable = False
 
     @property
-    def rests(self) -> bool:
+    def comes_to_rest(self) -> bool:
         """Whether the ball comes to rest, on the table, in a pocket or off it."""
         return self.rows['motion'][-1] in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
 
@@ -110,7 +112,7 @@ class Trajectory:
         return float(self.rows['time'][-1])
 
     @property
-    def rest(self) -> NDArray[np.float64]:
+    def final_position(self) -> NDArray[np.float64]:
         """Centre of the ball at `duration` (3,) [m]."""
         last: NDArray[np.float64] = self.rows['position'][-1]
         return last
@@ -125,7 +127,7 @@ class Trajectory:
         t = np.asarray(time, dtype=float)
         if not np.isfinite(t).all():
             raise ValueError(f'time: {time!r} is not allowed; it must be finite (s)')
-        t = np.clip(t, 0.0, self.duration if self.rests else None)
+        t = np.clip(t, 0.0, self.duration if self.comes_to_rest else None)
         times = self.rows['time']
         index = np.searchsorted(times, t, side='right') - 1
         dt = (t - times[index])[..., np.newaxis]

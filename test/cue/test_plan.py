@@ -164,7 +164,7 @@ def test_other_balls_count():
 
 def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
     dome = 0.01
-    scene = replace(SCENE, cue=replace(SCENE.cue, dome=dome))
+    scene = replace(SCENE, cue=replace(SCENE.cue, tip_curvature_radius=dome))
     stroke = Stroke.from_offsets(0.4, 0.2, 0.1, 0.0, 1.0)
     tip = tip_at(stroke, (0.0, 0.0), scene)
     centre = tip.position - dome * tip.along

@@ -7,25 +7,25 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.pictures.course import course_of_collision, course_of_strike
 from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
 from billiard_shot.pictures.histories import history_of
 from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
 from billiard_shot.pictures.strike import grip_of
+from billiard_shot.pictures.trace import trace_of_collision, trace_of_strike
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, TwoBalls
 from billiard_shot.study.collisions import stacked
 from billiard_shot.table.run import TableRun
 
 FIG4 = TwoBalls()
-COURSE = FIG4.course()
-STATES = FIG4.states(COURSE)
+TRACE = FIG4.trace()
+STATES = FIG4.states(TRACE)
 
 
 def test_states_of_fig_4():
     assert [state.name for state in STATES] == ['S1', 'S3', 'S1', 'S2']
     assert STATES[0].events == 'C2-C1-R2'  # in the paper's table (b)
-    ends = np.array([impulses_of(COURSE)[state.samples][-1] for state in STATES])
+    ends = np.array([impulses_of(TRACE)[state.samples][-1] for state in STATES])
     assert ends == pytest.approx(
         np.array(
             [
@@ -45,15 +45,15 @@ def test_states_of_fig_4():
 def test_energies_of_fig_4():
     """Losses add up to what is missing; springs hold what the motion has lost (equation 14)."""
     lost = sum(
-        COURSE.energies[part.stop - 1, j]
-        for part in COURSE.phases()
+        TRACE.energies[part.stop - 1, j]
+        for part in TRACE.phases()
         for j in (0, 1)
-        if COURSE.active[part.stop - 1, j]
-        and (part.stop == len(COURSE.time) or not COURSE.active[part.stop, j])
+        if TRACE.active[part.stop - 1, j]
+        and (part.stop == len(TRACE.time) or not TRACE.active[part.stop, j])
     )
     assert lost == pytest.approx(1.249363, abs=2e-6)
     first = STATES[0].samples
-    total = COURSE.energies[first].sum(axis=1) + FIG4.kinetic_energy(impulses_of(COURSE)[first])
+    total = TRACE.energies[first].sum(axis=1) + FIG4.kinetic_energy(impulses_of(TRACE)[first])
     assert total == pytest.approx(np.full(len(total), 4.5), abs=1e-6)
 
 
@@ -61,12 +61,12 @@ def test_the_impulse_curve_stays_in_its_ellipse_and_turns_at_the_lines():
     ellipse = FIG4.ellipse()
     assert FIG4.kinetic_energy(ellipse) == pytest.approx(np.full(len(ellipse), 4.5))
     assert ellipse.max(axis=0) == pytest.approx([6.0, 3.0 * (1 + math.sqrt(2))], abs=1e-3)
-    curve = impulses_of(COURSE)
+    curve = impulses_of(TRACE)
     assert (FIG4.kinetic_energy(curve) <= 4.5 + 1e-9).all()
     assert (np.diff(curve, axis=0) >= -1e-12).all()
     on1, on2 = FIG4.compression_lines(curve[:, 0])
-    assert COURSE.velocities[:, 0] == pytest.approx(on1 - curve[:, 1], abs=1e-6)
-    assert COURSE.velocities[:, 3] == pytest.approx(curve[:, 1] - on2, abs=1e-6)
+    assert TRACE.velocities[:, 0] == pytest.approx(on1 - curve[:, 1], abs=1e-6)
+    assert TRACE.velocities[:, 3] == pytest.approx(curve[:, 1] - on2, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -84,43 +84,43 @@ def test_ping_pong(law, velocities):
 )
 def test_a_watched_collision_is_the_one_that_is_solved(masses, law):
     balls = TwoBalls(masses=masses, law=law, restitution=(0.7, 0.8))
-    end = balls.velocities(impulses_of(balls.course())[-1:])[0]
+    end = balls.velocities(impulses_of(balls.trace())[-1:])[0]
     assert end == pytest.approx(balls.outcome(), abs=1e-6)
 
 
 @pytest.mark.parametrize('shot', [masse(), english()])
 def test_a_watched_strike_is_the_one_that_is_predicted(shot):
-    course = course_of_strike(shot)
+    trace = trace_of_strike(shot)
     phases = shot.impact.phases
-    parts = course.phases()
-    assert [np.flatnonzero(course.active[part][0]).tolist() for part in parts] == [
+    parts = trace.phases()
+    assert [np.flatnonzero(trace.active[part][0]).tolist() for part in parts] == [
         list(phase.active) for phase in phases
     ]
     for part, phase in zip(parts, phases, strict=True):
-        normal = course.impulses[part][-1][[0, 3]]
+        normal = trace.impulses[part][-1][[0, 3]]
         stated = np.abs([phase.impulses[0] @ shot.stroke.normal, phase.impulses[1][2]])
         assert normal == pytest.approx(stated, abs=1e-5 * stated.max())
-        assert course.energies[part][-1] == pytest.approx(
+        assert trace.energies[part][-1] == pytest.approx(
             phase.energies, abs=1e-5 * phase.energies.max() + 1e-12
         )
-    assert (np.diff(course.time) >= 0.0).all()
+    assert (np.diff(trace.time) >= 0.0).all()
 
 
 def test_forces_are_the_slope_of_impulses_and_friction_obeys_coulomb():
     shot = masse()
-    course = course_of_strike(shot)
-    for part in course.phases():
-        time = course.time[part]
+    trace = trace_of_strike(shot)
+    for part in trace.phases():
+        time = trace.time[part]
         area = np.cumsum(
-            0.5 * np.diff(time)[:, None] * (course.forces[part][1:] + course.forces[part][:-1]),
+            0.5 * np.diff(time)[:, None] * (trace.forces[part][1:] + trace.forces[part][:-1]),
             axis=0,
         )
-        gained = course.impulses[part][1:] - course.impulses[part][0]
-        assert area == pytest.approx(gained, abs=2e-3 * np.abs(course.impulses).max())
+        gained = trace.impulses[part][1:] - trace.impulses[part][0]
+        assert area == pytest.approx(gained, abs=2e-3 * np.abs(trace.impulses).max())
     for j, friction in enumerate((0.4, 0.152479)):
-        grip = grip_of(course, j, friction)
+        grip = grip_of(trace, j, friction)
         seen = ~np.isnan(grip)
-        slides = course.slip(j) > 1e-3
+        slides = trace.slip(j) > 1e-3
         assert (grip[seen] <= 1.0 + 1e-4).all()
         assert grip[seen & slides] == pytest.approx(np.ones((seen & slides).sum()), abs=1e-4)
         assert (grip[seen & ~slides] < 0.99).any()
@@ -135,14 +135,14 @@ def test_strikes_that_cannot_be_watched():
         ),
     ):
         with pytest.raises(ValueError, match='strike: is not allowed here'):
-            course_of_strike(shot)
+            trace_of_strike(shot)
 
 
 def test_exponent_of_hertz_is_watched_too():
     hertz = stacked(exponent=1.5, speed=3.0)
-    end = course_of_collision(hertz, 'energetic').impulses[-1]
+    end = trace_of_collision(hertz, 'energetic').impulses[-1]
     assert end[[0, 3]] == pytest.approx(hertz.solve('energetic', 1e-10).impulses[:, 2], abs=1e-6)
-    assert end[0] != pytest.approx(COURSE.impulses[-1, 0], abs=1e-3)
+    assert end[0] != pytest.approx(TRACE.impulses[-1, 0], abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -201,7 +201,7 @@ def test_the_shots_do_what_their_titles_say():
 
 def test_all_figures_come_out(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
-    assert main(['figures', '--to', str(tmp_path)]) == 0
+    assert main(['figures', '--output', str(tmp_path)]) == 0
     out = capsys.readouterr().out.split()
     assert out == [str(tmp_path / f'{name}.png') for name in FIGURES]
     for path in tmp_path.iterdir():

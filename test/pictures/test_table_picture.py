@@ -57,7 +57,7 @@ def test_what_happened_is_marked():
         ]
         assert min(gaps) == pytest.approx(2 * FROZEN.ball.radius, abs=1e-5)
     assert trails.end('8') is None  # pocketed
-    assert trails.end('cue') == pytest.approx(COMBINATION.table.rest['cue'])
+    assert trails.end('cue') == pytest.approx(COMBINATION.table.final_position['cue'])
     assert EventKind.ROLL in {mark.kind for mark in trails_of(MASSE).marks}
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.pictures.turning import orientations, product, rotation, STEP
+from billiard_shot.pictures.orientations import orientations, product, rotation, STEP
 from billiard_shot.pictures.view import page_of, view_data, write_page
 from billiard_shot.records import ROWS
 from billiard_shot.table.motion import Segment
@@ -49,7 +49,7 @@ def test_a_rolling_ball_turns_by_the_way_it_goes():
     times, turns = orientations(ball, ball.duration, ONE)
     roll = next(event.time for event in ball.events if event.kind == 'roll')
     begin = turns[np.argmin(np.abs(times - roll))]
-    way = ball.rest[0] - ball.at(roll).position[0]
+    way = ball.final_position[0] - ball.at(roll).position[0]
     angle = way / scene.ball.radius
     end = product(rotation(np.array([0, angle, 0])), begin)
     assert abs(end @ turns[-1]) == pytest.approx(1.0, abs=1e-9)
@@ -84,7 +84,7 @@ def test_turning_is_of_fourth_order():
     ball = Trajectory(rows)
 
     def end(step, monkey):
-        monkey.setattr('billiard_shot.pictures.turning.STEP', step)
+        monkey.setattr('billiard_shot.pictures.orientations.STEP', step)
         return orientations(ball, 0.8, ONE)[1][-1]
 
     with pytest.MonkeyPatch.context() as monkey:
@@ -140,13 +140,15 @@ def test_a_recorded_shot_gives_the_same_page(tmp_path):
 def test_command(tmp_path, capsys):
     save_shot(MASSE, tmp_path / 'shot.json')
     page = tmp_path / 'page.html'
-    assert main(['view', str(tmp_path / 'shot.json'), '--to', str(page)]) == 0
+    assert main(['view', str(tmp_path / 'shot.json'), '--output', str(page)]) == 0
     assert capsys.readouterr().out == f'{page}\n'
     assert page.read_text() == page_of(MASSE, 'shot')
     options = ['view', '--scene', 'pool_table', '--elevation-deg', '5', '--title', 'T']
-    assert main([*options, '--speed', '1', '--to', str(page)]) == 0
+    assert main([*options, '--speed', '1', '--output', str(page)]) == 0
     assert '<title>T</title>' in page.read_text()
-    assert main([*options, '--a', '0.99', '--b', '0.9', '--speed', '1', '--to', str(page)]) == 1
+    assert (
+        main([*options, '--a', '0.99', '--b', '0.9', '--speed', '1', '--output', str(page)]) == 1
+    )
     assert 'MISS' in capsys.readouterr().err
     assert main([*options, '--speed', '1', '--to', str(tmp_path / 'no' / 'page.html')]) == 2
     assert 'No such file' in capsys.readouterr().err

@@ -31,13 +31,13 @@ KINDS = {
     'direct': (
         table_with(cue=(0.45, -0.185), b8=(0.9, 0.265)),
         {'pot': '8', 'pocket': 'foot_left'},
-        {'azimuth_deg': 45, 'azimuth_range_deg': 6},
+        {'azimuth_deg': 45, 'azimuth_half_range_deg': 6},
         {'azimuth_deg': 80},
     ),
     'cut': (
         table_with(cue=(0.5, 0.3), b8=(0.9, 0.265)),
         {'pot': '8', 'pocket': 'foot_left'},
-        {'azimuth_deg': -10, 'azimuth_range_deg': 10},
+        {'azimuth_deg': -10, 'azimuth_half_range_deg': 10},
         {'azimuth_deg': 45},
     ),
     'bank': (
@@ -45,26 +45,26 @@ KINDS = {
             cue=(0.2, -0.35), b8=(0.45, 0), b1=(0.75, 0.22), b2=(0.7, 0.26), b3=(0.82, 0.2)
         ),
         {'pot': '8', 'pocket': 'foot_right'},
-        {'azimuth_deg': 50, 'azimuth_range_deg': 14},
+        {'azimuth_deg': 50, 'azimuth_half_range_deg': 14},
         {'azimuth_deg': 170},
     ),
     'kick': (
         table_with(cue=(-0.6, 0), b15=(0.6, 0), **wall(0, -0.2, 0.2)),
         {'hit': '15'},
         {'elevation_max_deg': 12},
-        {'azimuth_range_deg': 20},
+        {'azimuth_half_range_deg': 20},
     ),
     'combination': (
         table_with(cue=(0.2, -0.1), b1=(0.75, 0.2), b8=(0.9, 0.3)),
         {'pot': '8', 'pocket': 'foot_left'},
-        {'first_contact': '1', 'azimuth_deg': 30, 'azimuth_range_deg': 10},
+        {'first_contact': '1', 'azimuth_deg': 30, 'azimuth_half_range_deg': 10},
         {'azimuth_deg': -170},
     ),
     'position': (
         table_with(cue=(0.5, 0.3), b8=(0.9, 0.265)),
         {'pot': '8', 'pocket': 'foot_left', 'leave': (0.8, -0.3), 'radius': 0.15},
         {},
-        {'azimuth_deg': 90, 'azimuth_range_deg': 20},
+        {'azimuth_deg': 90, 'azimuth_half_range_deg': 20},
     ),
     'curve': (
         cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0.02)),
@@ -86,7 +86,7 @@ KINDS = {
     'jump': (
         table_with(cue=(-0.6, 0), b15=(0.3, 0), **wall(-0.1, -0.28, 0.28)),
         {'hit': '15'},
-        {'azimuth_range_deg': 20},
+        {'azimuth_half_range_deg': 20},
         {'elevation_max_deg': 10},
     ),
 }

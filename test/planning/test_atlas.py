@@ -24,12 +24,12 @@ from billiard_shot.planning.atlas import (
     atlas,
     AtlasRequest,
     begin,
+    build,
+    Layout,
+    layouts_of,
     load_atlas,
-    Place,
-    places_of,
-    survey,
 )
-from billiard_shot.planning.atlas.places import borders, grid, scene_at
+from billiard_shot.planning.atlas.layouts import borders, grid, scene_at
 from billiard_shot.scene import Noise
 
 SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
@@ -39,11 +39,11 @@ SMALL = AtlasRequest(ball='8', cue_grid=(3, 2), budget=120)
 @pytest.fixture(scope='module')
 def alone():
     """What one thread makes of the small request."""
-    return {chance.place: chance for chance in atlas(SCENE, SMALL)}
+    return {result.layout: result for result in atlas(SCENE, SMALL)}
 
 
-def as_set(chances):
-    found = {chance.place: chance for chance in chances}
+def as_set(results):
+    found = {result.layout: result for result in results}
     assert len(found) > 0
     return found
 
@@ -52,71 +52,71 @@ def as_set(chances):
 @settings(max_examples=30)
 def test_a_grid_fills_the_room_for_balls(columns, rows):
     table, radius = SCENE.table, SCENE.ball.radius
-    places = np.array(grid(table, radius, (columns, rows)))
+    layouts = np.array(grid(table, radius, (columns, rows)))
     x, y = borders(table, radius, (columns, rows))
     assert (x[-1], y[-1]) == (table.length / 2 - radius, table.width / 2 - radius)
     assert np.ptp(np.diff(x)) < 1e-12
-    assert len(set(map(tuple, places))) == columns * rows
-    assert np.allclose(places[:columns, 0], (x[1:] + x[:-1]) / 2, atol=1e-6)
-    assert np.allclose(places[::columns, 1], (y[1:] + y[:-1]) / 2, atol=1e-6)
+    assert len(set(map(tuple, layouts))) == columns * rows
+    assert np.allclose(layouts[:columns, 0], (x[1:] + x[:-1]) / 2, atol=1e-6)
+    assert np.allclose(layouts[::columns, 1], (y[1:] + y[:-1]) / 2, atol=1e-6)
 
 
 def test_places_are_all_those_where_the_balls_have_room():
     request = AtlasRequest(ball='8', cue_grid=(31, 17), ball_grid=(3, 3))
-    places = set(places_of(SCENE, request))
+    layouts = set(layouts_of(SCENE, request))
     own = grid(SCENE.table, SCENE.ball.radius, (3, 3))
     every = {
-        Place('8', there, here)
+        Layout('8', there, here)
         for there in own
         for here in grid(SCENE.table, SCENE.ball.radius, (31, 17))
     }
-    assert 0 < len(every - places) < 0.05 * len(every)
-    for place in list(places)[::40]:
-        assert scene_at(SCENE, place).balls == {
-            'cue': place.cue_place,
-            '8': place.ball_place,
+    assert 0 < len(every - layouts) < 0.05 * len(every)
+    for layout in list(layouts)[::40]:
+        assert scene_at(SCENE, layout).balls == {
+            'cue': layout.cue_place,
+            '8': layout.ball_place,
             '1': (0.2, -0.3),
         }
-    for place in every - places:
+    for layout in every - layouts:
         with pytest.raises(ValueError, match='overlaps'):
-            scene_at(SCENE, place)
+            scene_at(SCENE, layout)
 
 
 def test_racked_balls_stay_where_they_are():
     scene = Scene.load('nine_ball')
     request = AtlasRequest(ball='1', ball_at=[(-0.5, 0.3)], cue_grid=(2, 2))
-    moved = scene_at(scene, places_of(scene, request)[0])
+    moved = scene_at(scene, layouts_of(scene, request)[0])
     assert moved.balls['1'] == (-0.5, 0.3)
     assert moved.balls['9'] == scene.balls['9']
 
 
 def test_a_place_is_a_plan(alone):
-    place = next(place for place, chance in alone.items() if chance.stroke)
-    result = plan(
-        scene_at(SCENE, place),
+    layout = next(layout for layout, result in alone.items() if result.stroke)
+    planned = plan(
+        scene_at(SCENE, layout),
         {'pot': '8'},
         budget=SMALL.budget,
-        seed=survey._seed(SMALL.seed, place),
+        seed=build._seed(SMALL.seed, layout),
     )
-    chance = alone[place]
-    assert chance.stroke == result.best.stroke.offsets
-    assert (chance.success, chance.interval) == (result.best.success, result.best.interval)
-    assert (chance.kind, chance.message) == (result.best.kind, result.message)
-    assert chance.simulations == result.simulations <= SMALL.budget
+    result = alone[layout]
+    assert result.stroke == planned.best.stroke.offsets
+    assert (result.success, result.interval) == (planned.best.success, planned.best.interval)
+    assert (result.kind, result.message) == (planned.best.kind, planned.message)
+    assert result.simulations == planned.simulations <= SMALL.budget
 
 
 def test_a_part_of_it_is_the_same_as_in_the_whole(alone):
     some = list(alone)[::-2]
-    assert list(atlas(SCENE, SMALL, some)) == [alone[place] for place in some]
-    # A finer grid has the places of a coarser one in it.
+    assert list(atlas(SCENE, SMALL, some)) == [alone[layout] for layout in some]
+    # A finer grid has the layouts of a coarser one in it.
     finer = AtlasRequest(ball='8', cue_grid=(9, 6), budget=SMALL.budget)
-    common = set(places_of(SCENE, finer)) & set(alone)
+    common = set(layouts_of(SCENE, finer)) & set(alone)
     assert len(common) >= 3
-    assert as_set(atlas(SCENE, finer, common)) == {place: alone[place] for place in common}
+    assert as_set(atlas(SCENE, finer, common)) == {layout: alone[layout] for layout in common}
 
 
 def test_seeds_and_places_draw_different_numbers(alone):
-    seeds = {survey._seed(seed, place) for seed in (1, 2) for place in alone}
+    seeds = {build._seed(seed, layout) for seed in (1, 2) for layout in alone}
     assert len(seeds) == 2 * len(alone)
     other = as_set(atlas(SCENE, AtlasRequest(ball='8', cue_grid=(3, 2), budget=120, seed=2)))
     assert set(other) == set(alone)
@@ -124,11 +124,11 @@ def test_seeds_and_places_draw_different_numbers(alone):
 
 
 def test_who_plays_counts():
-    place = Place('8', (0.5, 0.2), (-0.9, -0.3))
+    layout = Layout('8', (0.5, 0.2), (-0.9, -0.3))
 
     def success(**changes):
-        chances = atlas(SCENE, AtlasRequest(ball='8', budget=600, **changes), [place])
-        return next(chances).success
+        results = atlas(SCENE, AtlasRequest(ball='8', budget=600, **changes), [layout])
+        return next(results).success
 
     assert success(noise=Noise().times(0.0)) == 1.0
     assert success(noise=Noise().times(0.5)) > success() > success(noise=Noise().times(3.0))
@@ -137,21 +137,21 @@ def test_who_plays_counts():
 def test_near_and_straight_is_surer_than_far_and_thin():
     request = AtlasRequest(ball='8', ball_at=[(1.0, 0.4)], budget=600, pocket='foot_left')
     scene = table_with(cue=(0, 0))
-    near, far = (Place('8', (1.0, 0.4), here) for here in ((0.75, 0.21), (1.1, -0.5)))
+    near, far = (Layout('8', (1.0, 0.4), here) for here in ((0.75, 0.21), (1.1, -0.5)))
     best, worst = atlas(scene, request, [near, far])
     assert best.interval[0] > worst.interval[1]
 
 
 def test_where_the_cue_has_no_room():
     data = SCENE.to_dict()
-    data['robot'] = {'elevation_max_deg': 3, 'azimuth_deg': 0, 'azimuth_range_deg': 20}
+    data['robot'] = {'elevation_max_deg': 3, 'azimuth_deg': 0, 'azimuth_half_range_deg': 20}
     low = Scene.from_dict(data)
-    near, free = (Place('8', (0.5, 0.2), (x, 0.0)) for x in (-1.2, 0.0))
-    chances = as_set(atlas(low, SMALL, [near, free]))
-    assert chances[near].status == Status.INVALID_REQUEST
-    assert 'elevation_max_deg' in chances[near].message
-    assert (chances[near].success, chances[near].interval) == (0.0, (0.0, 1.0))
-    assert chances[free].status == Status.OK
+    near, free = (Layout('8', (0.5, 0.2), (x, 0.0)) for x in (-1.2, 0.0))
+    results = as_set(atlas(low, SMALL, [near, free]))
+    assert results[near].status == Status.INVALID_REQUEST
+    assert 'elevation_max_deg' in results[near].message
+    assert (results[near].success, results[near].interval) == (0.0, (0.0, 1.0))
+    assert results[free].status == Status.OK
 
 
 def test_threads_and_processes_make_the_same(alone):
@@ -200,22 +200,22 @@ class Threads(ThreadPoolExecutor):
 
 
 def test_what_is_handed_out_ahead_is_bounded_and_given_back(alone, monkeypatch):
-    monkeypatch.setattr(survey, 'AHEAD', 3)
-    monkeypatch.setattr(survey, 'chance_at', lambda scene, request, place: place)
-    places = [Place('8', (0.5, 0.2), (0.0, 0.01 * i)) for i in range(20)]
+    monkeypatch.setattr(build, 'AHEAD', 3)
+    monkeypatch.setattr(build, 'plan_layout', lambda scene, request, layout: layout)
+    layouts = [Layout('8', (0.5, 0.2), (0.0, 0.01 * i)) for i in range(20)]
     with Threads() as threads:
-        results = atlas(SCENE, SMALL, places, threads)
+        results = atlas(SCENE, SMALL, layouts, threads)
         first = [next(results) for _ in range(5)]
         assert len(threads.futures) <= 5 + 3
         assert len(set(first)) == 5
         results.close()
     assert len(threads.futures) <= 5 + 3
     with Threads() as threads:
-        assert set(atlas(SCENE, SMALL, places, threads)) == set(places)
+        assert set(atlas(SCENE, SMALL, layouts, threads)) == set(layouts)
 
 
 def test_what_goes_wrong_in_a_worker_is_said(monkeypatch):
-    monkeypatch.setattr(survey, 'chance_at', lambda *_: 1 / 0)
+    monkeypatch.setattr(build, 'plan_layout', lambda *_: 1 / 0)
     with ThreadPoolExecutor(1) as threads, pytest.raises(ZeroDivisionError):
         list(atlas(SCENE, SMALL, executor=threads))
 
@@ -271,24 +271,24 @@ def test_a_request_that_makes_no_sense(changes, named):
 )
 def test_a_request_that_does_not_fit_the_scene(scene, changes, named):
     with pytest.raises(ValueError, match=named):
-        places_of(scene, AtlasRequest(**changes))
+        layouts_of(scene, AtlasRequest(**changes))
 
 
 def test_the_only_ball_need_not_be_named():
     scene = table_with(cue=(0, 0), b3=(0.5, 0.2))
-    assert {place.ball for place in places_of(scene, AtlasRequest(cue_grid=(2, 2)))} == {'3'}
+    assert {layout.ball for layout in layouts_of(scene, AtlasRequest(cue_grid=(2, 2)))} == {'3'}
 
 
 def test_a_file_gives_back_what_was_put_into_it(alone, tmp_path):
     file = tmp_path / 'atlas.jsonl'
     assert begin(file, SCENE, SMALL) == []
-    for chance in alone.values():
-        append(file, chance)
+    for result in alone.values():
+        append(file, result)
     assert begin(file, SCENE, SMALL) == list(alone.values())
     made = load_atlas(file)
     assert made.scene == SCENE
     assert (made.request.ball, made.request.noise) == (('8',), SCENE.noise)
-    assert list(made.chances) == list(alone.values())
+    assert list(made.results) == list(alone.values())
     # Others read it without this library.
     lines = [json.loads(line) for line in file.read_text().splitlines()]
     assert lines[0]['cue_grid'] == [3, 2]
@@ -312,17 +312,21 @@ def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
 @pytest.mark.parametrize(
     ('scene', 'request_', 'named'),
     [
-        (SCENE, {'budget': 500}, 'budget: there it is 120, asked for is 500'),
-        (SCENE, {'seed': 3}, 'seed: there it is 1, asked for is 3'),
-        (SCENE, {'cue_grid': (4, 4)}, r'cue_grid: there it is \[3, 2\], asked for is \[4, 4\]'),
-        (SCENE, {'pocket': 'foot_left'}, 'pocket: there it is'),
+        (SCENE, {'budget': 500}, 'budget: 120 in the file, 500 in the request'),
+        (SCENE, {'seed': 3}, 'seed: 1 in the file, 3 in the request'),
+        (SCENE, {'cue_grid': (4, 4)}, r'cue_grid: \[3, 2\] in the file, \[4, 4\] in the request'),
+        (SCENE, {'pocket': 'foot_left'}, 'pocket: .* in the file'),
         (SCENE, {'ball': '1'}, 'ball: '),
-        (SCENE, {'ball_grid': (1, 1)}, r'ball_grid: there it is not given, asked for is \[1, 1\]'),
-        (SCENE, {'noise': Noise(a=0.001)}, 'noise.a: there it is 0.0005, asked for is 0.001'),
+        (
+            SCENE,
+            {'ball_grid': (1, 1)},
+            r'ball_grid: not given in the file, \[1, 1\] in the request',
+        ),
+        (SCENE, {'noise': Noise(a=0.001)}, 'noise.a: 0.0005 in the file, 0.001 in the request'),
         (
             table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.25)),
             {},
-            r'scene.balls.1: there it is \[0.2, -0.3\], asked for is \[0.2, -0.25\]',
+            r'scene.balls.1: \[0.2, -0.3\] in the file, \[0.2, -0.25\] in the request',
         ),
     ],
 )
@@ -341,7 +345,9 @@ def test_a_file_of_something_else_is_left_alone(text, tmp_path):
     file = tmp_path / 'atlas.jsonl'
     file.write_text(text)
     for read in (lambda: begin(file, SCENE, SMALL), lambda: load_atlas(file)):
-        with pytest.raises(ValueError, match=r'atlas\.jsonl.* is not allowed'):
+        with pytest.raises(
+            ValueError, match=r'atlas\.jsonl.*(is not allowed|is not an atlas file)'
+        ):
             read()
     assert file.read_text() == text
 
@@ -351,7 +357,7 @@ def test_a_broken_line_is_named(tmp_path):
     begin(file, SCENE, SMALL)
     with file.open('a') as open_file:
         open_file.write('{"ball": "8"}\n')
-    with pytest.raises(ValueError, match='line 2 is no place'):
+    with pytest.raises(ValueError, match='line 2 is not a result'):
         begin(file, SCENE, SMALL)
 
 
@@ -415,7 +421,7 @@ def test_the_command_goes_on_where_it_was(tmp_path, capsys):
     assert len(whole) == 7
     file.write_text(''.join(whole[:4]))
     assert main(command) == 0
-    assert '6 places, 3 of them from' in capsys.readouterr().out
+    assert '6 layouts, 3 of them from' in capsys.readouterr().out
     assert file.read_text().splitlines(keepends=True) == whole
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     picture = tmp_path / 'a.png'
@@ -423,14 +429,14 @@ def test_the_command_goes_on_where_it_was(tmp_path, capsys):
     assert '; 0 strokes simulated' in capsys.readouterr().out
     assert picture.stat().st_size > 10_000
     assert main([*command, '--seed', '2']) == 2
-    assert 'seed: there it is 1, asked for is 2' in capsys.readouterr().err
+    assert 'seed: 1 in the file, 2 in the request' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ('arguments', 'text'),
     [
         (['--workers', '0'], '--workers: 0 is not allowed'),
-        (['--noise-times', '-1'], '--noise-times: -1.0 is not allowed'),
+        (['--noise-scale', '-1'], '--noise-scale: -1.0 is not allowed'),
         (['--budget', '0'], 'budget: 0 is not allowed'),
         (['--ball', 'cue'], "ball: ('8', 'cue') is not allowed"),
         (['--dask', 'tcp://'], '--dask: '),

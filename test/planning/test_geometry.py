@@ -1,4 +1,4 @@
-"""The guesses' geometry, intervals, limits: what must be true of them."""
+"""The geometry of candidates, intervals, limits: what must be true of them."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.planning.chance import errors, wilson
-from billiard_shot.planning.curves import curved_guesses, library
-from billiard_shot.planning.guesses import guesses_along, random_guesses, ways_to
+from billiard_shot.planning.candidates import candidates_along, random_candidates, routes_to
+from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
 from billiard_shot.planning.targets import target_of
-from billiard_shot.planning.waypoints import clear, reflected, sequences, waypoints
+from billiard_shot.planning.waypoints import is_clear, mirror_path, sequences, waypoints
 
 NOISE = NOISES['tournament']
 SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))
@@ -34,7 +34,7 @@ def problem_in(scene, target, **constraints):
     ],
 )
 def test_wilson_intervals_are_the_published_ones(successes, trials, low, high):
-    assert wilson(successes, trials) == pytest.approx((low, high), abs=5e-5)
+    assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=5e-5)
 
 
 @given(
@@ -46,9 +46,9 @@ def test_wilson_intervals_are_the_published_ones(successes, trials, low, high):
 )
 @settings(max_examples=60, deadline=None)
 def test_cushions_are_mirrors(x, y, u, v, via):
-    """Equal angles at every nose, corners on the noses, and no shorter way by the same ones."""
+    """Equal angles at every nose, corners on the noses, and no shorter route by the same ones."""
     problem = problem_in(SCENE, {'pot': '8'})
-    path = reflected(problem, np.array([x, y]), np.array([u, v]), via)
+    path = mirror_path(problem, np.array([x, y]), np.array([u, v]), via)
     if path is None:
         return
     assert len(path) == len(via) + 2
@@ -70,31 +70,31 @@ def test_ghost_balls_touch_and_push_to_the_pocket():
     ball, hole = problem.places[problem.ball], problem.hole(0)
     assert np.hypot(*(ghost.place - ball)) == pytest.approx(2.0 * problem.radius)
     assert ghost.push == pytest.approx((hole - ball) / np.hypot(*(hole - ball)))
-    (way,) = ways_to(problem, ghost, 0)
-    assert way.length == pytest.approx(np.hypot(*(ghost.place - problem.cue_ball)))
+    (route,) = routes_to(problem, ghost, 0)
+    assert route.length == pytest.approx(np.hypot(*(ghost.place - problem.cue_ball)))
 
 
-def test_ways_do_not_go_through_balls():
+def test_routes_do_not_go_through_balls():
     blocked = table_with(cue=(-0.4, 0), b8=(0.5, 0), b1=(0.1, 0))
     problem = problem_in(blocked, {'hit': '8'})
     full = waypoints(problem, 0)[0]
-    assert ways_to(problem, full, 0) == []
-    assert not clear(problem, np.array([[-0.4, 0], [0.4, 0]]), (0, 1))
-    assert len(ways_to(problem, full, 1)) == 2  # by the two long cushions
+    assert routes_to(problem, full, 0) == []
+    assert not is_clear(problem, np.array([[-0.4, 0], [0.4, 0]]), (0, 1))
+    assert len(routes_to(problem, full, 1)) == 2  # by the two long cushions
 
 
-def test_guesses_keep_to_the_limits():
+def test_candidates_keep_to_the_limits():
     limits = {
         'speed_max': 1.5,
         'offset_max': 0.3,
         'azimuth_deg': 10.0,
-        'azimuth_range_deg': 30.0,
+        'azimuth_half_range_deg': 30.0,
         'elevation_max_deg': 40.0,
     }
     problem = problem_in(SCENE, {'pot': '8'}, **limits)
-    ways = [way for point in waypoints(problem, 0) for way in ways_to(problem, point, 0)]
-    for guesses in (guesses_along(problem, ways), random_guesses(problem, 200, 0)):
-        a, b, elevation, azimuth, speed = guesses.strokes.T
+    routes = [route for point in waypoints(problem, 0) for route in routes_to(problem, point, 0)]
+    for candidates in (candidates_along(problem, routes), random_candidates(problem, 200, 0)):
+        a, b, elevation, azimuth, speed = candidates.strokes.T
         assert len(a) > 0
         assert (np.hypot(a, b) <= 0.3 + 1e-9).all()
         assert (speed <= 1.5 + 1e-9).all()
@@ -105,10 +105,10 @@ def test_guesses_keep_to_the_limits():
 def test_one_path_serves_all_speeds():
     """A cue that is v times as fast sends the ball along the same path, v^2 times as large."""
     problem = problem_in(cloth_with(cue=(0, 0), b8=(1, 0)), {'hit': '8'})
-    strikes = library(problem)
+    strikes = build_strike_library(problem)
     scene = Scene.from_dict({**Scene.load('pool').to_dict(), 'effects': {'bounce': 'on'}})
-    for k in range(0, len(strikes.kinds), 29):
-        a, b, elevation = strikes.kinds[k]
+    for k in range(0, len(strikes.offsets), 29):
+        a, b, elevation = strikes.offsets[k]
         path = predict(scene, Stroke.from_offsets(a, b, elevation, 0.0, 2.0)).trajectory
         ends = np.array([path.at(t).position[:2] for t in np.linspace(0, path.duration, 4000)])
         for point in 4.0 * strikes.paths[k, ::8, :2]:
@@ -116,21 +116,23 @@ def test_one_path_serves_all_speeds():
             assert away < 0.01 + 0.01 * np.hypot(*point)
 
 
-def test_curved_guesses_pass_the_ball_in_the_way():
+def test_curved_candidates_pass_the_ball_in_the_way():
     scene = cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0))
     problem = problem_in(scene, {'hit': '8'})
-    guesses = curved_guesses(problem, library(problem), waypoints(problem, 0)[0], 40)
-    assert len(guesses.way) > 5
+    candidates = curved_candidates(
+        problem, build_strike_library(problem), waypoints(problem, 0)[0], 40
+    )
+    assert len(candidates.route) > 5
     free = [
         predict(scene, Stroke.from_offsets(*each)).table.first_met.get('cue') != '1'
-        for each in guesses.strokes
+        for each in candidates.strokes
     ]
     assert np.mean(free) > 0.8
 
 
 def test_errors_have_the_noise_that_was_asked_for():
     problem = problem_in(SCENE, {'pot': '8'})
-    drawn = errors(problem, np.random.default_rng(1), 40_000)
+    drawn = sample_execution_noise(problem, np.random.default_rng(1), 40_000)
     assert drawn.std(axis=0) == pytest.approx(
         [0.0005 / 0.028575, 0.0005 / 0.028575, np.radians(0.1), np.radians(0.125), 0.075], rel=0.02
     )

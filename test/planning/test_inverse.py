@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import invert_strike, predict, Scene, Stroke
-from billiard_shot.planning.strikes import strikes_of, vectors_of
+from billiard_shot.planning.strikes import unit_speed_strikes, vectors_of
 from billiard_shot.shot.effects import model_of
 
 
@@ -85,7 +85,7 @@ def test_strikes_are_those_of_predict():
     scene = Scene.load('pool')
     strokes = random_strokes(20, 5)
     strokes[:, 3], strokes[:, 4] = 0.0, 1.0
-    given = strikes_of(scene, model_of(scene), strokes[:, :3])
+    given = unit_speed_strikes(scene, model_of(scene), strokes[:, :3])
     normals, velocities = vectors_of(strokes)
     for numbers, normal, velocity, found in zip(strokes, normals, velocities, given, strict=True):
         stroke = Stroke.from_offsets(*numbers)

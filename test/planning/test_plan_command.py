@@ -14,8 +14,8 @@ def test_ranking(capsys):
     assert main(['plan', 'frozen_combination', '--pot', '8', *FAST]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith('OK: ')
-    assert 'of strokes reach the target' in lines[0]
-    assert lines[1].split()[:2] == ['kind', 'succeeds']
+    assert '95 % CI' in lines[0]
+    assert lines[1].split()[:2] == ['kind', 'success']
     assert lines[3].startswith('1  ')
     assert 'strokes simulated in' in lines[-1]
 
@@ -34,7 +34,7 @@ def test_json_says_what_plan_says(capsys):
                 *FAST,
                 '--noise',
                 'tournament',
-                '--noise-times',
+                '--noise-scale',
                 '0.5',
             ]
         )
@@ -81,7 +81,14 @@ def test_pictures(target, tmp_path, capsys):
         (['pool_table', '--pot', '8'], 2, "there is no ball '8'"),
         (['blocked', '--pot', '8', '--budget', '0'], 2, 'budget: 0 is not allowed'),
         (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
-        (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-times: -1'),
+        (['blocked', '--pot', '8', '--noise-scale', '-1'], 2, '--noise-scale: -1'),
+        (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-scale: -1'),
+        (
+            ['blocked', '--pot', '8', '--azimuth-range-deg', '-1'],
+            2,
+            'azimuth_half_range_deg: -1',
+        ),
+        (['blocked', '--hit', '8', '--within-deg', '-1'], 2, 'direction_tolerance_deg: -1'),
         (['blocked', '--pot', '8', '--pass', '0.1', '0.1'], 2, 'one of the keys'),
         (
             [
@@ -90,7 +97,7 @@ def test_pictures(target, tmp_path, capsys):
                 '8',
                 '--azimuth-deg',
                 '180',
-                '--azimuth-range-deg',
+                '--azimuth-half-range-deg',
                 '1',
                 '--budget',
                 '200',
@@ -98,7 +105,7 @@ def test_pictures(target, tmp_path, capsys):
                 '0.2',
             ],
             1,
-            'NO_PLAN: no stroke that reaches the target',
+            'NO_PLAN: no stroke reaches the target',
         ),
     ],
 )

@@ -9,10 +9,17 @@ import numpy as np
 import pytest
 
 from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.planning.chance import wilson
-from billiard_shot.planning.limits import AZIMUTH, B, ELEVATION, limits_of, raised, SPEED
+from billiard_shot.planning.limits import (
+    AZIMUTH,
+    B,
+    ELEVATION,
+    limits_of,
+    raise_for_clearance,
+    SPEED,
+)
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.shot.refusals import refusals_in
@@ -32,10 +39,10 @@ def reached(scene, target, shot):
         allowed = target.get('pocket', 'any')
         good = into is not None and allowed in ('any', into)
         if 'leave' in target:
-            good &= np.hypot(*(path.rest[:2] - target['leave'])) <= target['radius']
+            good &= np.hypot(*(path.final_position[:2] - target['leave'])) <= target['radius']
         return good
     if 'rest' in target:
-        return np.hypot(*(path.rest[:2] - target['rest'])) <= target['radius']
+        return np.hypot(*(path.final_position[:2] - target['rest'])) <= target['radius']
     places = path.at(np.linspace(0, path.duration, 20000)).position
     if 'pass' in target:
         return np.hypot(*(places[:, :2] - target['pass']).T).min() <= target['radius'] + 1e-3
@@ -98,7 +105,7 @@ def test_every_target_is_reached(target):
     hits = sum(
         reached(SCENE, target, predict(SCENE, Stroke.from_offsets(*each))) for each in strokes
     )
-    least, most = wilson(hits, trials, 3.5)
+    least, most = wilson_interval(hits, trials, 3.5)
     assert least <= high
     assert most >= low
 
@@ -199,7 +206,7 @@ def test_limits_that_leave_no_stroke():
     low = plan(
         table_with(cue=(-1.2, 0), b8=(0, 0)),
         {'pot': '8'},
-        constraints={'elevation_max_deg': 1, 'azimuth_range_deg': 30},
+        constraints={'elevation_max_deg': 1, 'azimuth_half_range_deg': 30},
     )
     assert low.status == Status.INVALID_REQUEST
     assert 'elevation_max_deg: 1 is not allowed' in low.message
@@ -212,7 +219,7 @@ def test_constraints_hold_for_the_plan():
         'offset_max': 0.2,
         'elevation_min_deg': 8.0,
         'azimuth_deg': 10.0,
-        'azimuth_range_deg': 15.0,
+        'azimuth_half_range_deg': 15.0,
     }
     result = plan(SCENE, {'pot': '8'}, budget=BUDGET, constraints=limits)
     assert result.status == Status.OK
@@ -258,7 +265,7 @@ def test_raised_cues_have_room_for_their_errors():
     strokes = np.zeros((200, 5))
     strokes[:, :2] = draw.uniform(-0.35, 0.35, (200, 2))
     strokes[:, AZIMUTH], strokes[:, SPEED] = draw.uniform(-np.pi, np.pi, 200), 1.0
-    found = raised(scene, limits, strokes)
+    found = raise_for_clearance(scene, limits, strokes)
     assert np.isfinite(found).all()
     for change, status in ((0.0, True), (-0.3, True), (-1.2, False)):
         lower = found.copy()

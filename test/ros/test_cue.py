@@ -45,7 +45,9 @@ def test_the_loop_is_closed(cell):
     np.testing.assert_allclose(cell.player.wait_for_rest(), expected, atol=0.01)
     played = from_json(cell.shots[-1].data)
     assert played.stroke.speed == pytest.approx(result.strike.speed, rel=1e-12)
-    np.testing.assert_allclose(played.trajectory.rest[:2], cell.player.wait_for_rest(), atol=1e-9)
+    np.testing.assert_allclose(
+        played.trajectory.final_position[:2], cell.player.wait_for_rest(), atol=1e-9
+    )
     cell.reach(State.DISARMED)
     assert [State(state.state) for state in cell.player.states[1:]] == WAY
     assert all(state.reason for state in cell.player.states)

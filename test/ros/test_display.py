@@ -155,7 +155,7 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
     for path, trajectory in zip(paths, moving.values(), strict=True):
         points = corners(path)
         np.testing.assert_allclose(points[0], trajectory.at(0.0).position)
-        np.testing.assert_allclose(points[-1], trajectory.rest)
+        np.testing.assert_allclose(points[-1], trajectory.final_position)
         seen = {(each.r, each.g, each.b) for each in path.colors}
         assert len(seen) == len(
             {
@@ -171,7 +171,7 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
     tip = np.array(COMBINATION.cue_ball) + COMBINATION.ball.radius * np.array(stroke.normal)
     np.testing.assert_allclose(np.ptp((ends - tip) @ along), length)
     aside = (ends - tip) - np.outer((ends - tip) @ along, along)
-    assert np.linalg.norm(aside, axis=1).min() == pytest.approx(COMBINATION.cue.tip_radius)
+    assert np.linalg.norm(aside, axis=1).min() == pytest.approx(COMBINATION.cue.ferrule_radius)
 
 
 def test_a_line_goes_where_the_ball_does():

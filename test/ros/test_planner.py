@@ -146,7 +146,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     shot = predict(scene, stroke)
     assert '8' in shot.table.pocketed
     assert conversions.vectors(best.trajectory.positions)[-1] == pytest.approx(
-        shot.trajectory.rest, abs=1e-3
+        shot.trajectory.final_position, abs=1e-3
     )
     assert {ball.id for ball in result.balls} == {'cue', '8'}
 
@@ -282,7 +282,7 @@ def test_the_table_comes_from_table_state(node, asking):
                 use_direction=True,
                 within=math.pi / 18,
             ),
-            {'hit': '3', 'direction': (1.0, 0.0), 'within_deg': 10.0},
+            {'hit': '3', 'direction': (1.0, 0.0), 'direction_tolerance_deg': 10.0},
         ),
         (
             Target(kind=Target.HIT, ball='3', point=Point(x=0.1), use_point=True),
@@ -307,8 +307,10 @@ def test_targets_of_messages(target, wanted):
     if wanted:
         there_and_back = plan_conversions.target_of(plan_conversions.target_message(wanted))
         assert asdict(read_target(there_and_back)) == pytest.approx(asdict(read_target(wanted)))
-    if wanted and 'within_deg' in wanted:
-        assert found.pop('within_deg') == pytest.approx(wanted.pop('within_deg'))
+    if wanted and 'direction_tolerance_deg' in wanted:
+        assert found.pop('direction_tolerance_deg') == pytest.approx(
+            wanted.pop('direction_tolerance_deg')
+        )
     assert found == wanted
 
 
@@ -318,7 +320,7 @@ def test_limits_and_noise_of_messages():
     )
     task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(0.09))
-    assert task.constraints['azimuth_range_deg'] == pytest.approx(180.0)
+    assert task.constraints['azimuth_half_range_deg'] == pytest.approx(180.0)
     assert task.constraints['first_contact'] == '1'
     assert task.noise.azimuth_deg == pytest.approx(1.0)
     assert (task.noise.a, task.noise.b) == (0.001, 0.0)

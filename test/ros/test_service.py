@@ -56,7 +56,7 @@ def test_answer_is_the_librarys(ask, name):
     trajectory = answer.trajectory
     positions = conversions.vectors(trajectory.positions)
     np.testing.assert_allclose(positions[0], (0, 0, RADIUS), atol=1e-9)
-    np.testing.assert_allclose(positions[-1], shot.trajectory.rest, atol=1e-4)
+    np.testing.assert_allclose(positions[-1], shot.trajectory.final_position, atol=1e-4)
     assert trajectory.motion[-1] == BallTrajectory.REST
     assert {effect.name for effect in answer.effects} == {e.name for e in shot.effects}
     assert 0.0 <= answer.error_estimate <= 1e-4

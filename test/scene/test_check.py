@@ -15,7 +15,7 @@ import yaml
 from billiard_shot.cli import main
 from billiard_shot.scene import Ball, Cloth, Cue, Scene
 from billiard_shot.scene.bundled import scene_names
-from billiard_shot.scene.mistakes import InputError
+from billiard_shot.scene.errors import InputError
 
 BAD = """\
 ball:
@@ -121,9 +121,9 @@ def test_derived_values_follow():
     given_one = Ball(0.2, 0.03, inertia=5e-5)
     assert dataclasses.replace(given_one, mass=0.4).inertia == 5e-5
     assert dataclasses.replace(Cue(0.5), guided=True).end_mass == math.inf
-    assert dataclasses.replace(Cue(0.5, guided=True), guided=False).tip_radius == 0.0065
+    assert dataclasses.replace(Cue(0.5, guided=True), guided=False).ferrule_radius == 0.0065
     assert dataclasses.replace(Cue(0.5), mass=0.001).end_mass == 0.001
-    with pytest.raises(ValueError, match='guided cue has none'):
+    with pytest.raises(ValueError, match='guided cue has no end mass'):
         dataclasses.replace(Cue(0.5, end_mass=0.005), guided=True)
 
 

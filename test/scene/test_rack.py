@@ -132,8 +132,8 @@ def test_racks_leave_nothing_behind():
         ({'rack': {'game': 'nine_ball', 'gap': -1e-3}}, r'rack\.gap: -0\.001 .* at least 0'),
         ({'rack': {'game': 'nine_ball', 'seed': 1.5}}, r'rack\.seed: 1\.5 .* whole number'),
         ({'rack': 'nine_ball'}, r"rack: 'nine_ball' is not allowed; it must be a mapping"),
-        ({'table': None}, r'rack: needs a table to stand on: table is missing'),
-        ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has such a ball, too'),
+        ({'table': None}, r'rack: needs a table: table is missing'),
+        ({'balls': {'9': [0, 0]}}, r'balls\.9: is there twice: the rack has a ball of this name'),
         ({'balls': {'cue': [0.69, 0.03]}}, r"balls\.cue: overlaps ball '.' of the rack"),
         (
             {'like': 'snooker', 'balls': {'cue': [0, 0.01]}, 'rack': {'game': 'snooker'}},
@@ -171,7 +171,7 @@ def test_scenes_like_others(tmp_path):
     [
         ('like: ghost', r"line 1: like: scene: no bundled scene 'ghost'; there are: blocked"),
         ('like: none.yaml', 'line 1: like: .*No such file'),
-        ('like: own.yaml', 'like: .*that scene is like this one'),
+        ('like: own.yaml', 'like: .*that scene inherits from this one'),
         ('like: [1]', 'like: '),
         ('like: pool\nball: {mass: -1}', r'line 2: ball\.mass: -1 is not allowed'),
         ('like: pool\nball: 3', r'line 2: ball: 3 is not allowed; it must be a mapping'),

@@ -45,9 +45,9 @@ def test_bundled_scenes_survive_a_round_trip(name):
 
 def test_guided_cue_has_no_end_mass():
     assert Cue(0.5, guided=True).end_mass == math.inf
-    assert Cue(0.5, guided=True).tip_radius == 0.0
-    assert Cue(0.5).tip_radius == 0.0065
-    with pytest.raises(ValueError, match=r'end_mass: 0\.005 .* guided cue has none'):
+    assert Cue(0.5, guided=True).ferrule_radius == 0.0
+    assert Cue(0.5).ferrule_radius == 0.0065
+    with pytest.raises(ValueError, match=r'end_mass: 0\.005 .* guided cue has no end mass'):
         Cue(0.5, guided=True, end_mass=0.005)
     with pytest.raises(ValueError, match=r'end_mass: 0\.6 .* at most the mass of the cue, 0\.5'):
         Cue(0.5, end_mass=0.6)
@@ -82,7 +82,7 @@ def test_yaml_of_people(tmp_path):
         ('ball', 'radius', None, 'above 0 (m)'),
         ('ball', 'inertia', 1.0, 'at most 2/3 m r^2'),
         ('cue', 'guided', 'yes', 'true or false'),
-        ('cue', 'tip_radius', -0.001, 'at least 0 (m)'),
+        ('cue', 'ferrule_radius', -0.001, 'at least 0 (m)'),
         ('cloth', 'gravity', 0, 'above 0 (m/s^2)'),
         ('cloth', 'spin_deceleration', -1, 'at least 0 (rad/s^2)'),
         ('effects', 'flight', 'maybe', 'one of auto, on, off'),

@@ -19,7 +19,7 @@ from billiard_shot.table.trajectory import EventKind
 NAMES = [gate.name for gate in GATES]
 OF_ONE_BALL = NAMES[: NAMES.index('cushion')]  # the others: test/table/test_table_effects.py
 PAPER = Scene.load('paper')
-POOL = Scene.from_dict({'like': 'pool', 'cue': {'dome': 0.0106}})
+POOL = Scene.from_dict({'like': 'pool', 'cue': {'tip_curvature_radius': 0.0106}})
 PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
 # a little of everything: jumps, bounces, slides, rolls, and has spin about the vertical
 BUSY = Stroke(PLAIN.normal, PLAIN.velocity, axis=True)
@@ -152,9 +152,11 @@ def test_what_is_forced_off_changes_the_shot(name):
     assert np.allclose(free.velocity, off.velocity, atol=1e-12) != strike
     assert (off.status == Status.NEVER_RESTS) == (name in ('roll', 'spin_decay'))
     if name == 'spin_decay':
-        assert off.trajectory.rest == pytest.approx(free.trajectory.rest, abs=1e-12)
+        assert off.trajectory.final_position == pytest.approx(
+            free.trajectory.final_position, abs=1e-12
+        )
     else:
-        assert np.abs(off.trajectory.rest - free.trajectory.rest).max() > 1e-6
+        assert np.abs(off.trajectory.final_position - free.trajectory.final_position).max() > 1e-6
 
 
 def test_reasons_of_what_is_not_called_for():
@@ -201,7 +203,7 @@ def test_without_end_mass_a_cue_throws_the_ball_like_a_guided_one():
 
 def test_a_rounded_tip_touches_nearer_to_the_middle():
     """A tip as round as the ball, of a cue whose axis is 0.4 radii off: it touches at 0.2."""
-    data = {'like': 'pool', 'cue': {'dome': POOL.ball.radius}}
+    data = {'like': 'pool', 'cue': {'tip_curvature_radius': POOL.ball.radius}}
     scene, point = Scene.from_dict(data), Scene.load('pool')
     axis = Stroke.from_pose(
         (-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 2, (0, 0, POOL.ball.radius)

@@ -84,5 +84,5 @@ def test_a_batch_gives_what_single_predictions_give():
     for i, stroke in enumerate(strokes):
         shot = predict(scene, stroke)
         assert many.velocity[i] == pytest.approx(shot.velocity, abs=1e-9)
-        assert many.rest[i] == pytest.approx(shot.trajectory.rest, abs=1e-6)
-        assert np.isfinite(many.rest).all()
+        assert many.final_position[i] == pytest.approx(shot.trajectory.final_position, abs=1e-6)
+        assert np.isfinite(many.final_position).all()

@@ -34,7 +34,7 @@ def test_a_shot_is_a_strike_and_then_the_table():
             'one': BallState((0.2, 0.12, R)),
         },
     )
-    assert shot.table.rest['one'] == pytest.approx(run.rest['one'], abs=0.05)
+    assert shot.table.final_position['one'] == pytest.approx(run.final_position['one'], abs=0.05)
     assert shot.trajectory is shot.table.balls['cue']
     assert EventKind.BALL in {event.kind for event in shot.trajectory.events}
     assert shot.table.first_met == {'cue': 'one', 'one': 'cue'}
@@ -60,9 +60,11 @@ def test_a_batch_gives_what_single_predictions_give():
     for i, one in enumerate(strokes):
         shot = predict(scene, one)
         assert many.status[i] == shot.status
-        assert many.rest[i] == pytest.approx(shot.trajectory.rest, abs=1e-9)
+        assert many.final_position[i] == pytest.approx(shot.trajectory.final_position, abs=1e-9)
         for k, name in enumerate(many.table.names):
-            assert many.table.rest[i, k] == pytest.approx(shot.table.rest[name], abs=1e-9)
+            assert many.table.final_position[i, k] == pytest.approx(
+                shot.table.final_position[name], abs=1e-9
+            )
 
 
 def test_off_the_table_is_an_outcome():
@@ -79,7 +81,7 @@ def test_a_refused_stroke_moves_nothing():
     shot = predict(scene, Stroke(normal=(1, 0, 0), velocity=(1, 0, 0)))
     assert shot.status == Status.MISS
     assert shot.table is None
-    assert shot.trajectory.rest == pytest.approx([-0.6, 0.1, R])
+    assert shot.trajectory.final_position == pytest.approx([-0.6, 0.1, R])
 
 
 def test_where_the_cue_ball_cannot_be():
@@ -95,6 +97,9 @@ def test_sensitivity_counts_the_cushions():
     shot = predict(scene, stroke(0.4, 1.2))
     assert shot.table.events
     step = 1e-4
-    ends = [predict(scene, stroke(0.4, 1.2 * (1 + s))).trajectory.rest[:2] for s in (-step, step)]
+    ends = [
+        predict(scene, stroke(0.4, 1.2 * (1 + s))).trajectory.final_position[:2]
+        for s in (-step, step)
+    ]
     slope = (ends[1] - ends[0]) / (2 * step * 1.2)
     assert shot.sensitivity[:, 4] == pytest.approx(slope, rel=0.1, abs=0.02)

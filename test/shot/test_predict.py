@@ -130,7 +130,9 @@ def test_mirrored_and_turned_strokes(a, b, elevation, azimuth, scene):
         ]
     )
     assert turn @ one.velocity == pytest.approx(turned.velocity, abs=size)
-    assert turn @ one.trajectory.rest == pytest.approx(turned.trajectory.rest, abs=1e-7)
+    assert turn @ one.trajectory.final_position == pytest.approx(
+        turned.trajectory.final_position, abs=1e-7
+    )
 
 
 @pytest.mark.parametrize('b', [1e-12, 1e-11, 1e-9])
@@ -154,7 +156,7 @@ def test_a_batch_is_row_by_row_what_predict_gives():
         assert batch.status[i] == shot.status
         assert (batch.velocity[i] == shot.velocity).all()
         assert (batch.spin[i] == shot.spin).all()
-        assert (batch.rest[i] == shot.trajectory.rest).all()
+        assert (batch.final_position[i] == shot.trajectory.final_position).all()
         assert (batch.dissipated[i] == shot.impact.dissipated).all()
         assert batch.cue_speed[i] == shot.cue_speed
         assert batch.evaluations[i] == shot.evaluations
@@ -173,7 +175,7 @@ def test_bad_rows_of_a_batch():
     for field in dataclasses.fields(batch):
         assert field.name == 'table' or np.isfinite(getattr(batch, field.name)).all()
     empty = predict_batch(POOL, np.empty((0, 3)), np.empty((0, 3)))
-    assert empty.rest.shape == (0, 3)
+    assert empty.final_position.shape == (0, 3)
     with pytest.raises(ValueError, match=r'normals: shape \(2,\) is not allowed'):
         predict_batch(POOL, [1, 2], [(1, 0, 0)])
     with pytest.raises(ValueError, match='velocities: 2 rows are not allowed; they must be 1'):
@@ -206,7 +208,7 @@ def test_refused_strokes_leave_the_ball_alone(stroke, status, field):
     assert not shot.velocity.any()
     assert not shot.spin.any()
     assert shot.impact.phases == ()
-    assert shot.trajectory.rest == pytest.approx((0.2, -0.1, POOL.ball.radius))
+    assert shot.trajectory.final_position == pytest.approx((0.2, -0.1, POOL.ball.radius))
     assert shot.trajectory.duration == 0
     assert shot.trajectory.at(1.0).motion == Motion.REST
     assert not any(effect.simulated for effect in shot.effects)
@@ -260,12 +262,12 @@ def test_wrong_position(position):
 
 def test_the_ball_starts_where_it_lies():
     stroke = Stroke.from_offsets(0.2, 0.1, 0.3, 0.5, 2)
-    origin = predict(POOL, stroke).trajectory.rest
+    origin = predict(POOL, stroke).trajectory.final_position
     moved = predict(POOL, stroke, position=(1, 2, 0)).trajectory
     assert moved.at(0).position.tolist() == [1, 2, POOL.ball.radius]
-    assert moved.rest - origin == pytest.approx([1, 2, 0])
+    assert moved.final_position - origin == pytest.approx([1, 2, 0])
     placed = predict(changed(POOL, balls={'cue': [1, 2]}), stroke).trajectory
-    assert (placed.rest == moved.rest).all()
+    assert (placed.final_position == moved.final_position).all()
 
 
 def test_flight_can_be_turned_off():
@@ -284,7 +286,7 @@ def test_frictionless_cloth_never_stops_the_ball():
     shot = predict(changed(POOL, cloth=cloth), Stroke.from_offsets(0.2, 0.1, 0.1, 0, 2))
     assert shot.status == Status.NEVER_RESTS
     assert 'endless' in shot.message
-    assert np.isfinite(shot.trajectory.rest).all()
+    assert np.isfinite(shot.trajectory.final_position).all()
 
 
 def test_sensitivity_is_a_derivative():
@@ -292,7 +294,10 @@ def test_sensitivity_is_a_derivative():
     shot = predict(POOL, stroke, tolerance=1e-9)
     step = 1e-5 * np.array([1, -2, 0.5, 1, -1])
     near = Stroke.from_offsets(*(np.array(stroke.offsets) + step))
-    change = predict(POOL, near, tolerance=1e-9).trajectory.rest - shot.trajectory.rest
+    change = (
+        predict(POOL, near, tolerance=1e-9).trajectory.final_position
+        - shot.trajectory.final_position
+    )
     assert shot.sensitivity @ step == pytest.approx(change[:2], rel=1e-2)
 
 
@@ -301,6 +306,6 @@ def test_results_cannot_be_changed():
     with pytest.raises(ValueError, match='read-only'):
         shot.velocity[0] = 1
     with pytest.raises(ValueError, match='read-only'):
-        shot.trajectory.rest[0] = 1
+        shot.trajectory.final_position[0] = 1
     with pytest.raises(dataclasses.FrozenInstanceError):
         shot.tolerance = 1

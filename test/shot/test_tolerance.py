@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Status, Stroke
-from billiard_shot.study.laws import jumps, lines
+from billiard_shot.study.laws import discontinuities, sweeps
 
 sys.path.insert(0, str(Path(__file__).parents[2] / 'benchmarks'))
 
@@ -41,8 +41,8 @@ def at_ratio(ratio):
 
 def test_a_shot_on_a_discontinuity_of_the_law_says_so():
     massé = Stroke((-2, -1, 12), (4, 0, -16))
-    line = next(lines(Scene.load('paper'), massé))
-    places = [jump.place for jump in jumps(line.outcome('energetic'), line.values)]
+    sweep = next(sweeps(Scene.load('paper'), massé))
+    places = [each.place for each in discontinuities(sweep.outcome('energetic'), sweep.values)]
     place = min(places, key=lambda ratio: abs(ratio - 1.0))
     for tolerance in (1e-3, 1e-5):
         on_it = predict(at_ratio(place), massé, tolerance)
@@ -50,7 +50,9 @@ def test_a_shot_on_a_discontinuity_of_the_law_says_so():
         assert 'discontinuous here' in on_it.message
         # The other side is within the estimate.
         others = [predict(at_ratio(place * factor), massé, tolerance) for factor in (0.999, 1.001)]
-        apart = np.linalg.norm(others[0].trajectory.rest - others[1].trajectory.rest)
+        apart = np.linalg.norm(
+            others[0].trajectory.final_position - others[1].trajectory.final_position
+        )
         assert apart > 1.0
         assert on_it.error_estimate > 0.9 * apart
         assert {other.status for other in others} <= {Status.OK, Status.MISCUE}

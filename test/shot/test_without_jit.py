@@ -11,7 +11,8 @@ CODE = """
 import json
 from billiard_shot import predict, Scene, Stroke
 shot = predict(Scene.load('paper'), Stroke((-1, -2, 1), (0, 0, -2)), tolerance=1e-9)
-print(json.dumps([shot.velocity.tolist(), shot.spin.tolist(), shot.trajectory.rest.tolist()]))
+rest = shot.trajectory.final_position
+print(json.dumps([shot.velocity.tolist(), shot.spin.tolist(), rest.tolist()]))
 """
 
 
@@ -28,4 +29,4 @@ def test_plain_python_gives_the_same():
     velocity, spin, rest = json.loads(done.stdout)
     assert velocity == pytest.approx(shot.velocity, rel=1e-12)
     assert spin == pytest.approx(shot.spin, rel=1e-11, abs=1e-12)
-    assert rest == pytest.approx(shot.trajectory.rest, rel=1e-10)
+    assert rest == pytest.approx(shot.trajectory.final_position, rel=1e-10)

@@ -56,7 +56,7 @@ def test_closed_form_is_what_the_solver_finds():
         cue = (
             {'mass': float(np.exp(rng.uniform(-4, 2))), 'guided': True}
             if i % 2
-            else {'mass': 0.5, 'end_mass': float(rng.uniform(0.003, 0.1)), 'tip_radius': 0}
+            else {'mass': 0.5, 'end_mass': float(rng.uniform(0.003, 0.1)), 'ferrule_radius': 0}
         )
         tip = {
             'restitution': float(rng.uniform()),

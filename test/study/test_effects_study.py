@@ -11,7 +11,7 @@ from billiard_shot.cli import main
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
 from billiard_shot.study.effects import comparisons, study_effects
-from billiard_shot.study.usual_strokes import strokes_for
+from billiard_shot.study.sample_strokes import sample_strokes
 
 POOL, PAPER = Scene.load('pool'), Scene.load('paper')
 STROKES = Path(__file__).parents[2] / 'config' / 'strokes' / 'paper.yaml'
@@ -39,7 +39,7 @@ def test_end_mass_is_squirt():
 def test_flight_moves_the_place_of_rest():
     found = changes(POOL, JUMP)
     flat = dataclasses.replace(POOL, effects=Effects(flight='off'))
-    rests = [predict(scene, JUMP).trajectory.rest for scene in (POOL, flat)]
+    rests = [predict(scene, JUMP).trajectory.final_position for scene in (POOL, flat)]
     assert found['flight'].distance == pytest.approx(abs(rests[0] - rests[1])[0], rel=1e-9)
     assert found['flight'].steps > 0
     assert found['roll'].distance == math.inf
@@ -69,10 +69,10 @@ def test_progress_and_refused_strokes():
 
 
 @pytest.mark.parametrize('name', ['pool', 'blocked', 'carom'])
-def test_strokes_for_a_scene_can_be_played(name):
+def test_sample_strokes_can_be_played(name):
     scene = Scene.load(name)
-    strokes = strokes_for(scene, 20)
-    assert strokes == strokes_for(scene, 20)
+    strokes = sample_strokes(scene, 20)
+    assert strokes == sample_strokes(scene, 20)
     assert sum(predict(scene, stroke).status.refused for stroke in strokes) < 5
     for stroke in strokes if scene.balls else ():
         x, y, _ = scene.cue_ball
@@ -91,7 +91,7 @@ def test_command_for_one_shot(capsys):
     assert err == ''
     title, head, units, *rows = out.splitlines()
     assert title == 'scene pool, 1 stroke'
-    assert head.split()[:3] == ['effect', 'simulated', 'costs']
+    assert head.split()[:3] == ['effect', 'simulated', 'cost']
     assert units.split() == ['(us)', '(mm)', '(degrees)']
     assert [row.split()[0] for row in rows] == NAMES
     assert rows[NAMES.index('end_mass')].endswith('with 4.2 g of the cue')
@@ -104,7 +104,7 @@ def test_command_for_strokes_and_for_a_scene(capsys):
     assert title == 'scene paper, 4 strokes'
     assert rows[2 + NAMES.index('end_mass')].split()[1:4] == ['0', 'of', '4']
     assert main(['effects', 'carom', '--count', '2']) == 0
-    assert capsys.readouterr().out.startswith('scene carom, 2 strokes as people play them\n')
+    assert capsys.readouterr().out.startswith('scene carom, 2 sample strokes\n')
 
 
 @pytest.mark.parametrize(

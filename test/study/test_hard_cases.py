@@ -42,8 +42,8 @@ def marks(case):
     ('family', 'member', 'law'), [pytest.param(*case, marks=marks(case)) for case in CASES]
 )
 def test_hard_case(family, member, law):
-    verdict = examine(FAMILIES[family], member, law)
-    assert not verdict.faults
+    result = examine(FAMILIES[family], member, law)
+    assert not result.faults
 
 
 def test_every_value_belongs_to_a_case():
@@ -100,4 +100,4 @@ def test_command(capsys):
     assert main(['hard-cases', '--list', 'cradle']) == 0
     assert '50 balls, Hertz' in capsys.readouterr().out
     assert main(['hard-cases', 'nonsense']) == 2
-    assert 'is in no case' in capsys.readouterr().err
+    assert 'is not part of any case' in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Jumps of the laws, the classic alternatives, and the paper's Table 1 under variants."""
+"""Discontinuities of the laws, the classical laws, and the paper's Table 1 under variants."""
 
 from dataclasses import replace
 
@@ -8,23 +8,23 @@ import pytest
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.study.accuracy import PAPER_STROKES
-from billiard_shot.study.alternatives import newton, pairwise
+from billiard_shot.study.classical_laws import newton, pairwise
 from billiard_shot.study.collisions import stacked
-from billiard_shot.study.laws import jumps, lines, random_strokes, WAYS, wedges
+from billiard_shot.study.laws import discontinuities, random_strokes, sweeps, WAYS, wedges
 from billiard_shot.study.problem import Problem
 from billiard_shot.study.reproduction import label, PRINTED, reproduce, Variant
 
 PAPER, POOL = Scene.load('paper'), Scene.load('pool')
 
 
-def test_jumps_are_found_where_they_are():
+def test_discontinuities_are_found_where_they_are():
     def outcome(x):
         return np.array([np.sin(3 * x) + 0.01 * (x > 0.123456), x * x - 2e-4 * (x > 0.7)])
 
-    first, second = jumps(outcome, np.linspace(0, 1, 200))
+    first, second = discontinuities(outcome, np.linspace(0, 1, 200))
     assert (first.place, second.place) == pytest.approx((0.123456, 0.7), abs=1e-9)
     assert (first.size, second.size) == pytest.approx((0.01, 2e-4), rel=1e-3)
-    assert jumps(np.cos, np.linspace(0, 1, 200)) == []
+    assert discontinuities(np.cos, np.linspace(0, 1, 200)) == []
 
 
 def outcome_of_two_balls(law):
@@ -36,29 +36,31 @@ def outcome_of_two_balls(law):
     return outcome
 
 
-def test_two_balls_jump_with_the_stiffness_ratio():
+def test_two_balls_are_discontinuous_in_the_stiffness_ratio():
     # Each confirmed with the slow check on both sides.
-    found = jumps(outcome_of_two_balls('energetic'), np.geomspace(1, 50, 200))
-    places = [jump.place for jump in found]
+    found = discontinuities(outcome_of_two_balls('energetic'), np.geomspace(1, 50, 200))
+    places = [discontinuity.place for discontinuity in found]
     assert places == pytest.approx([1.7023750, 2.1250676, 23.2114208], rel=1e-7)
-    assert jumps(outcome_of_two_balls('bistiffness'), np.geomspace(1, 50, 200)) == []
+    assert discontinuities(outcome_of_two_balls('bistiffness'), np.geomspace(1, 50, 200)) == []
 
 
-def test_guided_strokes_jump_under_law_energetic_only():
-    ratio = next(lines(PAPER, PAPER_STROKES['massé'], 101))
-    assert len(jumps(ratio.outcome('energetic'), ratio.values)) >= 4
+def test_guided_strokes_are_discontinuous_under_law_energetic_only():
+    ratio = next(sweeps(PAPER, PAPER_STROKES['massé'], 101))
+    assert len(discontinuities(ratio.outcome('energetic'), ratio.values)) >= 4
     for stroke in random_strokes(2, seed=3):
-        for line in lines(PAPER, stroke, 61):
-            assert jumps(line.outcome('bistiffness'), line.values) == []
+        for sweep in sweeps(PAPER, stroke, 61):
+            assert discontinuities(sweep.outcome('bistiffness'), sweep.values) == []
 
 
-def test_a_light_end_jumps_only_where_it_can_wedge():
+def test_a_light_end_is_discontinuous_only_where_it_can_wedge():
     places = []
     for stroke in random_strokes(6, seed=1):
-        *_, elevation, _ = lines(POOL, stroke, 81)
+        *_, elevation, _ = sweeps(POOL, stroke, 81)
         places += [
-            elevation.problem(jump.place, 'bistiffness')
-            for jump in jumps(elevation.outcome('bistiffness'), elevation.values)
+            elevation.problem(discontinuity.place, 'bistiffness')
+            for discontinuity in discontinuities(
+                elevation.outcome('bistiffness'), elevation.values
+            )
         ]
     assert places
     assert all(map(wedges, places))
@@ -67,19 +69,19 @@ def test_a_light_end_jumps_only_where_it_can_wedge():
         contacts=replace(POOL.contacts, cue_ball=replace(POOL.contacts.cue_ball, friction=0.05)),
     )
     for stroke in random_strokes(2, seed=1):
-        for line in lines(smooth, stroke, 41):
-            if not any(wedges(line.problem(value, 'bistiffness')) for value in line.values):
-                assert jumps(line.outcome('bistiffness'), line.values) == []
+        for sweep in sweeps(smooth, stroke, 41):
+            if not any(wedges(sweep.problem(value, 'bistiffness')) for value in sweep.values):
+                assert discontinuities(sweep.outcome('bistiffness'), sweep.values) == []
 
 
 @pytest.mark.parametrize('way', WAYS)
 def test_speed_only_scales(way):
-    *_, speed = lines(PAPER, Stroke((-0.7, -0.2, 0.5), (1, 0, -0.6)), 2)
+    *_, speed = sweeps(PAPER, Stroke((-0.7, -0.2, 0.5), (1, 0, -0.6)), 2)
     slow, fast = (speed.outcome(way)(value) for value in (0.1, 5.0))
     assert fast == pytest.approx(slow, abs=1e-9)
 
 
-def test_alternatives_agree_where_only_the_tip_acts():
+def test_classical_laws_agree_where_only_the_tip_acts():
     problem = Problem.of(PAPER, PAPER_STROKES['horizontal'])
     exact, _, _ = problem.adaptive(1e-12)
     assert pairwise(problem) == pytest.approx(exact, abs=1e-10)

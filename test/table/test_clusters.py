@@ -48,9 +48,11 @@ def test_a_symmetric_break_is_symmetric_whoever_is_named_first():
     one = play(scene, cue=cue, head=state(0.05, 0), left=left, right=right)
     two = play(scene, right=right, left=left, head=state(0.05, 0), cue=cue)
     for run in (one, two):
-        assert run.rest['left'] == pytest.approx(run.rest['right'] * (1, -1, 1), abs=1e-6)
-        assert run.rest['cue'][1] == pytest.approx(0, abs=1e-6)
-    assert one.rest['left'] == pytest.approx(two.rest['left'], abs=1e-6)
+        assert run.final_position['left'] == pytest.approx(
+            run.final_position['right'] * (1, -1, 1), abs=1e-6
+        )
+        assert run.final_position['cue'][1] == pytest.approx(0, abs=1e-6)
+    assert one.final_position['left'] == pytest.approx(two.final_position['left'], abs=1e-6)
 
 
 def test_a_ball_frozen_to_a_cushion():
@@ -61,7 +63,7 @@ def test_a_ball_frozen_to_a_cushion():
     assert event.balls == ('cue', 'one')
     assert 0 < event.dissipated < event.energy_before
     assert after(run, 'cue', EventKind.CLUSTER).velocity[0] < 0
-    assert run.rest['one'][0] < 1.27 - reach + 1e-9
+    assert run.final_position['one'][0] < 1.27 - reach + 1e-9
 
 
 def test_no_cluster_gains_energy_and_batches_agree():
@@ -83,5 +85,7 @@ def test_no_cluster_gains_energy_and_batches_agree():
         for event in run.events:
             assert event.dissipated >= -1e-9 * event.energy_before
             clusters += event.kind == EventKind.CLUSTER
-        assert (many.rest[i] == np.array([run.rest[name] for name in many.names])).all()
+        assert (
+            many.final_position[i] == np.array([run.final_position[name] for name in many.names])
+        ).all()
     assert clusters > 10

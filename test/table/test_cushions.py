@@ -43,9 +43,13 @@ def test_a_mirrored_shot_is_mirrored(scene):
     run = play(scene, cue=state(0.2, 0.1, velocity, spin))
     x, y, _ = velocity
     flipped = play(scene, cue=state(0.2, -0.1, (x, -y, 0), (-spin[0], spin[1], -spin[2])))
-    assert flipped.rest['cue'] == pytest.approx(run.rest['cue'] * (1, -1, 1), abs=1e-9)
+    assert flipped.final_position['cue'] == pytest.approx(
+        run.final_position['cue'] * (1, -1, 1), abs=1e-9
+    )
     turned = play(scene, cue=state(-0.2, -0.1, (-x, -y, 0), (-spin[0], -spin[1], spin[2])))
-    assert turned.rest['cue'] == pytest.approx(run.rest['cue'] * (-1, -1, 1), abs=1e-9)
+    assert turned.final_position['cue'] == pytest.approx(
+        run.final_position['cue'] * (-1, -1, 1), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
@@ -117,7 +121,7 @@ def test_a_ball_driven_into_the_rail_beside_a_side_pocket_stays_on_the_table():
         if end.motion == Motion.POCKETED:
             assert set(run.pocketed.values()) <= {'side_left', 'side_right'}
         else:
-            assert abs(run.rest['cue'][1]) < 0.635
+            assert abs(run.final_position['cue'][1]) < 0.635
 
 
 def test_a_carom_table_keeps_its_balls():
@@ -135,7 +139,7 @@ def test_off_the_table():
     assert run.status == Status.OFF_TABLE
     assert run.off_table == ('cue',)
     assert run.balls['cue'].at(9.0).motion == Motion.OFF_TABLE
-    assert run.rest['cue'][0] > 1.27
+    assert run.final_position['cue'][0] > 1.27
 
 
 def test_a_low_flier_meets_the_nose():
@@ -170,5 +174,5 @@ def test_spin_against_a_frozen_cushion_ends():
     reach = np.sqrt(R**2 - (0.635 * 2 * R - R) ** 2)
     run = play(POOL, cue=state(1.27 - reach, 0.2, (0, 0, 0), (0, 100, 0)))
     assert run.status == Status.OK
-    assert run.rest['cue'][0] < 1.27 - reach + 1e-9
+    assert run.final_position['cue'][0] < 1.27 - reach + 1e-9
     assert len(run.events) < 2000

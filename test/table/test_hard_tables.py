@@ -79,7 +79,7 @@ def test_two_balls_nearly_in_touch(gap, speed):
     other = state(2 * R + gap, 0)
     into = play(ENDLESS, cue=rolling(0, 0, speed, 0), one=other)
     check(into)
-    assert into.rest['one'][0] > into.rest['cue'][0] + 2 * R - 1e-9
+    assert into.final_position['one'][0] > into.final_position['cue'][0] + 2 * R - 1e-9
     away = play(ENDLESS, cue=rolling(0, 0, -speed, 0), one=other)
     check(away)
     assert not [event for event in away.events if event.kind in MEETINGS]
@@ -108,18 +108,20 @@ def test_balls_that_move_alike_never_meet():
         assert not [event for event in run.events if event.kind in MEETINGS]
         run = play(ENDLESS, cue=rolling(0, 0, 1, 0), one=rolling(2 * R + gap, 0, 1, 0))
         check(run)
-        assert run.rest['one'][0] - run.rest['cue'][0] == pytest.approx(2 * R + gap, abs=1e-9)
+        assert run.final_position['one'][0] - run.final_position['cue'][0] == pytest.approx(
+            2 * R + gap, abs=1e-9
+        )
 
 
 def test_balls_that_only_just_catch_up():
     """Two that roll alike, the second a trifle faster, meet as they come to rest; or do not."""
     ahead = 0.05
-    reach = play(ENDLESS, cue=rolling(0, 0, 1, 0)).rest['cue'][0]
+    reach = play(ENDLESS, cue=rolling(0, 0, 1, 0)).final_position['cue'][0]
     for surplus in (-1e-6, -1e-9, 0.0, 1e-9, 1e-6):
         speed = np.sqrt((reach + ahead + surplus) / reach)
         run = play(ENDLESS, cue=rolling(-ahead - 2 * R, 0, speed, 0), one=rolling(0, 0, 1, 0))
         check(run)
-        gap = run.rest['one'][0] - run.rest['cue'][0] - 2 * R
+        gap = run.final_position['one'][0] - run.final_position['cue'][0] - 2 * R
         assert gap == pytest.approx(max(-surplus, 0.0), abs=2e-6)
 
 
@@ -131,9 +133,9 @@ def test_balls_from_all_sides_meet_at_once():
     }
     run = play(IDEAL, cue=state(0, 0), **around)
     check(run)
-    assert run.rest['cue'] == pytest.approx([0, 0, R], abs=1e-6)
-    assert run.rest['e'][0] == pytest.approx(-run.rest['w'][0], abs=1e-6)
-    assert run.rest['n'][1] == pytest.approx(-run.rest['s'][1], abs=1e-6)
+    assert run.final_position['cue'] == pytest.approx([0, 0, R], abs=1e-6)
+    assert run.final_position['e'][0] == pytest.approx(-run.final_position['w'][0], abs=1e-6)
+    assert run.final_position['n'][1] == pytest.approx(-run.final_position['s'][1], abs=1e-6)
 
 
 def test_into_a_corner_between_cushion_and_ball():
@@ -145,7 +147,7 @@ def test_into_a_corner_between_cushion_and_ball():
         start = place + (2 * R + 0.05) * np.array([x, y])
         run = play(POOL, cue=rolling(*start, -2 * x, -2 * y), one=state(*place))
         check(run)
-        assert run.rest['one'][0] <= 1.27 - reach + 1e-9 or 'one' in run.pocketed
+        assert run.final_position['one'][0] <= 1.27 - reach + 1e-9 or 'one' in run.pocketed
 
 
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
@@ -179,7 +181,7 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     assert run.events[-1].kind == EventKind.CLUSTER
     many = simulate_batch(ENDLESS, [free, frozen, free])
     assert list(many.status) == [Status.OK, status, Status.OK]
-    assert many.rest[2, 0] == pytest.approx(expected.rest['cue'], abs=1e-12)
+    assert many.final_position[2, 0] == pytest.approx(expected.final_position['cue'], abs=1e-12)
 
 
 def test_frozen_racks_are_broken_from_anywhere():

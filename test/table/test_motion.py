@@ -23,14 +23,16 @@ def test_stun_shot_keeps_five_sevenths():
     assert roll.spin == pytest.approx([0, 5 / 7 / 0.028, 0], rel=1e-14)
     assert rest.start - roll.start == pytest.approx(5 / 7 / (0.01 * G), rel=1e-13)
     rolled = (5 / 7) ** 2 / (2 * 0.01 * G)
-    assert path.rest == pytest.approx([12 / 49 / (0.2 * G) + rolled, 0, 0.028], rel=1e-13)
+    assert path.final_position == pytest.approx(
+        [12 / 49 / (0.2 * G) + rolled, 0, 0.028], rel=1e-13
+    )
     assert [event.kind for event in path.events] == [EventKind.ROLL, EventKind.REST]
 
 
 def test_a_rolling_ball_only_rolls():
     path, _, _ = run((0.7, 0, 0), (0, 0.7 / 0.028, 0))
     assert motions(path) == [Motion.ROLL, Motion.REST]
-    assert path.rest[0] == pytest.approx(0.49 / (2 * 0.01 * G), rel=1e-13)
+    assert path.final_position[0] == pytest.approx(0.49 / (2 * 0.01 * G), rel=1e-13)
 
 
 def test_masse_is_a_parabola_and_the_slip_keeps_its_direction():
@@ -53,7 +55,7 @@ def test_spin_in_place_and_spin_that_ends_on_the_way():
     assert path.events[0].kind == EventKind.SPIN_END
     assert path.events[0].time == pytest.approx(0.1)
     longer, _, _ = run((1, 0, 0))
-    assert path.rest == pytest.approx(longer.rest, rel=1e-13)
+    assert path.final_position == pytest.approx(longer.final_position, rel=1e-13)
 
 
 def test_inertia_counts():
@@ -74,14 +76,14 @@ def test_inertia_counts():
 def test_endless_motion(change, velocity, spin, last):
     path, status, _ = run(velocity, spin, POOL._replace(**change), rows=3000)
     assert status == Status.NEVER_RESTS
-    assert not path.rests
+    assert not path.comes_to_rest
     assert path.segments[-1].motion == last
     assert all(np.isfinite(path.rows[name]).all() for name in path.rows.dtype.names)
-    assert np.isfinite(path.rest).all()
+    assert np.isfinite(path.final_position).all()
     assert np.isfinite(path.duration)
     state = path.at(path.duration + 10)
     assert state.motion == last
-    assert state.position == pytest.approx(path.rest + 10 * state.velocity)
+    assert state.position == pytest.approx(path.final_position + 10 * state.velocity)
 
 
 def test_all_is_continuous():
@@ -106,7 +108,7 @@ def test_at_takes_any_shape_and_clamps():
     assert path.at([0, 1]).motion.dtype == np.uint8
     assert (path.at(-1).position == path.at(0).position).all()
     rest = path.at(1e300)
-    assert (rest.position == path.rest).all()
+    assert (rest.position == path.final_position).all()
     assert rest.motion == Motion.REST
     assert not rest.velocity.any()
     assert not rest.spin.any()

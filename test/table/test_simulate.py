@@ -113,13 +113,13 @@ def test_a_batch_gives_what_single_runs_give():
     states = break_of(scene, 8.0)
     velocity = states['cue'].velocity * np.linspace(0.2, 1, 25)[:, None]
     many = simulate_batch(scene, states | {'cue': BallState(states['cue'].position, velocity)})
-    assert many.rest.shape == (25, 10, 3)
+    assert many.final_position.shape == (25, 10, 3)
     for i in (0, 7, 24):
         run = simulate(scene, states | {'cue': BallState(states['cue'].position, velocity[i])})
         assert many.status[i] == run.status
         assert many.duration[i] == run.duration
         for k, name in enumerate(many.names):
-            assert (many.rest[i, k] == run.rest[name]).all()
+            assert (many.final_position[i, k] == run.final_position[name]).all()
             assert (many.pocket[i, k] >= 0) == (name in run.pocketed)
         assert many.names[many.first_met[i, many.names.index('cue')]] == run.first_met['cue']
 
@@ -127,7 +127,7 @@ def test_a_batch_gives_what_single_runs_give():
 def test_a_sequence_of_tables_is_a_batch_too():
     tables = [{'cue': state(0, 0, (v, 0, 0)), '1': state(0.5, 0.02)} for v in (0.5, 1.0)]
     many = simulate_batch(POOL, tables)
-    assert (many.rest[1, 0] == simulate(POOL, tables[1]).rest['cue']).all()
+    assert (many.final_position[1, 0] == simulate(POOL, tables[1]).final_position['cue']).all()
 
 
 def test_a_bad_row_has_a_status_of_its_own():
@@ -204,7 +204,8 @@ def test_without_the_jit():
         's = Scene.load("pool_table")\n'
         'run = simulate(s, {"cue": BallState((0, 0, .028575), (2, .3, 0), (9, 8, 7)),'
         ' "1": BallState((.3, .05, .028575)), "2": BallState((-1, .2, .028575), (1, 1, 1))})\n'
-        'print(*(x for rest in run.rest.values() for x in rest.tolist()), run.status.value)\n'
+        'ends = run.final_position.values()\n'
+        'print(*(x for end in ends for x in end.tolist()), run.status.value)\n'
     )
     results = []
     for disabled in ('0', '1'):

@@ -41,10 +41,10 @@ def effects(scene, states):
 def test_without_cushions_the_cloth_is_endless():
     run = play(wishing(POOL, cushion='off'), **CUT)
     endless = play(ENDLESS, **CUT)
-    assert {name: rest.tolist() for name, rest in run.rest.items()} == {
-        name: rest.tolist() for name, rest in endless.rest.items()
+    assert {name: rest.tolist() for name, rest in run.final_position.items()} == {
+        name: rest.tolist() for name, rest in endless.final_position.items()
     }
-    assert abs(run.rest['1'][0]) > POOL.table.length / 2
+    assert abs(run.final_position['1'][0]) > POOL.table.length / 2
     found = effects(wishing(POOL, cushion='off'), CUT)
     assert found['cushion'].called_for
     assert 'the scene turns it off; it would be simulated: balls meet a cushion' in (
@@ -64,8 +64,8 @@ def test_without_pockets_the_cushions_go_on():
 def test_without_ball_ball_they_go_through_each_other():
     run = play(wishing(POOL, ball_ball='off'), **CUT)
     alone = play(POOL, cue=CUT['cue'])
-    assert run.rest['cue'].tolist() == alone.rest['cue'].tolist()
-    assert run.rest['1'].tolist() == CUT['1'].position.tolist()
+    assert run.final_position['cue'].tolist() == alone.final_position['cue'].tolist()
+    assert run.final_position['1'].tolist() == CUT['1'].position.tolist()
     found = effects(wishing(POOL, ball_ball='off'), CUT)['ball_ball']
     assert (found.simulated, found.called_for) == (False, True)
 
@@ -81,7 +81,7 @@ def test_without_throw_balls_are_smooth():
     thrown = np.cross(after(rough, '1', EventKind.BALL).velocity, line)
     assert np.abs(thrown).max() > 1e-4
     smooth = scene_with(ball_ball={'friction_fast': 0, 'friction_slow': 0})
-    assert play(smooth, **CUT).rest['1'].tolist() == run.rest['1'].tolist()
+    assert play(smooth, **CUT).final_position['1'].tolist() == run.final_position['1'].tolist()
 
 
 def test_without_clusters_balls_meet_two_by_two():
@@ -184,7 +184,10 @@ def test_batches_are_forced_alike():
     for setting in ('ball_ball', 'pocket', 'throw', 'cushion'):
         scene = wishing(POOL, **{setting: 'off'})
         run, batch = simulate(scene, CUT), simulate_batch(scene, [CUT, CUT])
-        assert batch.rest[1].tolist() == [run.rest['cue'].tolist(), run.rest['1'].tolist()]
+        assert batch.final_position[1].tolist() == [
+            run.final_position['cue'].tolist(),
+            run.final_position['1'].tolist(),
+        ]
         assert batch.searches.tolist() == [run.searches] * 2
         assert run.status in (Status.OK, Status.NEVER_RESTS)
 

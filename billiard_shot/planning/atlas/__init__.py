@@ -1,10 +1,11 @@
-"""How surely balls are potted from where: a plan for each of many places."""
+"""Atlases: the success probability of a pot for each of many ball layouts."""
 
+from billiard_shot.planning.atlas.build import atlas, LayoutResult
 from billiard_shot.planning.atlas.file import append, begin, load_atlas
+from billiard_shot.planning.atlas.layouts import Layout, layouts_of
 from billiard_shot.planning.atlas.maps import Atlas, Map
-from billiard_shot.planning.atlas.places import Place, places_of
 from billiard_shot.planning.atlas.request import AtlasRequest
-from billiard_shot.planning.atlas.survey import atlas, PlaceChance
+from billiard_shot.renamed import former_members
 
 __all__ = [
     'append',
@@ -14,7 +15,11 @@ __all__ = [
     'begin',
     'load_atlas',
     'Map',
-    'Place',
-    'PlaceChance',
-    'places_of',
+    'Layout',
+    'LayoutResult',
+    'layouts_of',
 ]
+
+__getattr__ = former_members(
+    __name__, Place='Layout', PlaceChance='LayoutResult', places_of='layouts_of'
+)

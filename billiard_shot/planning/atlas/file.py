@@ -1,7 +1,7 @@
 """
-Atlases as files: JSON lines, the request first, then a line for each place as it is done.
+Atlases as files: JSON lines, first the request, then one line for each finished layout.
 
-Lines are only ever added, so that what was done is not lost, however a run ends.
+Lines are only appended, so that no result is lost however a run ends.
 """
 
 from __future__ import annotations
@@ -11,33 +11,33 @@ import json
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.planning.atlas.build import LayoutResult
+from billiard_shot.planning.atlas.layouts import Layout
 from billiard_shot.planning.atlas.maps import Atlas
-from billiard_shot.planning.atlas.places import Place
-from billiard_shot.planning.atlas.request import AtlasRequest, settled
-from billiard_shot.planning.atlas.survey import PlaceChance
+from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
 from billiard_shot.scene import Scene
-from billiard_shot.scene.checks import read, write
-from billiard_shot.scene.mistakes import InputError
+from billiard_shot.scene.checks import read, with_present_keys, write
+from billiard_shot.scene.errors import InputError
 from billiard_shot.status import Status
 
 FORMAT = 1
 OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
 
 
-def begin(path: Path, scene: Scene, request: AtlasRequest) -> list[PlaceChance]:
+def begin(path: Path, scene: Scene, request: AtlasRequest) -> list[LayoutResult]:
     """
-    Begin a file for an atlas, or go on with one: then these places are done.
+    Start the file of an atlas, or continue it and return the results that it holds.
 
-    A last line that was not written to its end is taken away.
+    An incomplete last line is removed.
 
     Raises
     ------
     ValueError
-        If the file holds something else, or another atlas: then with every field that differs.
-        Also if it cannot be read or written.
+        If the file is not an atlas file; if it holds another atlas, naming every field that
+        differs; or if it cannot be read or written.
 
     """
-    head = _head(scene, settled(scene, request))
+    head = _head(scene, with_defaults(scene, request))
     try:
         if not path.exists() or not path.stat().st_size:
             path.write_text(_line(head), encoding='utf-8')
@@ -50,26 +50,26 @@ def begin(path: Path, scene: Scene, request: AtlasRequest) -> list[PlaceChance]:
             file.truncate(whole)
     except OSError as error:
         raise ValueError(f'{path}: {error}') from error
-    return _chances(path, lines)
+    return _results(path, lines)
 
 
-def append(path: Path, chance: PlaceChance) -> None:
-    """Add a place that is done to a file; ValueError if it cannot be written."""
+def append(path: Path, result: LayoutResult) -> None:
+    """Append a result to a file; ValueError if it cannot be written."""
     try:
         with path.open('a', encoding='utf-8') as file:
-            file.write(_line(_as_json(chance)))
+            file.write(_line(_as_json(result)))
     except OSError as error:
         raise ValueError(f'{path}: {error}') from error
 
 
 def load_atlas(path: str | Path) -> Atlas:
     """
-    Read an atlas from its file, finished or not.
+    Read a finished or unfinished atlas from its file.
 
     Raises
     ------
     ValueError
-        If the file holds no atlas, or cannot be read.
+        If the file is not an atlas file, or cannot be read.
 
     """
     path = Path(path)
@@ -83,16 +83,16 @@ def load_atlas(path: str | Path) -> Atlas:
         scene, request = Scene.from_dict(head['scene']), read(AtlasRequest, asked)
     except InputError as error:
         raise InputError(error.mistakes, str(path)) from error
-    return Atlas(scene, request, _chances(path, lines))
+    return Atlas(scene, request, _results(path, lines))
 
 
 def _head(scene: Scene, request: AtlasRequest) -> dict[str, Any]:
     head = {'atlas': FORMAT, **write(request), 'scene': scene.to_dict()}
-    return dict(json.loads(_line(head)))  # as it comes back: lists for tuples
+    return dict(json.loads(_line(head)))  # as it is read back: lists for tuples
 
 
 def _lines(path: Path) -> tuple[list[bytes], int]:
-    """Lines that are there to their ends, and how many bytes they take."""
+    """Return the complete lines, and their size in bytes."""
     data = path.read_bytes()
     whole = data.rfind(b'\n') + 1
     return data[:whole].splitlines(), whole
@@ -103,10 +103,11 @@ def _head_of(path: Path, lines: list[bytes]) -> dict[str, Any]:
         head = json.loads(lines[0])
         known = head['atlas'], head['scene']
     except (IndexError, KeyError, TypeError, ValueError):
-        raise ValueError(f'{path} is not allowed; it is there, and is no atlas') from None
+        raise ValueError(f'{path} exists but is not an atlas file') from None
     if known[0] != FORMAT:
         raise ValueError(f'{path}: atlas: {known[0]!r} is not allowed; it must be {FORMAT}')
-    return dict(head)
+    # a file may have been written with former keys of a scene
+    return {**head, 'scene': with_present_keys(Scene, head['scene'], warn=False)}
 
 
 def _differences(there: Any, wanted: Any, *keys: str) -> Iterator[str]:
@@ -114,25 +115,25 @@ def _differences(there: Any, wanted: Any, *keys: str) -> Iterator[str]:
         for key in sorted({*there, *wanted}):
             yield from _differences(there.get(key), wanted.get(key), *keys, key)
     elif there != wanted:
-        yield f'{".".join(keys)}: there it is {_said(there)}, asked for is {_said(wanted)}'
+        yield f'{".".join(keys)}: {_said(there)} in the file, {_said(wanted)} in the request'
 
 
 def _said(value: object) -> str:
     return 'not given' if value is None else json.dumps(value, ensure_ascii=False)
 
 
-def _chances(path: Path, lines: list[bytes]) -> list[PlaceChance]:
-    """Read all places; one that is there twice was planned by two runs, with the same result."""
+def _results(path: Path, lines: list[bytes]) -> list[LayoutResult]:
+    """Read all results; two runs may have planned the same layout, with the same result."""
     found = {}
     for number, line in enumerate(lines[1:], 2):
         try:
-            chance = _from_json(json.loads(line))
+            result = _from_json(json.loads(line))
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(
-                f'{path}: line {number} is no place of an atlas ({error!r}); without it the rest '
-                'can be used'
+                f'{path}: line {number} is not a result of an atlas ({error!r}); the file can '
+                'be used without this line'
             ) from None
-        found[chance.place] = chance
+        found[result.layout] = result
     return list(found.values())
 
 
@@ -140,28 +141,28 @@ def _line(data: object) -> str:
     return json.dumps(data, ensure_ascii=False, allow_nan=False) + '\n'
 
 
-def _as_json(chance: PlaceChance) -> dict[str, Any]:
+def _as_json(result: LayoutResult) -> dict[str, Any]:
     return {
-        'ball': chance.place.ball,
-        'ball_place': chance.place.ball_place,
-        'cue_place': chance.place.cue_place,
-        'status': chance.status.name,
-        'message': chance.message,
-        'success': chance.success,
-        'interval': chance.interval,
-        'successes': chance.successes,
-        'trials': chance.trials,
-        'simulations': chance.simulations,
-        'kind': chance.kind,
-        'stroke': chance.stroke and dict(zip(OFFSETS, chance.stroke, strict=True)),
+        'ball': result.layout.ball,
+        'ball_place': result.layout.ball_place,
+        'cue_place': result.layout.cue_place,
+        'status': result.status.name,
+        'message': result.message,
+        'success': result.success,
+        'interval': result.interval,
+        'successes': result.successes,
+        'trials': result.trials,
+        'simulations': result.simulations,
+        'kind': result.kind,
+        'stroke': result.stroke and dict(zip(OFFSETS, result.stroke, strict=True)),
     }
 
 
-def _from_json(data: Mapping[str, Any]) -> PlaceChance:
+def _from_json(data: Mapping[str, Any]) -> LayoutResult:
     (ball_x, ball_y), (cue_x, cue_y) = data['ball_place'], data['cue_place']
     stroke = data['stroke']
-    return PlaceChance(
-        Place(data['ball'], (ball_x, ball_y), (cue_x, cue_y)),
+    return LayoutResult(
+        Layout(data['ball'], (ball_x, ball_y), (cue_x, cue_y)),
         Status[data['status']],
         data['message'],
         data['successes'],

@@ -1,4 +1,4 @@
-"""An atlas as a whole: a map for each place of the ball that is to be potted."""
+"""A whole atlas: a map for each position of the ball to be potted."""
 
 from __future__ import annotations
 
@@ -9,76 +9,79 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.atlas.places import grid, places_of
+from billiard_shot.planning.atlas.build import LayoutResult
+from billiard_shot.planning.atlas.layouts import grid, layouts_of
 from billiard_shot.planning.atlas.request import AtlasRequest
-from billiard_shot.planning.atlas.survey import PlaceChance
 from billiard_shot.planning.targets import Point
+from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 
 
+@former_attributes(chances='results', doubt='mean_half_width')
 @dataclass(frozen=True, slots=True)
 class Map:
     """
-    How surely one ball is potted from one place of it.
+    Success probability of the pot of one ball from one position.
 
     Attributes
     ----------
     ball : str
     ball_place : (x, y)
         [m]
-    chances : tuple of PlaceChance
-        One for each place of the cue ball that is done.
+    results : tuple of LayoutResult
+        Of the layouts that are done, one for each position of the cue ball.
     success : (rows, columns) ndarray
-        On the grid of the cue ball's places, along y and along x; NaN where no ball can lie, or
-        where it is not done.
+        On the grid of positions of the cue ball, along y and along x; NaN where no ball can lie,
+        and where the result is missing.
 
     """
 
     ball: str
     ball_place: Point
-    chances: tuple[PlaceChance, ...]
+    results: tuple[LayoutResult, ...]
     success: NDArray[np.float64]
 
     @property
     def mean(self) -> float:
-        """Average of the chances, NaN if none is done."""
-        return _mean([chance.success for chance in self.chances])
+        """Mean success, NaN without results."""
+        return _mean([result.success for result in self.results])
 
     @property
-    def doubt(self) -> float:
-        """Average half width of their intervals of 95 %, where there is a stroke; else NaN."""
-        intervals = [chance.interval for chance in self.chances if chance.stroke]
+    def mean_half_width(self) -> float:
+        """Mean half width of the 95 % intervals of layouts with a stroke, NaN without any."""
+        intervals = [result.interval for result in self.results if result.stroke]
         return _mean([0.5 * (high - low) for low, high in intervals])
 
 
+@former_attributes(chances='results')
 @dataclass(frozen=True, slots=True)
 class Atlas:
-    """What was asked for, and the places that are done, in any order."""
+    """A request, and the results of the layouts that are done, in any order."""
 
     scene: Scene
     request: AtlasRequest
-    chances: Sequence[PlaceChance]
+    results: Sequence[LayoutResult]
 
     @property
     def maps(self) -> tuple[Map, ...]:
-        """One for each place of a ball that is to be potted, in the order of the request."""
+        """One map for each position of a ball to be potted, in the order of the request."""
         table = self.scene.table
         assert table is not None  # an atlas without a table is refused
         columns, rows = self.request.cue_grid
-        fields = grid(table, self.scene.ball.radius, self.request.cue_grid)
-        index = {place: i for i, place in enumerate(fields)}
-        known = {chance.place: chance for chance in self.chances}
-        found: dict[tuple[str, Point], list[PlaceChance]] = {}
-        for place in places_of(self.scene, self.request):
-            own = found.setdefault((place.ball, place.ball_place), [])
-            if place in known:
-                own.append(known[place])
+        cells = grid(table, self.scene.ball.radius, self.request.cue_grid)
+        index = {point: i for i, point in enumerate(cells)}
+        known = {result.layout: result for result in self.results}
+        found: dict[tuple[str, Point], list[LayoutResult]] = {}
+        for layout in layouts_of(self.scene, self.request):
+            own = found.setdefault((layout.ball, layout.ball_place), [])
+            if layout in known:
+                own.append(known[layout])
         maps = []
-        for (ball, there), chances in found.items():
+        for (ball, there), results in found.items():
             success = np.full(columns * rows, np.nan)
-            for chance in chances:
-                success[index[chance.place.cue_place]] = chance.success
-            maps.append(Map(ball, there, tuple(chances), success.reshape(rows, columns)))
+            for result in results:
+                success[index[result.layout.cue_place]] = result.success
+            maps.append(Map(ball, there, tuple(results), success.reshape(rows, columns)))
         return tuple(maps)
 
 

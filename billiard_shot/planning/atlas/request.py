@@ -1,4 +1,4 @@
-"""What an atlas is to show: which balls, where they and the cue ball lie, and who plays."""
+"""The request of an atlas: balls to be potted, positions of the balls, and the player."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
@@ -14,11 +14,11 @@ from billiard_shot.numerics import rounding
 from billiard_shot.planning.targets import pocket_field, Point
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import check
+from billiard_shot.scene.errors import InputError, Mistake, refused
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
-from billiard_shot.scene.mistakes import InputError, Mistake, refused
-from billiard_shot.scene.placing import CUE_BALL, no_place
+from billiard_shot.scene.placement import CUE_BALL, no_place
 
-NORMAL_BUDGET = 2000  # simulations of each place
+NORMAL_BUDGET = 2000  # simulations of each layout
 NORMAL_GRID = (24, 12)
 
 
@@ -77,30 +77,30 @@ def _one_or_the_other(request: Any) -> Iterator[Mistake]:
 @dataclass(frozen=True, slots=True)
 class AtlasRequest:
     """
-    What an atlas is to show.
+    Request of an atlas.
 
     Parameters
     ----------
     ball : str or sequence of str
-        Balls to be potted, each in a map of its own; by default the only one of the scene beside
-        the cue ball. One that is not in the scene is put there by `ball_at` or `ball_grid`.
+        Balls to be potted, each in its own map; by default the only object ball of the scene.
+        `ball_at` or `ball_grid` can add a ball that is not in the scene.
     pocket : str or sequence of str
-        Where they may fall: names of pockets, or `any`.
+        Names of the pockets into which they may fall, or `any`.
     cue_grid : (int, int)
-        Places of the cue ball, along the length of the table and along its width: the middles of
-        that many fields of equal size, into which the room that cushions leave a ball is divided.
+        Number of positions of the cue ball along the length and along the width of the table:
+        the centres of equal cells that fill the area of ball centres.
     ball_grid : (int, int), optional
-        Places of the ball to be potted, in the same way.
+        Number of positions of the ball to be potted, in the same way.
     ball_at : sequence of (x, y)
-        Places of the ball to be potted [m]. Without `ball_grid` and `ball_at` it lies where the
-        scene has it.
+        Positions of the ball to be potted [m]. Without `ball_grid` and `ball_at` it has its
+        position in the scene.
     noise : Noise, optional
         By default the scene's.
     budget : int
-        Most strokes that are simulated for each place, at least 1; at least some hundreds are
-        needed.
+        Largest number of simulated strokes for each layout, at least 1. The search needs some
+        hundreds.
     seed : int
-        At least 0. The random numbers of a place depend on it and on the place, on nothing else.
+        At least 0. The random numbers of a layout depend only on the seed and the layout.
 
     Raises
     ------
@@ -115,17 +115,17 @@ class AtlasRequest:
     cue_grid: tuple[int, int] = _grid(NORMAL_GRID)
     ball_grid: tuple[int, int] | None = _grid(None)
     ball_at: tuple[Point, ...] = _points()
-    noise: Noise | None = section(Noise, absent=True)
-    budget: int = whole_number(least=1, default=NORMAL_BUDGET)
-    seed: int = whole_number(least=0, default=1)
+    noise: Noise | None = section(Noise, nullable=True)
+    budget: int = whole_number(minimum=1, default=NORMAL_BUDGET)
+    seed: int = whole_number(minimum=0, default=1)
 
     def __post_init__(self) -> None:
         check(self)
 
 
-def settled(scene: Scene, request: AtlasRequest) -> AtlasRequest:
+def with_defaults(scene: Scene, request: AtlasRequest) -> AtlasRequest:
     """
-    Fill in what a request leaves to the scene.
+    Complete a request with the defaults of the scene.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def settled(scene: Scene, request: AtlasRequest) -> AtlasRequest:
         ball=request.ball or _object_balls(scene),
         noise=request.noise or scene.noise,
     )
-    mistakes = [*_no_pockets(scene), *_wrong_balls(scene, request), *_wrong_places(scene, full)]
+    mistakes = [*_no_pockets(scene), *_wrong_balls(scene, request), *_wrong_positions(scene, full)]
     if mistakes:
         raise InputError(mistakes, 'atlas')
     return full
@@ -167,7 +167,7 @@ def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
                 )
 
 
-def _wrong_places(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
+def _wrong_positions(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
     for place in request.ball_at if scene.table else ():
         if why := no_place(scene.table, *place, scene.ball.radius):
             yield Mistake(('ball_at',), f'{place} is not allowed; {why}')

@@ -49,16 +49,16 @@ class TipCurvature(EffectGate[ShotContext]):
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """Ask the cue and the stroke."""
-        dome, radius = context.scene.cue.dome, context.scene.ball.radius
-        if dome == 0.0:
-            return GateDecision(False, 'the tip is a point: the cue has no dome')
+        tip, radius = context.scene.cue.tip_curvature_radius, context.scene.ball.radius
+        if tip == 0.0:
+            return GateDecision(False, 'the tip is a point: tip_curvature_radius is 0')
         if not context.stroke.axis:
             return GateDecision(False, 'the stroke says where the tip touches the ball')
         a, b, *_ = context.stroke.offsets
         offset = radius * math.hypot(a, b)
         if offset <= 1e-12 * radius:
             return GateDecision(False, 'the axis of the cue goes through the middle of the ball')
-        nearer = 1e3 * offset * dome / (radius + dome)
+        nearer = 1e3 * offset * tip / (radius + tip)
         return GateDecision(True, f'the tip touches the ball {nearer:.3g} mm nearer to its middle')
 
 

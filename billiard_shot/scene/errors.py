@@ -1,4 +1,4 @@
-"""Mistakes in what people give: each with its place, all of them in one error."""
+"""Mistakes in user input, each with its place; one error reports all of them."""
 
 from collections.abc import Iterable, Iterator, Mapping
 import difflib
@@ -6,35 +6,35 @@ from typing import Any, NamedTuple
 
 Path = tuple[str, ...]  # keys from the top down, such as ('ball', 'mass')
 TWICE = 'is there twice'
-Lines = Mapping[Path, int]  # of a file: where each key stands, from 1
+Lines = Mapping[Path, int]  # line of each key of a file, from 1
 
 
 class Mistake(NamedTuple):
-    """What is wrong with one value: where it is, and a sentence that goes on from that."""
+    """What is wrong with one value: its path, and a text that follows the path."""
 
     path: Path
     text: str
-    line: int | None = None  # in its file, where that is not simply the line of the path
+    line: int | None = None  # in its file, if it is not the line of the path
 
     def below(self, *keys: str) -> 'Mistake':
-        """Place the same mistake in a mapping that is itself at `keys`."""
+        """Return the mistake for a mapping that is itself at `keys`."""
         return self._replace(path=(*keys, *self.path))
 
 
 class InputError(ValueError):
     """
-    A ValueError with every mistake in its text, each in a line of its own.
+    A ValueError whose text has one line for each mistake.
 
     Parameters
     ----------
     mistakes : iterable of Mistake
         At least one.
     about : str
-        What they are mistakes in, such as 'scene' or a file.
+        Name of the input, such as 'scene' or a file.
     lines : mapping of path to int, optional
-        Where things stand in the file; then the mistakes are in the order of their lines.
-    rest : optional
-        What is right of a value of which only parts are wrong.
+        Lines of the keys of a file; the mistakes are then sorted by line.
+    valid_part : optional
+        The valid part of a value that is only partly wrong.
 
     """
 
@@ -43,14 +43,14 @@ class InputError(ValueError):
         mistakes: Iterable[Mistake],
         about: str = '',
         lines: Lines | None = None,
-        rest: Any = None,
+        valid_part: Any = None,
     ) -> None:
         found = tuple(mistakes)
         if lines is not None:
             found = tuple(m._replace(line=m.line or _line(m.path, lines)) for m in found)
             found = tuple(sorted(found, key=lambda mistake: mistake.line or 0))
         super().__init__(found, about)
-        self.mistakes, self.about, self.rest = found, about, rest
+        self.mistakes, self.about, self.valid_part = found, about, valid_part
 
     def __str__(self) -> str:
         texts = [_text(mistake) for mistake in self.mistakes]
@@ -61,19 +61,19 @@ class InputError(ValueError):
 
 
 def refused(value: object, allowed: str) -> InputError:
-    """Error for a value, with what it must be."""
+    """Error for a value that is not allowed, with what it must be."""
     return InputError([Mistake((), f'{value!r} is not allowed; it must be {allowed}')])
 
 
 def unknown(key: str, known: Iterable[str]) -> str:
-    """Text about a key that nothing is known of, with the nearest one and all that there are."""
+    """Text about an unknown key, with the nearest known key and a list of all."""
     names = list(known)
     nearest = difflib.get_close_matches(key, names, 1, 0.0)[0]
     return f'unknown key; the nearest known one is {nearest} (of {", ".join(names)})'
 
 
 def found_in(error: ValueError, *keys: str) -> Iterator[Mistake]:
-    """Go through the mistakes that an error tells of, placed below `keys`."""
+    """Yield the mistakes of an error, placed below `keys`."""
     if isinstance(error, InputError):
         yield from (mistake.below(*keys) for mistake in error.mistakes)
     else:
@@ -90,7 +90,7 @@ def _text(mistake: Mistake) -> str:
 
 
 def _line(path: Path, lines: Lines) -> int | None:
-    """Line of a key or, for one that is missing, of what it is missing in."""
+    """Line of a key or, if the key is missing, of the mapping in which it is missing."""
     for length in range(len(path), -1, -1):
         if path[:length] in lines:
             return lines[path[:length]]

@@ -1,4 +1,4 @@
-"""Where balls can lie: not in each other, not in a cushion, not over a pocket."""
+"""Positions of balls: not in each other, not in a cushion, not over a pocket."""
 
 from collections.abc import Iterator
 from itertools import combinations
@@ -6,28 +6,28 @@ import math
 from typing import Any
 
 from billiard_shot.numerics import rounding
-from billiard_shot.scene.mistakes import Mistake
+from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     """One mistake for each pair of balls that overlap."""
-    least = 2.0 * scene.ball.radius
+    diameter = 2.0 * scene.ball.radius
     for (one, here), (other, there) in combinations(lying(scene).items(), 2):
-        overlap = least - math.dist(here, there)
+        overlap = diameter - math.dist(here, there)
         if overlap > rounding.PLACE:
             yield Mistake(
                 ('balls', other),
                 (
                     f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; '
-                    f'their centres must be at least {1e3 * least:.4g} mm apart'
+                    f'their centres must be at least {1e3 * diameter:.4g} mm apart'
                 ),
             )
 
 
 def lying(scene: Any) -> dict[str, tuple[float, float]]:
-    """Balls that are placed, and the cue ball, which is in the middle if it is not."""
+    """Positions of all balls; the cue ball is in the middle if it has no position."""
     return {CUE_BALL: (0.0, 0.0), **scene.balls}
 
 
@@ -40,9 +40,9 @@ def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
 
 
 def no_place(table: Any, x: float, y: float, radius: float) -> str:
-    """Why no ball can lie at (x, y) [m]; nothing between the noses or in a pocket's mouth."""
+    """Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth."""
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
-    # How far out of the pocket's mouth the ball is, and how far aside of the middle.
+    # Distance of the ball from the mouth of the pocket, outwards, and from its middle, sideways.
     corner = (beyond[0] + beyond[1] + table.corner.mouth * math.sqrt(0.5)) * math.sqrt(0.5)
     pockets = (
         (table.corner, corner, abs(beyond[0] - beyond[1]) * math.sqrt(0.5)),
@@ -53,11 +53,11 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
             return 'a ball there is over a pocket'
         if 0.0 <= out <= pocket.shelf and aside <= 0.5 * pocket.mouth - radius:
             return ''
-    # a ball touches a nose, which is higher than its middle, nearer than by its radius
-    reach = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
-    if max(beyond) <= rounding.PLACE - reach:
+    # a nose is higher than the centre of a ball, which touches it nearer than by its radius
+    standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
+    if max(beyond) <= rounding.PLACE - standoff:
         return ''
-    along, across = 0.5 * table.length - reach, 0.5 * table.width - reach
+    along, across = 0.5 * table.length - standoff, 0.5 * table.width - standoff
     return (
         f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
         f'to {across:.4g} (m)'

@@ -1,5 +1,5 @@
 """
-How balls turn: orientations from their spin.
+Orientations of balls, from their spin.
 
 On a segment the spin is linear in time, w0 + w' t, about an axis that may turn. A step of length h
 turns the ball by the vector

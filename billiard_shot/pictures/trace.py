@@ -1,5 +1,5 @@
 """
-A collision watched while it goes on: velocities, forces, impulses and energies over its time.
+The trace of a collision: velocities, forces, impulses and energies over its time.
 
 The solver goes from event to event in steps that are polynomials in time, and keeps none of them.
 Here the same solver is interpreted, some hundred times as slow, and every step is sampled
@@ -35,7 +35,7 @@ SAMPLES = 24  # of a step, beside its ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class CollisionTrace:
     """
     A collision of N contacts at n times, in order; those of events are there twice.
 
@@ -139,7 +139,7 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
     return _with_names(kernel.solve_stored, solve_collisions=solve_collisions)
 
 
-def course_of(
+def trace_of(
     response: Vector,
     velocity: Vector,
     friction: Vector,
@@ -148,7 +148,7 @@ def course_of(
     law: str,
     exponent: float = 1.0,
     tolerance: float = 1e-8,
-) -> Course:
+) -> CollisionTrace:
     """Watch a collision stated in contact space; see `kernel.solve_in_contact_space`."""
     count = len(friction)
     recorder = _Recorder()
@@ -166,17 +166,17 @@ def course_of(
     time, active, u, force, impulse, energy = np.split(
         rows, np.cumsum([1, count, 3 * count, 3 * count, 3 * count]), axis=1
     )
-    return Course(
+    return CollisionTrace(
         time[:, 0], active > 0.0, speed * u, unit * force, unit * impulse, unit * speed * energy
     )
 
 
-def course_of_collision(collision: Collision, law: str) -> Course:
+def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
     """Watch bodies collide."""
     bodies, contacts = collision.bodies, collision.contacts
     jacobian = jacobians(bodies, contacts, frames(bodies, contacts))
     states = np.hstack(collision.start)
-    return course_of(
+    return trace_of(
         response(jacobian, mobilities(bodies)),
         np.einsum('bik,bk->i', jacobian, states),
         np.array([contact.friction for contact in contacts], float),
@@ -187,7 +187,7 @@ def course_of_collision(collision: Collision, law: str) -> Course:
     )
 
 
-def course_of_strike(shot: Shot) -> Course:
+def trace_of_strike(shot: Shot) -> CollisionTrace:
     """Watch the strike of a shot; ValueError if there was none, or the ball touched others."""
     if shot.status.refused or len(shot.impact.dissipated) != 2:
         raise ValueError(
@@ -198,7 +198,7 @@ def course_of_strike(shot: Shot) -> Course:
     stroke = shot.stroke.touching(model.tip_curvature)
     normal, direction = np.array(stroke.normal), np.array(stroke.velocity) / stroke.speed
     _, response, velocity = in_contact_space(model, normal, direction, stroke.speed)
-    return course_of(
+    return trace_of(
         response,
         velocity,
         np.array(model.friction),

@@ -1,7 +1,7 @@
 """
-The classic ways to resolve several contacts, which the paper sets itself against.
+The classical laws for several contacts, with which the paper compares its own.
 
-Both take the same strike in contact space as the library does, and neither knows of stiffness.
+Both solve the same strike in contact space as the library; neither uses stiffnesses.
 """
 
 import numpy as np

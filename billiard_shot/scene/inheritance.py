@@ -1,28 +1,35 @@
-"""Scenes like others: `like: pool` takes everything from that scene but what is written here."""
+"""Inheritance of scenes: `like: pool` takes everything from that scene that is not given."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from billiard_shot.scene.bundled import find_scene
-from billiard_shot.scene.mistakes import InputError, Mistake
+from billiard_shot.scene.errors import InputError, Mistake
 from billiard_shot.scene.yaml_file import read_yaml
 
 LIKE = 'like'
 
 
-def resolved(data: object, folder: Path, descent: tuple[Path, ...] = ()) -> object:
+def resolved(
+    data: object,
+    folder: Path,
+    update: Callable[[object], object],
+    descent: tuple[Path, ...] = (),
+) -> object:
     """
-    Fill in what a scene says it has in common with another one.
+    Complete a scene with the values of the scene that its key `like` names.
 
     Parameters
     ----------
     data : object
-        What the scene's file holds; `like` in it names a bundled scene or a file.
+        Content of the scene's file; `like` in it names a bundled scene or a file.
     folder : Path
-        Where the names of files are relative to.
+        Folder that file names are relative to.
+    update : callable
+        Replaces the former keys in the content of each file, before two are merged.
     descent : tuple of Path
-        Files that are like this one, which it must not be like.
+        Files that inherit from this one, from which it must not inherit.
 
     Raises
     ------
@@ -30,20 +37,21 @@ def resolved(data: object, folder: Path, descent: tuple[Path, ...] = ()) -> obje
         If there is no such scene, or it cannot be read.
 
     """
+    data = update(data)
     if not isinstance(data, Mapping) or LIKE not in data:
         return data
     try:
         path = find_scene(str(data[LIKE]), folder).resolve()
         if path in descent:
-            raise ValueError(f'{data[LIKE]!r} is not allowed; that scene is like this one')
-        other = resolved(read_yaml(path), path.parent, (*descent, path))
+            raise ValueError(f'{data[LIKE]!r} is not allowed; that scene inherits from this one')
+        other = resolved(read_yaml(path), path.parent, update, (*descent, path))
     except ValueError as error:
         raise InputError([Mistake((LIKE,), str(error))]) from error
     return merged(other, {key: value for key, value in data.items() if key != LIKE})
 
 
 def merged(base: object, own: object) -> Any:
-    """Own values where there are any, else those of the base; mappings are merged key by key."""
+    """Merge mappings key by key; own values replace those of the base."""
     if not isinstance(base, Mapping) or not isinstance(own, Mapping):
         return own
     result = {str(key): value for key, value in base.items()}

@@ -1,4 +1,4 @@
-"""Strokes to try in a scene that comes without any."""
+"""Random sample strokes for a scene."""
 
 import math
 
@@ -9,9 +9,9 @@ from billiard_shot.shot.refusals import least_elevation
 from billiard_shot.shot.stroke import Stroke
 
 
-def strokes_for(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
+def sample_strokes(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     """
-    Strokes as people play them, for a scene that comes without any.
+    Draw random strokes as people play them.
 
     Half of them as level as cushions and other balls allow; within half a radius of the middle;
     0.5 to 5 m/s; at another ball, full or thin, where there is one, else in any direction.

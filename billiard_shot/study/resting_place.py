@@ -1,4 +1,4 @@
-"""Where a ball comes to rest after a strike, for the studies."""
+"""The resting place of a ball after a strike, for the studies."""
 
 from dataclasses import replace
 
@@ -12,10 +12,12 @@ from billiard_shot.table.trajectory import BallState
 FINE = 1e-13  # m, for leaving out bounces
 
 
-def place_of_rest(
+def resting_place(
     scene: Scene, velocity: NDArray[np.float64], spin: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Place (3,) [m] at which a ball from (0, 0, r) rests on an endless cloth."""
+    """Return the place (3,) [m] at which a ball from (0, 0, r) rests on an endless cloth."""
     start = np.array([0.0, 0.0, scene.ball.radius])
     ball = BallState(position=start, velocity=velocity, spin=spin)
-    return simulate(replace(scene, table=None), {'cue': ball}, tolerance=FINE).rest['cue']
+    return simulate(replace(scene, table=None), {'cue': ball}, tolerance=FINE).final_position[
+        'cue'
+    ]

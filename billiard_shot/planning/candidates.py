@@ -1,0 +1,194 @@
+"""Candidate strokes: direct and cushion routes of the cue ball to its waypoints."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SPEED
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strikes import Array, unit_speed_strikes
+from billiard_shot.planning.targets import Pot, Rest
+from billiard_shot.planning.waypoints import (
+    is_clear,
+    MIN_CUT_COSINE,
+    mirror_path,
+    sequences,
+    Waypoint,
+)
+
+SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
+THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
+CUSHION_FACTOR = 3.0  # on the uncertainty of a route by cushions; on its cost, for each cushion
+SPEEDS = 5
+HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)  # b of draw, stun and follow, for offset_max 0.5
+LENGTH_FACTORS = (1.0, 0.9, 1.1, 1.25, 1.5)  # distances to roll, relative to the route
+
+
+class Candidates(NamedTuple):
+    """Strokes that may reach the target."""
+
+    strokes: Array  # (n, 5) a, b, elevation, azimuth, speed
+    spread: Array  # (n,) rad: uncertainty of the azimuth
+    route: NDArray[np.int64]  # (n,) number of the route; strokes of a route meet the same things
+
+    def take(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> 'Candidates':
+        """Select some of the candidates."""
+        return Candidates(self.strokes[which], self.spread[which], self.route[which])
+
+
+class Route(NamedTuple):
+    """A route of the cue ball to a waypoint."""
+
+    azimuth: float
+    length: float  # m
+    spread: float  # rad: uncertainty of the azimuth
+    cost: float  # m: larger for long routes and thin cuts, which succeed less often
+
+
+def concatenate(parts: list[Candidates]) -> Candidates:
+    """Concatenate candidates, with different route numbers in each part."""
+    first = 0
+    routes = []
+    for part in parts:
+        routes.append(part.route + first)
+        first = int(routes[-1].max(initial=first - 1)) + 1
+    return Candidates(
+        np.concatenate([part.strokes for part in parts]),
+        np.concatenate([part.spread for part in parts]),
+        np.concatenate(routes),
+    )
+
+
+def routes_to(problem: Problem, point: Waypoint, cushions: int) -> list[Route]:
+    """Find routes to a waypoint that meet at most `cushions` cushions."""
+    found = []
+    for via in sequences(cushions):
+        path = mirror_path(problem, problem.cue_ball, point.place, via)
+        if path is None or not is_clear(problem, path, (0, point.struck)):
+            continue
+        legs = np.diff(path, axis=0)
+        if not np.hypot(*legs.T).all():
+            continue
+        length = float(np.hypot(*legs.T).sum())
+        arrival = legs[-1] / np.hypot(*legs[-1])
+        cut = float(arrival @ point.push) if point.struck else 1.0
+        if cut < MIN_CUT_COSINE or (point.struck and _crosses_struck_ball(problem, path, point)):
+            continue
+        found.append(
+            Route(
+                float(np.arctan2(legs[0, 1], legs[0, 0])),
+                length,
+                spread_of(problem, point, length, cut) * (CUSHION_FACTOR if via else 1.0),
+                (length + point.after) / cut * CUSHION_FACTOR ** len(via),
+            )
+        )
+    return found
+
+
+def spread_of(problem: Problem, point: Waypoint, length: float, cut: float) -> float:
+    """Uncertainty of the azimuth at which a waypoint is reached [rad]."""
+    if point.struck:
+        return THROW * 2.0 * problem.radius * max(cut, 0.2) / length
+    radius = getattr(problem.target, 'radius', problem.radius)
+    return 0.5 * float(radius) / length
+
+
+def _crosses_struck_ball(problem: Problem, path: Array, point: Waypoint) -> bool:
+    """Whether a path touches the struck ball before it reaches the far side of that ball."""
+    before = path[:-1]
+    if len(before) < 2:
+        return False
+    return not is_clear(
+        problem, before, tuple(i for i in range(len(problem.places)) if i != point.struck)
+    )
+
+
+def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
+    """Build strokes of several speeds and spins along each route, with the lowest cue possible."""
+    robot = problem.limits.robot
+    heights = 2.0 * robot.offset_max * np.array(HEIGHTS)
+    sides: tuple[float, ...] = (0.0,)
+    if isinstance(problem.target, Pot) and problem.target.leave is not None:
+        sides = (0.0, -0.5 * robot.offset_max, 0.5 * robot.offset_max)
+    else:
+        heights = heights[:3]
+    grid = [(side, height) for side in sides for height in heights]
+    strokes, spreads, numbers = [], [], []
+    for number, route in enumerate(routes):
+        for speed in _speeds(problem, route):
+            for side, height in grid:
+                strokes.append((side, height, 0.0, route.azimuth, speed))
+                spreads.append(route.spread)
+                numbers.append(number)
+    candidates = Candidates(
+        np.array(strokes).reshape(-1, 5), np.array(spreads), np.array(numbers, np.int64)
+    )
+    candidates.strokes[:, :] = problem.limits.clip(candidates.strokes)
+    allowed = problem.limits.allows_azimuth(np.array([route.azimuth for route in routes]))
+    return aim(problem, candidates.take(allowed[candidates.route]))
+
+
+def _speeds(problem: Problem, route: Route) -> Array:
+    robot = problem.limits.robot
+    if isinstance(problem.target, Rest):
+        reach = _reach(problem)
+        return np.sqrt(route.length * np.array(LENGTH_FACTORS) / reach)
+    slowest = max(robot.speed_min, min(0.5, robot.speed_max))
+    return np.geomspace(slowest, robot.speed_max, SPEEDS)
+
+
+def _reach(problem: Problem) -> float:
+    """
+    Distance that the ball rolls after a central stroke at 1 m/s [m]; it grows as speed squared.
+
+    The ball leaves at v, slides until 5/7 v, and rolls to rest: slide and roll take
+    12/49 v^2 / (mu g) and 25/49 v^2 / (2 mu_r g).
+    """
+    ball = problem.model.surface
+    v = float(unit_speed_strikes(problem.scene, problem.model, np.zeros((1, 3)))[0, 0])
+    friction, resistance = ball.sliding_friction, max(ball.rolling_resistance, 1e-4)
+    slide = 12.0 / 49.0 / (friction * ball.gravity) if friction > 0.0 else 0.0
+    roll = 25.0 / 98.0 / (resistance * ball.gravity)
+    return v * v * (slide + roll)
+
+
+def aim(problem: Problem, candidates: Candidates) -> Candidates:
+    """Raise the cue for clearance, and turn strokes so that the ball starts along the route."""
+    strokes = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
+    playable = np.flatnonzero(~np.isnan(strokes).any(axis=1))
+    strokes, found = strokes[playable], candidates.take(playable)
+    # the direction in which the ball starts, relative to the azimuth, depends on neither speed
+    # nor azimuth
+    offsets, which = np.unique(strokes[:, :3].round(6), axis=0, return_inverse=True)
+    motion = unit_speed_strikes(problem.scene, problem.model, offsets)[which.ravel()]
+    strokes[:, AZIMUTH] -= np.nan_to_num(np.arctan2(motion[:, 1], motion[:, 0]))
+    return Candidates(strokes, found.spread, found.route)
+
+
+def spread_azimuth(candidates: Candidates) -> Candidates:
+    """Repeat each candidate at several azimuths within its spread."""
+    many = candidates.take(np.repeat(np.arange(len(candidates.route)), len(SPREAD_FACTORS)))
+    many.strokes[:, AZIMUTH] += np.tile(SPREAD_FACTORS, len(candidates.route)) * many.spread
+    return many
+
+
+def random_candidates(problem: Problem, count: int, skip: int) -> Candidates:
+    """Draw quasi-random strokes within all limits, without the first `skip` of the sequence."""
+    from scipy.stats import qmc
+
+    robot = problem.limits.robot
+    sequence = qmc.Halton(5, scramble=False)
+    sequence.fast_forward(1 + skip)
+    draws = sequence.random(count)
+    strokes = np.empty((count, 5))
+    radius, angle = robot.offset_max * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
+    strokes[:, A], strokes[:, B] = radius * np.cos(angle), radius * np.sin(angle)
+    low, high = problem.limits.elevations
+    strokes[:, 2] = low + (high - low) * draws[:, 2] ** 3  # mostly low
+    half_range = np.radians(robot.azimuth_half_range_deg)
+    strokes[:, AZIMUTH] = np.radians(robot.azimuth_deg) + half_range * (2.0 * draws[:, 3] - 1.0)
+    strokes[:, SPEED] = robot.speed_min * (robot.speed_max / robot.speed_min) ** draws[:, 4]
+    strokes = raise_for_clearance(problem.scene, problem.limits, strokes)
+    strokes = strokes[~np.isnan(strokes).any(axis=1)]
+    return Candidates(strokes, np.full(len(strokes), 0.05), np.arange(len(strokes)))

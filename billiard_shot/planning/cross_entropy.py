@@ -1,0 +1,110 @@
+"""
+Refinement of strokes by the cross-entropy method.
+
+Each iteration samples around every stroke of the population, moves the stroke to the mean of its
+successful samples, and keeps the best strokes. The first iterations sample as widely as candidates
+may be wrong, the last ones with the execution noise itself. The mean error of the successful
+samples is then the gradient of the success probability in the metric of the noise (cross-entropy
+method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
+"""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.candidates import Candidates
+from billiard_shot.planning.limits import AZIMUTH, ELEVATION, raise_for_clearance, SPEED
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.runner import Runner
+from billiard_shot.planning.strikes import Array
+
+OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
+ELEVATION_SIGMA = 0.02  # rad: of their elevations
+SPEED_SIGMA = 0.2  # relative: of their speeds
+ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
+# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), share of the
+# population that is kept, and samples of each stroke.
+SCHEDULE = ((1.0, 0.6, 24), (0.5, 0.6, 32), (0.2, 0.6, 40), (0.0, 0.6, 64), (0.0, 1.0, 96))
+
+
+class Population(NamedTuple):
+    """Strokes that are refined, with estimates from their last samples."""
+
+    strokes: Array  # (n, 5)
+    sigma: Array  # (n, 5) standard deviations of the errors of the candidates
+    success: Array  # (n,) share of the samples that succeeded
+    penalty: Array  # (n,) mean penalty of the best samples
+    samples: NDArray[np.int64]  # (n,) number of these samples
+
+    def take(self, which: NDArray[np.int64]) -> 'Population':
+        """Select some of the strokes."""
+        fields: Any = (field[which] for field in self)
+        return Population(*fields)
+
+
+def population_of(candidates: Candidates, penalty: Array) -> Population:
+    """Make a population of candidates that were evaluated."""
+    strokes = candidates.strokes
+    sigma = np.empty_like(strokes)
+    sigma[:, :2], sigma[:, ELEVATION] = OFFSET_SIGMA, ELEVATION_SIGMA
+    sigma[:, AZIMUTH], sigma[:, SPEED] = candidates.spread, SPEED_SIGMA * strokes[:, SPEED]
+    success = (penalty == 0.0).astype(float)
+    return Population(strokes, sigma, success, penalty, np.ones(len(strokes), np.int64))
+
+
+def refine(
+    problem: Problem,
+    runner: Runner,
+    population: Population,
+    draw: np.random.Generator,
+    effort: float,
+) -> Iterator[Population]:
+    """Run the iterations that the budget allows; yield the population after each."""
+    for sigma_scale, kept, samples in SCHEDULE:
+        count = max(4, round(effort * samples))
+        if runner.left < len(population.strokes) * count:
+            population = population.take(_order(population)[: max(1, runner.left // count)])
+        if runner.left < count or not len(population.strokes):
+            break
+        population = _iteration(
+            problem, runner, population, draw.standard_normal((count, 5)), sigma_scale
+        )
+        count = max(4, round(kept * len(population.strokes)))
+        population = population.take(_order(population)[:count])
+        if sigma_scale == 0.0:
+            runner.best = max(runner.best, float(population.success[0]))
+        yield population
+
+
+def _order(population: Population) -> NDArray[np.int64]:
+    order: NDArray[np.int64] = np.lexsort((population.penalty, -population.success))
+    return order
+
+
+def _iteration(
+    problem: Problem, runner: Runner, population: Population, normal: Array, sigma_scale: float
+) -> Population:
+    """Sample around each stroke, with the same random numbers for all, and move the stroke."""
+    count, samples = len(population.strokes), len(normal)
+    sigma = np.hypot(problem.sigmas, sigma_scale * population.sigma)
+    tried = population.strokes[:, np.newaxis] + sigma[:, np.newaxis] * normal
+    flat = tried.reshape(-1, 5)
+    outcomes = runner.evaluate(problem.limits.clip(flat) if sigma_scale > 0.0 else flat)
+    penalty = outcomes.penalty.reshape(count, samples)
+    success = outcomes.success.reshape(count, samples)
+    moved = np.empty_like(population.strokes)
+    nearest = np.argsort(penalty, axis=1, kind='stable')[:, : max(2, round(ELITE_SHARE * samples))]
+    for i in range(count):
+        better = np.flatnonzero(success[i])
+        if len(better) < nearest.shape[1]:
+            better = nearest[i]
+        moved[i] = tried[i, better].mean(axis=0)
+    best = np.take_along_axis(penalty, nearest, axis=1).mean(axis=1)
+    strokes = raise_for_clearance(problem.scene, problem.limits, problem.limits.clip(moved))
+    blocked = np.isnan(strokes).any(axis=1)
+    strokes[blocked] = population.strokes[blocked]
+    return Population(
+        strokes, population.sigma, success.mean(axis=1), best, np.full(count, samples, np.int64)
+    )

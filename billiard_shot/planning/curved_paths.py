@@ -1,0 +1,171 @@
+"""
+Paths past balls that block the direct route: curves and massés around them, jumps over them.
+
+The path of a ball on a cloth scales with the square of the cue speed: at twice the speed it has
+the same shape and is four times as large. One path for each pair of offsets and each elevation
+therefore serves all speeds and directions: the path at 1 m/s along +x is scaled and turned so that
+it goes through the waypoint.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from billiard_shot.planning.candidates import Candidates, spread_of
+from billiard_shot.planning.limits import raise_for_clearance
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.planning.waypoints import MIN_CUT_COSINE, Waypoint
+from billiard_shot.shot.strike import strike_batch
+from billiard_shot.status import Status
+from billiard_shot.table.trajectory import Trajectory
+
+SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset
+HEIGHT_FACTORS = (-0.8, -0.4, 0.0, 0.4, 0.8)
+ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
+SPEEDS = 14
+# A path is approximated by lines: so many for each of its first segments, and for all the others.
+LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
+MAX_SEGMENTS = 40  # of a path
+SAMPLES = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
+MIN_CLEARANCE = 0.003  # m, of a path from other balls
+MAX_ARRIVAL_HEIGHT = 0.8  # ball radii above the cloth: a higher ball does not hit another one well
+
+
+class StrikeLibrary(NamedTuple):
+    """Strikes of a cue at 1 m/s along +x, and the paths of the ball on an endless cloth."""
+
+    offsets: Array  # (n, 3) a, b and elevation
+    paths: Array  # (n, SAMPLES, 3) m relative to the start; z is 0 on the cloth
+
+
+def build_strike_library(problem: Problem) -> StrikeLibrary:
+    """Simulate strikes on a grid of offsets and elevations within the limits."""
+    robot = problem.limits.robot
+    low, high = problem.limits.elevations
+    offsets = np.array(
+        [
+            (robot.offset_max * side, robot.offset_max * height, elevation)
+            for elevation in ELEVATIONS
+            if low <= elevation <= high
+            for height in HEIGHT_FACTORS
+            for side in SIDE_FACTORS
+            if math.hypot(side, height) <= 1.0
+        ]
+    ).reshape(-1, 3)
+    strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
+    normals, velocities = vectors_of(strokes)
+    centre = np.array([0.0, 0.0, problem.radius])
+    paths, kept = [], []
+    for i in range(len(offsets)):
+        played = strike_batch(
+            problem.model,
+            normals[i : i + 1],
+            velocities[i : i + 1],
+            centre,
+            1e-4,
+            segments=MAX_SEGMENTS,
+        )
+        if played.strikes['status'][0] == Status.OK and len(played.segments) <= MAX_SEGMENTS:
+            path = Trajectory(played.segments)
+            paths.append(path.at(_times(path)).position - centre)
+            kept.append(i)
+    return StrikeLibrary(offsets[kept], np.array(paths).reshape(-1, SAMPLES, 3))
+
+
+def _times(path: Trajectory) -> Array:
+    """Choose times of SAMPLES points, densely on the short, curved first segments."""
+    starts = path.rows['time'][: DENSE_SEGMENTS + 1]
+    ends = np.append(starts, np.full(DENSE_SEGMENTS + 1 - len(starts), path.duration))
+    dense = np.interp(
+        np.arange(DENSE_SEGMENTS * LINES_PER_SEGMENT) / LINES_PER_SEGMENT,
+        np.arange(DENSE_SEGMENTS + 1),
+        ends,
+    )
+    return np.append(dense, np.linspace(ends[-1], path.duration, COARSE_LINES + 1))
+
+
+def curved_candidates(
+    problem: Problem, strikes: StrikeLibrary, point: Waypoint, count: int
+) -> Candidates:
+    """Find up to `count` strokes whose paths reach a waypoint clear of all other balls."""
+    robot = problem.limits.robot
+    slowest = min(max(0.6, robot.speed_min), robot.speed_max)
+    found, spreads = [], []
+    for speed in np.geomspace(slowest, robot.speed_max, SPEEDS):
+        paths = strikes.paths * speed**2
+        azimuth, gap, cut, length = _turn_through(problem, paths, point)
+        fit = np.flatnonzero((gap > 0.0) & (cut > MIN_CUT_COSINE))
+        found.append(
+            np.column_stack([strikes.offsets[fit], azimuth[fit], np.full(len(fit), speed)])
+        )
+        spreads.append(np.array([spread_of(problem, point, length, float(cut[i])) for i in fit]))
+    strokes, spread = np.concatenate(found), np.concatenate(spreads)
+    allowed = problem.limits.allows_azimuth(strokes[:, 3])
+    strokes, spread = strokes[allowed], spread[allowed]
+    raised = raise_for_clearance(problem.scene, problem.limits, strokes)
+    free = np.flatnonzero(
+        np.abs(raised[:, 2] - strokes[:, 2]) < 1e-9
+    )  # a higher cue gives another path
+    # chosen evenly from all speeds and elevations
+    free = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(np.int64)]
+    return Candidates(raised[free], spread[free], np.zeros(len(free), np.int64))
+
+
+def _turn_through(
+    problem: Problem, paths: Array, point: Waypoint
+) -> tuple[Array, Array, Array, float]:
+    """
+    Turn paths (n, SAMPLES, 3) so that they go through a waypoint.
+
+    Returns azimuths (n,), clearances from other balls and cushions (n,) [m] (negative if too small
+    or if the path does not reach the waypoint), cosines of the cut (n,), and the distance.
+    """
+    ahead = point.place - problem.cue_ball
+    distance = float(np.hypot(*ahead))
+    radii = np.hypot(paths[..., 0], paths[..., 1])
+    beyond = radii >= distance
+    index = np.where(beyond.any(axis=1), beyond.argmax(axis=1), 0)
+    row = np.arange(len(paths))
+    reaches = index > 0
+    before = np.maximum(index - 1, 0)
+    r0, r1 = radii[row, before], radii[row, index]
+    part = np.where(reaches, (distance - r0) / np.where(r1 > r0, r1 - r0, 1.0), 0.0)
+    p0, p1 = paths[row, before], paths[row, index]
+    there = p0 + part[:, np.newaxis] * (p1 - p0)
+    azimuth = math.atan2(ahead[1], ahead[0]) - np.arctan2(there[:, 1], there[:, 0])
+    sine, cosine = np.sin(azimuth), np.cos(azimuth)
+    # the path up to the waypoint, in the frame of the table
+    reached = np.arange(SAMPLES) <= before[:, np.newaxis]
+    points = np.where(reached[..., np.newaxis], paths, there[:, np.newaxis])
+    x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
+    y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]
+    world = np.stack([x, y, points[..., 2]], axis=2)
+    gap = np.where(reaches & (there[:, 2] < MAX_ARRIVAL_HEIGHT * problem.radius), np.inf, -np.inf)
+    for other in range(1, len(problem.places)):
+        if other == point.struck:
+            continue
+        apart = _distances(world, np.array([*problem.places[other], 0.0]))
+        gap = np.minimum(gap, apart - 2.0 * problem.radius - MIN_CLEARANCE)
+    half_length, half_width = problem.half_sizes
+    inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
+    gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
+    step = p1 - p0
+    heading = np.stack(
+        [cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]], axis=1
+    )
+    size = np.maximum(np.hypot(*heading.T), 1e-12)
+    cut = heading @ point.push / size if point.struck else np.ones(len(paths))
+    return azimuth, gap, cut, distance
+
+
+def _distances(paths: Array, point: Array) -> Array:
+    """Smallest distance (n,) of paths (n, SAMPLES, 3) from a point (3,)."""
+    begin = paths[:, :-1] - point
+    along = np.diff(paths, axis=1)
+    square = np.maximum((along**2).sum(axis=2), 1e-300)
+    part = np.clip(-(begin * along).sum(axis=2) / square, 0.0, 1.0)
+    nearest = begin + part[..., np.newaxis] * along
+    distances: Array = np.sqrt((nearest**2).sum(axis=2).min(axis=1))
+    return distances

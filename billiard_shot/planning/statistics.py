@@ -1,0 +1,30 @@
+"""Execution noise as random numbers, and confidence intervals of success probabilities."""
+
+import math
+
+import numpy as np
+
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strikes import Array
+
+Z95 = 1.959963984540054  # quantile of a two-sided 95 % interval
+
+
+def wilson_interval(successes: float, trials: int, z: float = Z95) -> tuple[float, float]:
+    """
+    Compute the confidence interval of a probability (E. B. Wilson, J. Am. Stat. Assoc. 22, 1927).
+
+    It is also valid near 0 and 1, unlike the normal approximation. Without trials it is (0, 1).
+    """
+    if trials == 0:
+        return 0.0, 1.0
+    p, square = successes / trials, z * z / trials
+    middle = (p + 0.5 * square) / (1.0 + square)
+    half = z / (1.0 + square) * math.sqrt(p * (1.0 - p) / trials + 0.25 * square / trials)
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def sample_execution_noise(problem: Problem, draw: np.random.Generator, count: int) -> Array:
+    """Draw independent normal errors (count, 5) of strokes, in the units of the strokes."""
+    drawn: Array = draw.standard_normal((count, 5)) * problem.sigmas
+    return drawn
