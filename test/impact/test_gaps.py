@@ -208,7 +208,7 @@ def test_energy_is_never_gained(links, wall, exponent, law):
         bodies, contacts, law=law, exponent=exponent, tolerance=1e-9, reactivation='distance'
     )
     if law == 'bistiffness':  # under law energetic, springs may lose their energy without end
-        assert result.status == Status.OK
+        assert result.status in (Status.OK, Status.INFINITE_SEQUENCE)
     before = 0.5 * masses[0]
     after = 0.5 * np.dot(masses, result.velocities[:count, 2] ** 2)
     assert after + result.dissipated.sum() == pytest.approx(before, rel=1e-6)
