@@ -1,6 +1,7 @@
 """What the driver refuses and reports: other drivers, settings, clocks, silence."""
 
 from pathlib import Path
+import signal
 
 import pytest
 
@@ -12,6 +13,7 @@ from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory
 import yaml
 
@@ -195,10 +197,10 @@ def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_on
     cell.player.destroy_publisher(publisher)
 
 
-def test_a_command_without_a_number_is_refused(cell, launch_once):
-    """The refusal is logged once, not at every repetition."""
+def test_commands_that_a_mechanism_refuses(cell, launch_once):
+    """Commands without a number, and old ones; a refusal is logged once, not every time."""
     publisher = cell.player.create_publisher(JointTrajectory, f'{SPACE}/elsewhere', 1)
-    launch_once(
+    process = launch_once(
         'cue_sim',
         '-r',
         f'__ns:={SPACE}',
@@ -210,18 +212,24 @@ def test_a_command_without_a_number_is_refused(cell, launch_once):
         'actuation_topic:=elsewhere',
     )
     assert cell.player.until(publisher.get_subscription_count, 60.0)
-    for _ in range(5):
-        publisher.publish(JointTrajectory())
-        cell.player.until(lambda: False, 0.05)
 
     def said():
         return [line for line in cell.logged('second_sim') if line.startswith('ignored')]
 
+    for _ in range(5):
+        publisher.publish(JointTrajectory())
+        cell.player.until(lambda: False, 0.05)
     assert cell.player.until(said, 20.0)
     assert said() == [
         "ignored a command: header.frame_id: '' is not allowed; it must be the name "
         'of the driver, a slash, and the number of the command'
     ]
+    process.send_signal(signal.SIGSTOP)
+    publisher.publish(JointTrajectory(header=Header(frame_id='driver/1')))
+    cell.player.until(lambda: False, 3.0)
+    process.send_signal(signal.SIGCONT)
+    assert cell.player.until(lambda: len(said()) > 1, 20.0)
+    assert said()[1].startswith('ignored a command: command 1 was written ')
 
 
 def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):
