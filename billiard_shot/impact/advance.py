@@ -62,3 +62,5 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
         c.compression[0] = max(y, 0.0) if c.normal_mode != INACTIVE else min(y, 0.0)
         if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= m.options.rounding:
             c.velocity[0] = 0.0
+            if c.compression[0] >= -m.options.rounding:  # a contact that nothing has reached yet
+                c.compression[0] = 0.0

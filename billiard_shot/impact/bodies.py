@@ -130,8 +130,11 @@ class Body:
         """Spin per angular impulse in the common frame, (3, 3) [1/(kg m^2)]."""
         if self.inertia is None or self.mass == np.inf:
             return np.zeros((3, 3))
+        inertia = np.asarray(self.inertia)
+        if (inertia == inertia[0, 0] * np.eye(3)).all():  # as of a ball, however it is turned
+            return np.eye(3) / inertia[0, 0]
         turn = rotation(np.asarray(self.orientation))
-        inverse: Vector = turn @ np.linalg.inv(np.asarray(self.inertia)) @ turn.T
+        inverse: Vector = turn @ np.linalg.inv(inertia) @ turn.T
         return inverse
 
 
@@ -145,7 +148,9 @@ def inertia_matrix(value: ArrayLike) -> Vector:
         array = np.diag(np.broadcast_to(array, 3))
     sound = array.shape == (3, 3) and np.isfinite(array).all()
     sound = sound and np.abs(array - array.T).max() <= 1e-9 * np.abs(array).max()
-    if sound:
+    if sound and (array == array[0, 0] * np.eye(3)).all():
+        sound = array[0, 0] > 0.0
+    elif sound:
         moments = np.linalg.eigvalsh(array)
         sound = moments[0] > 1e-12 * moments[2] and moments[2] <= (1 + 1e-9) * (
             moments[0] + moments[1]

@@ -3,10 +3,26 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, Contact, Vector
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.frames import contact_axes
+
+PLANAR = 1e-12  # smallest singular value, relative to the largest, of directions in one plane
+
+
+def body_numbers(contacts: Sequence[Contact]) -> NDArray[np.int64]:
+    """Numbers of the bodies a and b of each contact, (N, 2)."""
+    return np.array([(contact.a, contact.b) for contact in contacts])
+
+
+def levers(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
+    """From the centres of bodies a and b to the contact points [m], (N, 2, 3)."""
+    points = np.array([contact.point for contact in contacts])
+    positions = np.array([body.position for body in bodies])
+    result: Vector = points[:, np.newaxis] - positions[body_numbers(contacts)]
+    return result
 
 
 def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
@@ -16,35 +32,41 @@ def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
     Where all that happens stays in one plane, the second tangents are normal to it, and nothing
     couples to them. Otherwise any tangents do.
     """
-    seen = [np.asarray(contact.normal) for contact in contacts]
-    for contact in contacts:
-        for index in (contact.a, contact.b):
-            body = bodies[index]
-            lever = np.asarray(contact.point) - np.asarray(body.position)
-            seen += [] if body.inertia is None else [lever, np.cross(np.asarray(body.spin), lever)]
-            seen += [np.asarray(body.velocity)]
-            seen += [] if body.guide is None else [np.asarray(body.guide)]
-    units = [v / np.linalg.norm(v) for v in seen if np.linalg.norm(v) > 0.0]
-    _, spread, axes = np.linalg.svd(np.array(units))
-    across = axes[2] if len(spread) < 3 or spread[2] < 1e-12 * spread[0] else np.zeros(3)
+    normals = np.array([contact.normal for contact in contacts])
+    numbers, arms = body_numbers(contacts), levers(bodies, contacts)
+    spins = np.array([body.spin for body in bodies])[numbers]
+    turns = np.array([body.inertia is not None for body in bodies])[numbers]
+    taking_part = [bodies[i] for i in sorted(set(numbers.ravel().tolist()))]
+    directions = [
+        normals,
+        arms[turns],
+        np.cross(spins, arms)[turns],
+        np.array([body.velocity for body in taking_part]),
+        np.array([body.guide for body in taking_part if body.guide is not None]).reshape(-1, 3),
+    ]
+    vectors = np.concatenate(directions)
+    lengths = np.linalg.norm(vectors, axis=1)
+    units = vectors[lengths > 0.0] / lengths[lengths > 0.0, np.newaxis]
+    at_least_three = np.concatenate([units, np.zeros((3, 3))])
+    _, spread, axes = np.linalg.svd(at_least_three, full_matrices=False)
+    across = axes[2] if spread[2] < PLANAR * spread[0] else np.zeros(3)
     rows = np.zeros((3 * len(contacts), 3)).tolist()
-    for i, contact in enumerate(contacts):
-        normal = np.asarray(contact.normal, float)
-        in_plane = np.cross(across, normal).tolist()
-        contact_axes(normal.tolist(), in_plane, in_plane, rows, 3 * i)
+    in_plane = np.cross(across, normals).tolist()
+    for i, normal in enumerate(normals.tolist()):
+        contact_axes(normal, in_plane[i], in_plane[i], rows, 3 * i)
     return np.array(rows).reshape(-1, 3, 3)
 
 
 def jacobians(bodies: Sequence[Body], contacts: Sequence[Contact], axes: Vector) -> Vector:
     """Contact velocities per velocity and spin of each body: (bodies, 3 N, 6)."""
-    result = np.zeros((len(bodies), 3 * len(contacts), 6))
-    for i, contact in enumerate(contacts):
-        for index, sign in ((contact.a, 1.0), (contact.b, -1.0)):
-            lever = np.asarray(contact.point) - np.asarray(bodies[index].position)
-            rows = result[index, 3 * i : 3 * i + 3]
-            rows[:, :3] = sign * axes[i]
-            rows[:, 3:] = sign * np.cross(lever, axes[i])
-    return result
+    count = len(contacts)
+    numbers, arms = body_numbers(contacts), levers(bodies, contacts)
+    result = np.zeros((len(bodies), count, 3, 6))
+    for side, sign in enumerate((1.0, -1.0)):
+        body, contact = numbers[:, side], np.arange(count)
+        result[body, contact, :, :3] = sign * axes
+        result[body, contact, :, 3:] = sign * np.cross(arms[:, side, np.newaxis], axes)
+    return result.reshape(len(bodies), 3 * count, 6)
 
 
 def response(jacobian: Vector, mobility: Vector) -> Vector:
@@ -53,7 +75,8 @@ def response(jacobian: Vector, mobility: Vector) -> Vector:
 
     W is symmetric, and couplings that are only rounding are made exactly zero.
     """
-    w: Vector = np.einsum('bik,bkl,bjl->ij', jacobian, mobility, jacobian)
+    moved = np.einsum('bik,bkl->bil', jacobian, mobility)
+    w: Vector = np.einsum('bil,bjl->ij', moved, jacobian)
     w = 0.5 * (w + w.T)
     size = np.sqrt(np.diag(w))
     w[np.abs(w) <= rounding.COUPLING * np.outer(size, size)] = 0.0
