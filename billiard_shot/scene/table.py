@@ -40,11 +40,16 @@ class BallBall:
         only if more than two bodies collide. 25: the duration of a contact is proportional to the
         root of mass over stiffness; it is 0.25 ms for two balls and 1.3 ms for the tip (high-speed
         films, Alciatore), whose stiffness is 1.5.
+    duration : float
+        Duration of the contact of two balls that meet at 3 m/s [s], at least 0 and at most 10 ms;
+        at other speeds it follows from the exponent. While balls are in contact the impact is
+        passed on to balls at small distances. 0: contacts take no time. 0.25 ms: high-speed films
+        (Alciatore).
     gap : float
         Largest distance of balls (and cushions) that count as touching when one of them is hit
-        [m], at least 0 and at most 1 mm; bodies farther apart collide one after the other. 0.1 um
-        includes balls that were placed in contact, and excludes the gaps of a rack, which are tens
-        of um. Values below 10 nm count as 10 nm: so deep pressed bodies may overlap.
+        [m], at least 0 and at most 1 mm; if contacts take no time, bodies farther apart collide
+        one after the other. 0.1 um includes balls that were placed in contact. Values below 10 nm
+        count as 10 nm: so deep pressed bodies may overlap.
 
     """
 
@@ -53,6 +58,7 @@ class BallBall:
     friction_slow: float = number('', minimum=0, default=0.108)
     friction_decay: float = number('s/m', minimum=0, default=1.088)
     stiffness: float = number('any unit', above=0, default=25.0)
+    duration: float = number('s', minimum=0, maximum=0.01, default=0.25e-3)
     gap: float = number('m', minimum=0, maximum=1e-3, default=1e-7)
 
     def __post_init__(self) -> None:

@@ -173,7 +173,7 @@ def _shot(data: dict[str, Any]) -> Shot:
             data['strike'].get(key, 0.0) if data['version'] == 1 else (data['strike'][key])
         )
     scene, stroke, tolerance = (
-        Scene.from_dict(with_present_keys(Scene, data['scene'], warn=False)),
+        _scene(data),
         _stroke(data['stroke']),
         data['tolerance'],
     )
@@ -225,6 +225,13 @@ def _find_discontinuity(
     )
     decide(strikes, found, None)
     return float(found[0])
+
+
+def _scene(data: dict[str, Any]) -> Scene:
+    scene = with_present_keys(Scene, data['scene'], warn=False)
+    if data['version'] == 1:  # when contacts took no time
+        scene['contacts']['ball_ball'].setdefault('duration', 0.0)
+    return Scene.from_dict(scene)
 
 
 def _stroke(data: dict[str, Any]) -> Stroke:

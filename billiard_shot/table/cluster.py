@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
+from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
-from billiard_shot.table.geometry import Table
+from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import advance, Ball, CLUSTER, FLIGHT, NOTHING
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
@@ -29,39 +30,74 @@ def touching_group(
     places: dict[int, NDArray[np.float64]], seeds: set[int], reach: float
 ) -> list[int]:
     """Balls that are within reach of one of the seeds, or of each other, from there on."""
-    found, fresh = set(seeds), list(seeds)
-    while fresh:
-        here = places[fresh.pop()]
-        near = {i for i in places if i not in found and np.linalg.norm(places[i] - here) <= reach}
-        found |= near
-        fresh += sorted(near)
-    return sorted(found)
+    names = np.array(list(places))
+    centres = np.array([places[name] for name in places])
+    near = np.linalg.norm(centres[:, np.newaxis] - centres, axis=2) <= reach
+    found = np.isin(names, list(seeds))
+    while not np.array_equal(found, grown := near[found].any(axis=0)):
+        found = grown
+    return sorted(names[found].tolist())
 
 
-def ball_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
-    """Contacts between balls, those that come first against those that come later."""
-    n, contacts = table.numbers, []
-    places = [np.array(ball.position) for ball in balls]
-    for i, a in enumerate(balls):
-        for j in range(i + 1, len(balls)):
-            apart = places[i] - places[j]
-            distance = np.linalg.norm(apart)
-            if distance > 2.0 * table.params.radius + n.contact_gap:
-                continue
-            normal = apart / distance
-            point = places[j] + 0.5 * apart
-            slip = _surface_velocity(a, point) - _surface_velocity(balls[j], point)
-            slip -= normal * (normal @ slip)
-            friction = n.friction_fast + n.friction_slow * np.exp(
-                -n.friction_decay * np.linalg.norm(slip)
-            )
-            contacts.append(
-                Contact(i, j, point, normal, n.ball_restitution, float(friction), n.ball_stiffness)
-            )
-    return contacts
+def ball_contacts(table: Table, balls: list[Ball], reach: float, unit: float) -> list[Contact]:
+    """
+    Contacts between balls, those that come first against those that come later.
+
+    Parameters
+    ----------
+    table : Table
+    balls : list of Ball
+    reach : float
+        Balls that are farther apart have no contact [m].
+    unit : float
+        Of the scene's stiffnesses [N/m^exponent].
+
+    """
+    n, diameter = table.numbers, 2.0 * table.params.radius
+    places = np.array([ball.position for ball in balls])
+    velocities = np.array([ball.velocity for ball in balls])
+    spins = np.array([ball.spin for ball in balls])
+    first, second = np.triu_indices(len(balls), 1)
+    distances = np.linalg.norm(places[first] - places[second], axis=1)
+    near = distances <= diameter + reach
+    first, second, distances = first[near], second[near], distances[near]
+    normals = (places[first] - places[second]) / distances[:, np.newaxis]
+    points = 0.5 * (places[first] + places[second])
+    slips = velocities[first] + np.cross(spins[first], points - places[first])
+    slips -= velocities[second] + np.cross(spins[second], points - places[second])
+    slips -= normals * (normals * slips).sum(axis=1, keepdims=True)
+    frictions = n.friction_fast + n.friction_slow * np.exp(
+        -n.friction_decay * np.linalg.norm(slips, axis=1)
+    )
+    return [
+        Contact(
+            i,
+            j,
+            point,
+            normal,
+            n.ball_restitution,
+            friction,
+            unit * n.ball_stiffness,
+            gap_between(n, distance - diameter),
+        )
+        for i, j, point, normal, friction, distance in zip(
+            first.tolist(),
+            second.tolist(),
+            points,
+            normals,
+            frictions.tolist(),
+            distances.tolist(),
+            strict=True,
+        )
+    ]
 
 
-def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
+def gap_between(n: TableNumbers, distance: float) -> float:
+    """Gap that counts between balls at a distance [m]: none if they touch, or take no time."""
+    return distance if n.ball_duration > 0.0 and distance > n.contact_gap else 0.0
+
+
+def cushion_contacts(table: Table, balls: list[Ball], unit: float) -> list[Contact]:
     """Contacts of balls with the cushions they touch, and then with the cloth."""
     n, params, radius = table.numbers, table.params, table.params.radius
     contacts, fixed, jaws = [], len(balls), len(table.jaws)
@@ -87,7 +123,7 @@ def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
                         normal,
                         n.cushion_restitution,
                         n.cushion_friction,
-                        n.cushion_stiffness,
+                        unit * n.cushion_stiffness,
                     )
                 )
                 held = True
@@ -100,21 +136,25 @@ def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
                     UP,
                     params.cloth_restitution,
                     params.cloth_friction,
-                    params.cloth_stiffness,
+                    unit * params.cloth_stiffness,
                 )
             )
     return contacts
 
 
-def contacts_among(table: Table, balls: list[Ball]) -> list[Contact]:
-    """Contacts of balls with each other, and with what is fixed: the body after the balls."""
-    n, contacts = table.numbers, ball_contacts(table, balls)
+def contacts_among(table: Table, balls: list[Ball], reach: float, unit: float) -> list[Contact]:
+    """
+    Contacts of balls with each other, and with what is fixed: the body after the balls.
+
+    Parameters as of `ball_contacts`.
+    """
+    n, contacts = table.numbers, ball_contacts(table, balls, reach, unit)
     outside = max(
         max(abs(ball.position[0]) - n.nose_half_length, abs(ball.position[1]) - n.nose_half_width)
         for ball in balls
     )
     if outside + table.params.radius >= 0.0:  # to look at all edges takes a while
-        contacts += cushion_contacts(table, balls)
+        contacts += cushion_contacts(table, balls, unit)
     return contacts
 
 
@@ -147,19 +187,25 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for i, ball in enumerate(every)
         if ball.motion <= FLIGHT
     }
-    reach = 2.0 * params.radius + table.numbers.contact_gap
-    members = touching_group(places, {int(progress.ball), int(progress.other)}, reach)
+    reach, n = float(progress.reach), table.numbers
+    seeds = {int(progress.ball), int(progress.other)}
+    members = touching_group(places, seeds, 2.0 * params.radius + reach)
     balls = [every[i] for i in members]
     for ball in balls:
         advance(ball, time)
     before = sum(energy_of(params, ball) for ball in balls)
-    contacts = contacts_among(table, balls)
+    takes_time, unit = n.ball_duration > 0.0, 1.0
+    if takes_time:
+        unit = stiffness_of(params.mass, n.ball_duration, params.exponent) / n.ball_stiffness
+    contacts = contacts_among(table, balls, reach, unit)
     result = collide(
         [*(body_of(params, ball) for ball in balls), Body.fixed()],
         contacts,
         law=LAW_NAMES[params.law],
         exponent=params.exponent,
         tolerance=TOLERANCE,
+        reactivation='distance' if takes_time else 'instant',
+        phases=False,
     )
     if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         progress.unsolved = int(result.status)
@@ -198,8 +244,3 @@ def _write_back(balls: Any, objects: list[Ball]) -> None:
     if balls is not objects:
         for name in _CHANGED:
             balls[name] = [getattr(ball, name) for ball in objects]
-
-
-def _surface_velocity(ball: Ball, point: NDArray[np.float64]) -> NDArray[np.float64]:
-    turning: NDArray[np.float64] = np.cross(ball.spin, point - np.array(ball.position))
-    return np.array(ball.velocity) + turning

@@ -10,6 +10,7 @@ import math
 from billiard_shot.compiled import inner
 from billiard_shot.table.ball_collision import collide_balls, line_of_centres, relative_component
 from billiard_shot.table.ball_impact import MIN_APPROACH_SPEED
+from billiard_shot.table.contact_duration import reach_of_impact
 from billiard_shot.table.cushion import collide_cushion, edge_contact
 from billiard_shot.table.flight import bounce, lumped_bounce_error
 from billiard_shot.table.flight_boundary import outside_noses
@@ -130,9 +131,10 @@ def collide_with_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> 
 
 
 @inner
-def defer_to_cluster(s: Simulation, time: float, ball: int, other: int) -> None:
+def defer_to_cluster(s: Simulation, time: float, ball: int, other: int, reach: float) -> None:
     """Stop for an impact of three bodies or more."""
     p = s.progress
+    p.reach = reach
     p.pending, p.unsolved, p.time, p.ball, p.other = True, 0, time, ball, other
 
 
@@ -149,15 +151,22 @@ def touches_nose(table: Table, ball: Ball, time: float) -> bool:
 
 
 @inner
-def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float) -> bool:
-    """Whether either of two balls that meet touches another one, or a nose."""
-    reach = 2.0 * table.params.radius + table.numbers.contact_gap
+def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float, reach: float) -> bool:
+    """Whether either of two balls that meet is within reach of another one, or touches a nose."""
+    distance = 2.0 * table.params.radius + reach
     return (
-        touches_another(s, i, j, time, reach)
-        or touches_another(s, j, i, time, reach)
+        touches_another(s, i, j, time, distance)
+        or touches_another(s, j, i, time, distance)
         or touches_nose(table, s.balls[i], time)
         or touches_nose(table, s.balls[j], time)
     )
+
+
+@inner
+def impact_reach(table: Table, speed: float) -> float:
+    """Distance [m] up to which balls take part in an impact of balls that meet at a speed."""
+    n = table.numbers
+    return reach_of_impact(n.contact_gap, n.ball_duration, table.params.exponent, speed)
 
 
 @inner
@@ -169,7 +178,7 @@ def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
     reach = 2.0 * params.radius + table.numbers.contact_gap
     lies = ball.position[2] == params.radius  # one in the air strikes the cushion by itself
     if lies and feature < HOLES and touches_another(s, ball.ball, ball.ball, ball.time, reach):
-        defer_to_cluster(s, ball.time, ball.ball, ball.ball)
+        defer_to_cluster(s, ball.time, ball.ball, ball.ball, table.numbers.contact_gap)
         return
     if feature == OUTSIDE:
         cause, feature = OFF, NOTHING
@@ -195,8 +204,9 @@ def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -
     x, y, z, distance = line_of_centres(a, b)
     approach = -relative_component(a.velocity, b.velocity, x, y, z)
     slow = approach <= MIN_APPROACH_SPEED
-    if not slow and is_cluster(table, s, i, j, time):
-        defer_to_cluster(s, time, i, j)
+    reach = impact_reach(table, approach)
+    if not slow and is_cluster(table, s, i, j, time, reach):
+        defer_to_cluster(s, time, i, j, reach)
         return
     collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
     if slow:

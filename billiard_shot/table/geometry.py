@@ -49,6 +49,7 @@ class TableNumbers:
     friction_slow: float
     friction_decay: float
     ball_stiffness: float
+    ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
     contact_gap: float
     pair_gate: int
     tolerance: float  # for leaving out bounces of a ball that flies
@@ -142,6 +143,7 @@ def numbers_of(
         'friction_slow',
         'friction_decay',
         'ball_stiffness',
+        'ball_duration',
         'contact_gap',
         'pair_gate',
     ):

@@ -69,6 +69,7 @@ def table_params(scene: Scene) -> TableParams:
         float(balls.friction_slow),
         float(balls.friction_decay),
         float(balls.stiffness),
+        float(balls.duration),
         # Those that collide may be as far apart, or as deep in each other where they were pressed
         # together: they must be among those in touch.
         max(float(balls.gap), BEYOND),

@@ -54,6 +54,7 @@ class TableParams(NamedTuple):
     friction_slow: float  # of balls: fast + slow exp(-decay slip)
     friction_decay: float  # s/m
     ball_stiffness: float
+    ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
     contact_gap: float  # m, within which bodies touch
     pair_gate: int = AUTO  # ON: every pair of balls is looked at; OFF: none
     pocket_gate: int = AUTO  # ON: every pocket is looked at

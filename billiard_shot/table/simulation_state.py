@@ -52,6 +52,7 @@ class Progress:
     time: float
     ball: int
     other: int
+    reach: float  # m: balls at so small distances take part
 
 
 class Simulation(NamedTuple):

@@ -67,7 +67,7 @@ def test_cradles_with_gaps_of_a_nanometre_are_cradles_in_touch(count, restitutio
 
 @pytest.mark.parametrize('count', [3, 5])
 def test_cradles_with_wide_gaps_hand_the_motion_on(count):
-    speeds = cradle(IDEAL, count, 1e-5)
+    speeds = cradle(IDEAL, count, 2e-4)  # a contact at 1 m/s reaches 0.13 mm
     assert speeds[:-1] == pytest.approx(0, abs=1e-2)
     assert speeds[-1] == pytest.approx(speeds.sum(), rel=1e-2)
 

@@ -102,7 +102,8 @@ class Cluster(EffectGate[EffectContext]):
 
     name = 'cluster'
     condition = 'a ball meets one that touches others, or a cushion'
-    overrides: ClassVar = {OFF: {'contact_gap': -1e-3}}  # m: nothing is ever so deep in another
+    # Nothing is ever so deep in another one; and contacts take no time.
+    overrides: ClassVar = {OFF: {'contact_gap': -1e-3, 'ball_duration': 0.0}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """Events of more than two bodies."""
