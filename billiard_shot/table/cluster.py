@@ -1,8 +1,9 @@
 """
-Three bodies or more in touch when one of them is hit: all at once, by billiard_shot.impact.
+Impacts of three bodies or more, all at once, by billiard_shot.impact.
 
-Who takes part: the balls that are connected to those that meet by gaps within the tolerance, the
-cushions that these touch, and the cloth below balls that touch a cushion, which presses them down.
+Who takes part: the balls that are connected to those that meet by gaps within reach of the impact
+(contact_duration.py), the cushions that these touch, and the cloth below balls that touch a
+cushion, which presses them down.
 """
 
 from typing import Any
@@ -210,14 +211,18 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         progress.unsolved = int(result.status)
     velocities, spins = result.velocities.tolist(), result.spins.tolist()
+    hits = [
+        {c.a, c.b} for c, impulse in zip(contacts, result.impulses, strict=True) if impulse.any()
+    ]
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
-        met = [c.a + c.b - k for c in contacts if k in (c.a, c.b) and len(balls) not in (c.a, c.b)]
+        met = {members[j] for hit in hits if k in hit for j in hit - {k, len(balls)}}
         if ball.first_contact == NOTHING and met:
-            ball.first_contact = members[min(met)]
-        participants.append((number, i))
+            ball.first_contact = min(met & seeds or met)
+        if any(k in hit for hit in hits):
+            participants.append((number, i))
     after = sum(energy_of(params, ball) for ball in balls)
     _write_back(s.balls, every)
     ball = every[int(progress.ball)]

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from billiard_shot import BallState, Scene, simulate
+from billiard_shot import BallState, EventKind, Scene, simulate
 from billiard_shot.table.contact_duration import reach_of_impact, stiffness_of
 
 POOL = Scene.load('pool')
@@ -104,3 +104,21 @@ def test_stiffness_and_duration():
     linear = stiffness_of(0.17, 0.25e-3, 1.0)
     assert np.pi * np.sqrt(0.085 / linear) == pytest.approx(0.25e-3)
     assert reach_of_impact(0.0, 0.25e-3, 1.0, 6.0) == pytest.approx(0.5 * 6.0 * 0.25e-3)
+
+
+def test_balls_that_nothing_reaches_do_not_take_part():
+    still = {'velocity': (0, 0, 0), 'spin': (0, 0, 0)}
+    near = 2 * R + 1e-4
+    states = {
+        'beside': BallState((near, near, R), **still),  # near the one that is hit, but aside
+        'cue': BallState((-2 * R - 1e-6, 0, R), (3, 0, 0), (0, 0, 0)),
+        'behind': BallState((near, 0, R), **still),
+        'hit': BallState((0, 0, R), **still),
+    }
+    run = simulate(scene_of(0.25e-3), states)
+    assert run.first_met['cue'] == 'hit'
+    assert run.first_met['hit'] == 'cue'
+    assert run.first_met['behind'] == 'hit'
+    first = run.events[0]
+    assert first.kind == EventKind.CLUSTER
+    assert set(first.balls) == {'cue', 'behind', 'hit'}
