@@ -34,13 +34,14 @@ def pocket(mouth, turn_deg, jaw, depth, radius, inset, corner):
     }
 
 
-def scene(cushion='han', flight='off'):
+def scene(cushion='han', flight='off', duration=0.0):
     """
     Scene with pooltool's numbers.
 
     Flight is off because pooltool has none: there friction between balls never lifts one. The
     friction between balls is a little lower: pooltool takes the speed at which they part, e v, for
-    their normal impulse per mass, which is (1 + e) v / 2.
+    their normal impulse per mass, which is (1 + e) v / 2. Impacts take no time there, nor here if
+    `duration` is 0 s.
     """
     weaker = 0.95 / (0.5 * (1.0 + 0.95))
     above = (2.0 * HEIGHT - 1.0) * RADIUS
@@ -58,6 +59,7 @@ def scene(cushion='han', flight='off'):
                     'friction_fast': 0.009951 * weaker,
                     'friction_slow': 0.108 * weaker,
                     'friction_decay': 1.088,
+                    'duration': duration,
                 },
             },
             'cloth': {

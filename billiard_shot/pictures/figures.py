@@ -10,6 +10,7 @@ from billiard_shot.pictures.impulse import (
     draw_two_balls,
 )
 from billiard_shot.pictures.paper_shots import draw_paper_shots
+from billiard_shot.pictures.rack_gaps import draw_rack_gaps
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
@@ -69,6 +70,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
         around(), path, 'A massé around ball 1: 2.36 m/s, 57 degrees steep'
     ),
     'table-break': lambda path: draw_shot(opening(), path, 'A break at eight-ball: 8 m/s'),
+    'rack-gaps': draw_rack_gaps,
     'history': lambda path: draw_history(
         trails_of(combination()), path, 'The combination over time'
     ),

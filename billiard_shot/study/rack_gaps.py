@@ -1,0 +1,50 @@
+"""What gaps between the balls of a rack do to a break."""
+
+from dataclasses import replace
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene import Scene
+from billiard_shot.table.simulate import simulate
+from billiard_shot.table.trajectory import BallState
+
+ROWS, SPEED, SOON = (
+    5,
+    8.0,
+    5e-3,
+)  # of the triangle; of the cue ball [m/s]; when speeds are read [s]
+
+
+def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
+    """
+    Speeds of fifteen balls soon after a cue ball of 8 m/s met the head ball full (15,) [m/s].
+
+    Parameters
+    ----------
+    scene : Scene
+        Ball, cloth and contacts; nothing else counts.
+    gap : float
+        Between all neighbours in the triangle [m].
+
+    """
+    radius = scene.ball.radius
+    spacing, rest = 2.0 * radius + gap, np.zeros(3)
+    cue = np.array([-2.0 * radius - 1e-3, 0.0, radius])
+    states = {'cue': BallState(cue, np.array([SPEED, 0.0, 0.0]), rest)}
+    for row in range(ROWS):
+        for k in range(row + 1):
+            place = (row * spacing * math.sqrt(0.75), (k - 0.5 * row) * spacing, radius)
+            states[f'{row} {k}'] = BallState(np.array(place), rest, rest)
+    run = simulate(replace(scene, table=None, balls={}), states)
+    soon = list(run.at(SOON).values())[1:]
+    return np.array([np.linalg.norm(state.velocity) for state in soon])
+
+
+def without_duration(scene: Scene) -> Scene:
+    """Return a scene in which contacts between balls take no time."""
+    contacts = scene.contacts
+    return replace(
+        scene, contacts=replace(contacts, ball_ball=replace(contacts.ball_ball, duration=0.0))
+    )
