@@ -8,6 +8,7 @@ PYTHON ?= python3
 DISTRO :=
 export DISTRO
 LOCK   := config/constraints$(DISTRO:%=-%).txt
+RUNS   := 20
 VENV   := .venv
 BIN    := $(VENV)/bin
 
@@ -24,6 +25,10 @@ else
   unexport PYTHONPATH AMENT_PREFIX_PATH LD_LIBRARY_PATH
 endif
 
+# Without bytecode on disk every process compiles all Python code that it imports, numba included:
+# a node takes twice the processor time to start.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help setup demo test nightly lint docs bench soak lock clean
 
 help:
@@ -33,7 +38,7 @@ help:
 	@echo 'make nightly  the tests that take minutes'
 	@echo 'make docs   the pages as HTML, in docs/_build/html'
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
-	@echo 'make soak   the tests of the nodes 20 times, every other time with all cores busy'
+	@echo 'make soak   the tests of the nodes RUNS=20 times, every other time with all cores busy'
 	@echo 'make lock   the newest versions of all Python packages into $(LOCK)'
 	@echo 'make clean  removes .venv and all caches'
 
@@ -82,13 +87,14 @@ docs: setup
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo 'docs/_build/html/index.html'
 
-# The nodes keep time: their tests come after the others, alone.
+# The nodes keep time: their tests come after the others. They wait more than they compute, so three
+# workers share two cores.
 test: lint setup
 ifeq ($(ROS),none)
 	$(BIN)/pytest -n 2 --dist loadgroup
 else
 	$(BIN)/pytest -n 2 --dist loadgroup -m 'not ros'
-	$(BIN)/pytest -m ros test/ros
+	$(BIN)/pytest -n 3 --dist loadgroup --no-loadscope-reorder -m ros test/ros
 endif
 
 # Cases that take minutes, and the random strikes.
@@ -97,7 +103,7 @@ nightly: setup
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
 soak: setup
-	$(BIN)/python test/ros/soak.py
+	$(BIN)/python test/ros/soak.py $(RUNS)
 
 lock:
 	@config/setup.sh lock $(PYTHON) $(LOCK)

@@ -5,10 +5,10 @@ import os
 from pathlib import Path
 import re
 import shutil
-import signal
 import subprocess
 import sys
 
+from node_process import starts_and_ends
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -137,20 +137,12 @@ def test_a_node_runs_from_the_workspace(workspace, environment):
     )
     assert said.startswith(str(workspace / 'install'))
     # not compiled: that takes half a minute, and is the same as in all the other tests
-    node = subprocess.Popen(
+    starts_and_ends(
         ['bash', '-c', 'exec install/billiard_shot/lib/billiard_shot/predictor'],
+        'ready: service /predict_shot',
         cwd=workspace,
         env=sourced(environment) | {'NUMBA_DISABLE_JIT': '1'},
-        stderr=subprocess.STDOUT,
-        stdout=subprocess.PIPE,
-        text=True,
     )
-    try:
-        assert any('ready: service /predict_shot' in line for line in node.stdout)
-    finally:
-        node.send_signal(signal.SIGINT)
-        assert node.wait(timeout=60) == 0
-        node.stdout.close()
 
 
 @pytest.mark.skipif(

@@ -19,7 +19,10 @@ from billiard_shot.scene.bundled import scene_names, scene_path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = 'billiard_shot'
-pytestmark = pytest.mark.skipif(not (ROOT / 'setup.py').exists(), reason='needs a source checkout')
+pytestmark = [
+    pytest.mark.xdist_group('packaging'),  # one build, by one worker
+    pytest.mark.skipif(not (ROOT / 'setup.py').exists(), reason='needs a source checkout'),
+]
 
 
 def run(*command, **options):

@@ -195,6 +195,16 @@ class CueDriver(LifecycleNode):
             self.on_deactivate(state)
         return super().on_shutdown(state)
 
+    def leave(self) -> None:
+        """
+        Take back the offer of commands.
+
+        A signal ends the process without that. A new driver would see this one until its lease
+        expires, 20 s later, and would take it for a rival. Nothing else is taken back: in another
+        process the end of a publisher can deadlock with an announcement (Fast DDS 3.2).
+        """
+        self.destroy_publisher(self._actuation)
+
     # --- inputs and requests --------------------------------------------------------------------
 
     def _on_estop(self, message: Bool, info: Mapping[str, Any]) -> None:
@@ -371,7 +381,7 @@ def _answer(response: Trigger.Response, decision: Decision) -> Trigger.Response:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(CueDriver, 'cue_driver', args)
+    run(CueDriver, 'cue_driver', args, CueDriver.leave)
 
 
 if __name__ == '__main__':

@@ -7,7 +7,7 @@ import gc
 import os
 import signal
 import sys
-from typing import Any
+from typing import Any, TypeVar
 
 import rclpy
 from rclpy.clock import Clock, ClockType
@@ -17,6 +17,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from billiard_shot import machine_code, predict, Scene, Stroke
+
+N = TypeVar('N', bound=Node)
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of latched topics: late subscribers receive the last message."""
@@ -116,14 +118,20 @@ def set_niceness(node: Node, niceness: int) -> None:
         )
 
 
-def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None:
+def run(
+    make: Callable[[], N],
+    name: str,
+    args: Sequence[str] | None,
+    leave: Callable[[N], object] = lambda node: None,
+) -> None:
     """
-    Make a node and run it until SIGINT or SIGTERM; then exit with code 0.
+    Make a node and run it until SIGINT or SIGTERM; then call `leave` and exit with code 0.
 
     After a bad parameter, print one line and exit with code 1.
     """
     received: list[int] = []
     starting = True
+    node: N | None = None
 
     def end(number: int, _: object) -> None:
         received.append(number)
@@ -141,12 +149,13 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
         with initialized(args):
             try:
                 executor = SingleThreadedExecutor()
-                executor.add_node(make())
+                node = make()
+                starting = False
+                executor.add_node(node)
                 # Objects created so far are permanent. Searching all of numba for garbage would
                 # stop the node for a third of a second from time to time.
                 gc.collect()
                 gc.freeze()
-                starting = False
                 while rclpy.ok():
                     executor.spin_once(timeout_sec=SPIN_TIMEOUT)
             except ExternalShutdownException:
@@ -155,6 +164,9 @@ def run(make: Callable[[], Node], name: str, args: Sequence[str] | None) -> None
                 # A signal may surface as an error of whatever was being executed.
                 if rclpy.ok() and not received:
                     raise
+            finally:
+                if node:
+                    leave(node)
     except ParameterException as error:
         sys.exit(f'{name}: {error}')
     finally:

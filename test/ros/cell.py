@@ -11,11 +11,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
+from waiting import call, PATIENCE
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.client import call
 from billiard_shot.ros.demo import SIMULATION
 from billiard_shot.ros.player import Player
 
@@ -23,11 +23,15 @@ SCENE = Scene.load('paper')
 STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
 PATIENT = {
     'cue_driver': ('-p', 'autostart:=true', *SIMULATION),
-    'cue_sim': SIMULATION,
+    'cue_sim': (*SIMULATION, '-p', 'rate:=100.0'),
     'table_sim': ('-p', 'real_time_factor:=100.0'),
     'predictor': (),
 }
-"""Nodes and their arguments, patient with a machine that is busy with other tests."""
+"""
+Nodes and their arguments, patient with a machine that is busy with other tests.
+
+At the default rate of joint_states the driver and the mechanism take half a core.
+"""
 DEADLINE = 2.0
 """Seconds without a command after which the mechanism stops by itself."""
 
@@ -86,7 +90,7 @@ class Cell:
     def wait_for_services(self, *more):
         """Wait, and go on saying that all is well."""
         for service in (*self.services.values(), *more):
-            assert self.player.until(service.service_is_ready, 20.0), service.service_name
+            assert self.player.until(service.service_is_ready, PATIENCE), service.service_name
 
     def start(self, name):
         process = self.launch(name, '-r', f'__ns:={self.space}', *self.nodes[name])
@@ -107,18 +111,18 @@ class Cell:
     def begin(self, goal):
         """Send a goal; a future of how it ends."""
         sent = self.player._execute.send_goal_async(goal)
-        assert self.player.until(sent.done, 10.0)
+        assert self.player.until(sent.done, PATIENCE)
         self.handle = sent.result()
         return self.handle.get_result_async()
 
-    def reach(self, state, seconds=20.0):
-        assert self.player.until(lambda: self.state is state, seconds), self.player.states[-1]
+    def reach(self, state):
+        assert self.player.until(lambda: self.state is state, PATIENCE), self.player.states[-1]
 
     def moving(self):
         """Whether any joint moved in the last joint_states of the mechanism."""
         self.joints.clear()
         known = self.player.until(
-            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), 2.0
+            lambda: any(len(message.name) == len(JOINTS) for message in self.joints), PATIENCE
         )
         assert known, 'the mechanism is silent'
         last = next(each for each in self.joints[::-1] if len(each.name) == len(JOINTS))
@@ -132,7 +136,7 @@ class Cell:
             lambda: any(
                 status.name == name for each in self.diagnostics for status in each.status
             ),
-            20.0,
+            PATIENCE,
         ), 'no diagnostics of the driver'
         status = next(
             status
@@ -158,11 +162,11 @@ class Cell:
 
     def stands_still(self):
         """Wait until the mechanism has stopped; its own record shows that it did so in time."""
-        assert self.player.until(self.stops, 30.0), 'the mechanism has not stopped'
+        assert self.player.until(self.stops, PATIENCE), 'the mechanism has not stopped'
         stop = self.stops()[0]
         assert stop.braking <= SLOWEST_BRAKE
         assert stop.silence is None or stop.silence <= DEADLINE + 0.01
-        assert self.player.until(lambda: not self.moving(), 30.0)
+        assert self.player.until(lambda: not self.moving(), PATIENCE)
         return stop
 
     def prepare(self):
@@ -173,10 +177,10 @@ class Cell:
         self.player.safety_inputs_on = True
         assert self.player.until(
             lambda: self.state is State.DISARMED or self.call('cue_driver/clear_fault').success,
-            30.0,
+            PATIENCE,
         )
         snapshot = int(self.call('table_sim/reset').message.split()[1])
-        assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, 10.0)
+        assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, PATIENCE)
         self.reach(State.DISARMED)
         self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
         for heard in (self.commands, self.angles, self.log):

@@ -14,13 +14,20 @@ import pytest
 
 Start = Callable[..., subprocess.Popen[str]]
 
+LONGEST = ('test_firing', 'test_cue', 'test_paused_processes', 'test_driver_safety', 'test_bags')
+"""Files that begin first, so that the workers end together."""
 
+
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.stem, len(order)))
     for item in items:
         if item.path.is_relative_to(os.path.dirname(__file__)):
             item.add_marker(pytest.mark.ros)
             # One worker for a file, whose tests share nodes; a launch test has no fixtures.
-            if 'domain' in getattr(item, 'fixturenames', ()):
+            own = item.get_closest_marker('xdist_group')
+            if 'domain' in getattr(item, 'fixturenames', ()) and not own:
                 item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 

@@ -13,6 +13,8 @@ import sys
 
 ROOT = Path(__file__).resolve().parents[2]
 LOGS = ROOT / 'log'
+HOW = ['-n', '3', '--dist', 'loadgroup', '--no-loadscope-reorder', '-m', 'ros', 'test/ros']
+"""As in `make test`."""
 
 
 @contextlib.contextmanager
@@ -36,7 +38,7 @@ def main(runs: str = '20', *arguments: str) -> None:
         cores = 0 if run % 2 else os.cpu_count()
         with busy_cores(cores), log.open('w') as file:
             code = subprocess.run(
-                [sys.executable, '-m', 'pytest', '-m', 'ros', 'test/ros', *arguments],
+                [sys.executable, '-m', 'pytest', *HOW, *arguments],
                 cwd=ROOT,
                 stdout=file,
                 stderr=subprocess.STDOUT,

@@ -14,6 +14,7 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
+from cell import PATIENT
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -29,7 +30,6 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosgraph_msgs.msg import Clock
-from test_firing import NODES as PATIENT
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
@@ -187,9 +187,7 @@ def recorded(node, launch, tmp_path_factory):
     gc.freeze()  # a long collection would be a silence of the emergency stop
     path = tmp_path_factory.mktemp('bags') / 'shot'
     processes = [
-        launch(name, '-r', f'__ns:={SPACE}', *arguments)
-        for name, arguments in NODES.items()
-        if name != 'planner'
+        launch(name, '-r', f'__ns:={SPACE}', *arguments) for name, arguments in NODES.items()
     ]
     player = Player(SPACE, simulate_safety_inputs=True)
     player.wait_for_all()

@@ -1,31 +1,37 @@
 """The mechanical cue as real processes: driver, simulated mechanism and simulated table."""
 
 import math
+import os
+from pathlib import Path
 import signal
-from time import monotonic
 
 import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from action_msgs.msg import GoalStatus
+from cell import PATIENT
+from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import ListParameters, SetParameters
 from std_msgs.msg import Bool
+from waiting import call, PATIENCE, spin_until
 
 from billiard_shot import Stroke
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import call
 from billiard_shot.ros.cue_conversions import is_stop
+from billiard_shot.ros.demo import SIMULATION
 from billiard_shot.shot.replay import from_json
 
 SPACE = '/cell'
+NODES = {**PATIENT, 'cue_sim': SIMULATION}
+"""Joint states come at the default rate."""
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
 
 
@@ -58,13 +64,13 @@ def test_what_it_publishes(cell):
     ended = cell.begin(cell.goal('topics'))
     cell.reach(State.AIMED)
     cell.commands.clear()
-    assert cell.player.until(lambda: len(cell.commands) > 3, 2.0), 'repeated while it holds'
+    assert cell.player.until(lambda: len(cell.commands) > 3, PATIENCE), 'repeated while it holds'
     command = cell.commands[-1]
     assert command.joint_names == list(JOINTS)
     assert all(len(point.velocities) == len(JOINTS) for point in command.points)
     assert cell.angles[-1].data == pytest.approx(0.2, abs=1e-9)
     cell.diagnostics.clear()
-    assert cell.player.until(lambda: cell.diagnostics, 3.0)
+    assert cell.player.until(lambda: cell.diagnostics, PATIENCE)
     (status,) = cell.diagnostics[-1].status
     assert status.name == '/cell/cue_driver'
     assert status.message == 'AIMED: waiting to be armed'
@@ -81,14 +87,14 @@ def test_what_it_publishes(cell):
     measured = [each for each in cell.joints if each.name == ['incline_angle']]
     assert measured[-1].position[0] == pytest.approx(0.2, abs=math.radians(0.02))
     cell.call('cue_driver/disarm')
-    assert cell.player.until(ended.done, 5.0)
+    assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.DISARMED
 
 
 def test_refused_by_name(cell):
     def outcome(goal):
         ended = cell.begin(goal)
-        assert cell.player.until(ended.done, 5.0)
+        assert cell.player.until(ended.done, PATIENCE)
         result = ended.result()
         assert result.status == GoalStatus.STATUS_ABORTED
         assert result.result.message
@@ -127,11 +133,11 @@ def test_busy_and_cancel(cell):
     ended = cell.begin(cell.goal('first'))
     first = cell.handle
     second = cell.begin(cell.goal('second'))
-    assert cell.player.until(second.done, 5.0)
+    assert cell.player.until(second.done, PATIENCE)
     assert second.result().result.outcome == Outcome.BUSY
     cell.reach(State.AIMED)
     canceled = first.cancel_goal_async()
-    assert cell.player.until(lambda: canceled.done() and ended.done(), 5.0)
+    assert cell.player.until(lambda: canceled.done() and ended.done(), PATIENCE)
     assert ended.result().status == GoalStatus.STATUS_CANCELED
     assert ended.result().result.outcome == Outcome.CANCELED
     cell.reach(State.DISARMED)
@@ -147,24 +153,24 @@ def test_arm_is_refused_with_the_reason(cell):
 def test_estop_stops_latches_and_clears(cell):
     ended = cell.begin(cell.goal('estop'))
     cell.reach(State.AIMING)
-    assert cell.player.until(cell.moving, 5.0)
+    assert cell.player.until(cell.moving, PATIENCE)
     cell.player.safety_inputs_on = False
     cell.estop.publish(Bool(data=True))
-    assert cell.player.until(lambda: cell.commands and is_stop(cell.commands[-1]), 2.0)
+    assert cell.player.until(lambda: cell.commands and is_stop(cell.commands[-1]), PATIENCE)
     cell.reach(State.ESTOP)
-    assert cell.player.until(ended.done, 5.0)
+    assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.ESTOP
     cell.stands_still()
     assert 'estop: is true' in cell.call('cue_driver/clear_fault').message
     cell.player.safety_inputs_on = True
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 5.0)
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
 
 
 def test_silence_stops(cell):
     cell.begin(cell.goal('silence'))
     cell.reach(State.AIMING)
     cell.player.safety_inputs_on = False
-    cell.reach(State.ESTOP, 20.0)
+    cell.reach(State.ESTOP)
     assert 'estop: no message for' in cell.player.states[-1].reason
     cell.stands_still()
 
@@ -178,13 +184,13 @@ def test_deactivate_disarms(cell):
 
     ended = cell.begin(cell.goal('deactivate'))
     cell.reach(State.AIMING)
-    assert cell.player.until(cell.moving, 20.0)  # else the mechanism has nothing to stop
+    assert cell.player.until(cell.moving, PATIENCE)  # else the mechanism has nothing to stop
     assert transition(Transition.TRANSITION_DEACTIVATE).success
-    assert cell.player.until(ended.done, 5.0)
+    assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.DISARMED
     cell.stands_still()
     refused = cell.begin(cell.goal('inactive'))
-    assert cell.player.until(refused.done, 5.0)
+    assert cell.player.until(refused.done, PATIENCE)
     assert refused.result().result.outcome == Outcome.NOT_READY
     assert 'not active' in cell.call('cue_driver/arm').message
     assert transition(Transition.TRANSITION_CLEANUP).success
@@ -225,7 +231,7 @@ def test_a_late_brake_is_a_fault(cell):
 def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
     cell.begin(cell.goal(f'killed {state.name}'))
     if state is State.AIMING:
-        assert cell.player.until(cell.moving, 20.0)
+        assert cell.player.until(cell.moving, PATIENCE)
     else:
         cell.reach(State.AIMED)
         assert cell.call('cue_driver/arm').success
@@ -235,7 +241,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
     cell.player.wait_for_rest()
     cell.player.states.clear()
     cell.start('cue_driver')
-    assert cell.player.until(lambda: cell.player.states, 60.0)
+    assert cell.player.until(lambda: cell.player.states, PATIENCE)
     cell.player.wait_for_all()
     cell.wait_for_services()
 
@@ -244,13 +250,13 @@ def test_a_killed_mechanism_is_a_fault(cell):
     ended = cell.begin(cell.goal('killed mechanism'))
     cell.reach(State.AIMING)
     cell.processes['cue_sim'].kill()
-    cell.reach(State.FAULT, 20.0)
+    cell.reach(State.FAULT)
     assert 'joint_states: no message for' in cell.player.states[-1].reason
-    assert cell.player.until(ended.done, 5.0)
+    assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.FAULT
     assert not cell.call('cue_driver/clear_fault').success
     cell.start('cue_sim')
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 20.0)
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
     assert cell.player.execute(cell.goal('as before')).result.outcome == Outcome.OK
 
 
@@ -260,29 +266,55 @@ def test_another_process_killed_does_no_harm(cell):
     cell.processes['predictor'].kill()
     cell.processes['table_sim'].kill()
     assert cell.call('cue_driver/arm').success
-    assert cell.player.until(ended.done, 20.0)
+    assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.OK
 
 
 @pytest.mark.parametrize('name', ['cue_driver', 'cue_sim', 'table_sim'])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
-    process = launch(name, '-r', f'__ns:=/end_{name}_{number}')
-    assert process.stdout is not None
-    wait_for_node(node, name, f'/end_{name}_{number}')
+    space = f'/end_{name}_{number}'
+    process = launch(name, '-r', f'__ns:={space}')
+    client = node.create_client(ListParameters, f'{space}/{name}/list_parameters')
+    assert client.wait_for_service(timeout_sec=PATIENCE)
+    call(node, client, ListParameters.Request(), repeatable=True)
+
     process.send_signal(number)
-    said, _ = process.communicate(timeout=10)
+    said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said
     assert 'Traceback' not in said
 
 
-def wait_for_node(node, name, namespace):
-    import rclpy
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_driver_that_has_ended_is_no_rival(launch, node, number, long_lease):
+    space = f'/ended_{number}'
+    process = launch('cue_driver', '-r', f'__ns:={space}', '-p', 'autostart:=true')
+    # A node may log before it can be ended in order; its diagnostics come from its executor.
+    heard = []
+    listener = node.create_subscription(DiagnosticArray, '/diagnostics', heard.append, 100)
 
-    deadline = monotonic() + 60.0
-    while (name, namespace) not in node.get_node_names_and_namespaces():
-        assert monotonic() < deadline
-        rclpy.spin_once(node, timeout_sec=0.05)
+    def commands():
+        return node.count_publishers(f'{space}/cue_driver/actuation')
+
+    assert spin_until(
+        node,
+        lambda: any(each.status[0].name == f'{space}/cue_driver' for each in heard) and commands(),
+    )
+    process.send_signal(number)
+    assert process.wait(timeout=PATIENCE) == 0
+    assert spin_until(node, lambda: not commands())
+    node.destroy_subscription(listener)
+
+
+@pytest.fixture
+def long_lease(domain, monkeypatch, tmp_path):
+    """Let others wait for an hour before they take a silent process for dead."""
+    profile = Path(os.environ['FASTDDS_DEFAULT_PROFILES_FILE']).read_text()
+    begin = '<discovery_config>'
+    assert profile.count(begin) == 1
+    lease = '<leaseDuration><sec>3600</sec></leaseDuration>'
+    (tmp_path / 'fastdds.xml').write_text(profile.replace(begin, begin + lease))
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', str(tmp_path / 'fastdds.xml'))
 
 
 @pytest.mark.parametrize(
@@ -298,7 +330,7 @@ def wait_for_node(node, name, namespace):
 )
 def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
     process = launch(name, '-p', setting)
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
     assert words in said
     assert 'Traceback' not in said

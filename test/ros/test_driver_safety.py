@@ -15,10 +15,10 @@ from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory
+from waiting import call, PATIENCE
 import yaml
 
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.client import call
 from billiard_shot.ros.demo import SIMULATION
 
 SPACE = '/safety'
@@ -56,23 +56,23 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
         '-p',
         'actuation_topic:=cue_driver/actuation',
     )
-    cell.reach(State.FAULT, 60.0)
+    cell.reach(State.FAULT)
     assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
     assert cell.player.until(
         lambda: any(
             'FAULT: another node commands the mechanism: ' in line
             for line in cell.logged('second_driver')
         ),
-        60.0,
+        PATIENCE,
     )
     rival = f'another node commands the mechanism: {SPACE}/second_driver'
-    assert cell.player.until(lambda: cell.health()['other drivers'] == rival, 30.0)
+    assert cell.player.until(lambda: cell.health()['other drivers'] == rival, PATIENCE)
     refused = cell.call('cue_driver/clear_fault')
     assert not refused.success
     assert rival in refused.message
     second.terminate()
-    assert second.wait(timeout=30) == 0
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, 30.0)
+    assert second.wait(timeout=PATIENCE) == 0
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
 
 
 def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
@@ -99,7 +99,7 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
             '0.05 s is not allowed; each must be at least four times the period of 0.02 s' in line
             for line in cell.logged('cue_driver')
         ),
-        20.0,
+        PATIENCE,
     )
     assert put('joint_states_timeout', 2.0) == ''
     assert transition(Transition.TRANSITION_CONFIGURE).success
@@ -132,7 +132,7 @@ def test_it_says_what_it_waits_for(cell, launch_once):
             if each.name == '/lonely/cue_driver'
         ]
 
-    assert cell.player.until(status, 60.0)
+    assert cell.player.until(status, PATIENCE)
     assert status()[-1].level == DiagnosticStatus.WARN
     assert 'estop: no message received; interlock: no message received' in status()[-1].message
     assert cell.player.until(
@@ -141,7 +141,7 @@ def test_it_says_what_it_waits_for(cell, launch_once):
             for each in cell.log
             if each.name == 'lonely.cue_driver'
         ),
-        30.0,
+        PATIENCE,
     )
 
 
@@ -153,7 +153,7 @@ def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
             for each in cell.log
             if each.name == 'idle.cue_driver'
         ),
-        60.0,
+        PATIENCE,
     )
 
 
@@ -174,7 +174,7 @@ def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_on
         ]
         return said[-1] if said else ''
 
-    assert cell.player.until(lambda: 'no message received on /clock' in clock(), 60.0)
+    assert cell.player.until(lambda: 'no message received on /clock' in clock(), PATIENCE)
     publisher = cell.player.create_publisher(Clock, '/clock', 1)
     time = 100.0
 
@@ -193,7 +193,9 @@ def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_on
     time -= 60.0
     assert run(30.0, lambda: clock().startswith('ROS clock: jumped back by '))
     assert run(30.0, lambda: clock() == 'ok')
-    assert cell.player.until(lambda: clock().startswith('ROS clock: has stood still for'), 30.0)
+    assert cell.player.until(
+        lambda: clock().startswith('ROS clock: has stood still for'), PATIENCE
+    )
     cell.player.destroy_publisher(publisher)
 
 
@@ -211,7 +213,7 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
         '-p',
         'actuation_topic:=elsewhere',
     )
-    assert cell.player.until(publisher.get_subscription_count, 60.0)
+    assert cell.player.until(publisher.get_subscription_count, PATIENCE)
 
     def said():
         return [line for line in cell.logged('second_sim') if line.startswith('ignored')]
@@ -219,7 +221,7 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
     for _ in range(5):
         publisher.publish(JointTrajectory())
         cell.player.until(lambda: False, 0.05)
-    assert cell.player.until(said, 20.0)
+    assert cell.player.until(said, PATIENCE)
     assert said() == [
         "ignored a command: header.frame_id: '' is not allowed; it must be the name "
         'of the driver, a slash, and the number of the command'
@@ -228,13 +230,13 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
     publisher.publish(JointTrajectory(header=Header(frame_id='driver/1')))
     cell.player.until(lambda: False, 3.0)
     process.send_signal(signal.SIGCONT)
-    assert cell.player.until(lambda: len(said()) > 1, 20.0)
+    assert cell.player.until(lambda: len(said()) > 1, PATIENCE)
     assert said()[1].startswith('ignored a command: command 1 was written ')
 
 
 def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):
     process = launch_once('cue_driver', '-p', 'joint_states_timeout:=0.05')
-    said, _ = process.communicate(timeout=60)
+    said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
     assert 'at least four times the period' in said
     assert 'Traceback' not in said

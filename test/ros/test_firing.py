@@ -15,10 +15,17 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot.ros import plan_player, player, seal_shot
-from billiard_shot.ros.demo import quiet_environment
+from cell import PATIENT
+import rclpy
+from rclpy.client import Client
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+from waiting import PATIENCE
 
-pytestmark = pytest.mark.xdist_group('firing')  # one worker: the nodes serve all tests
+from billiard_shot.ros import plan_player, player, seal_shot
+from billiard_shot.ros.client import RETRY_PERIOD
+from billiard_shot.ros.demo import quiet_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'firing.md'
@@ -27,25 +34,9 @@ PLAYER, PLAN_PLAYER, SEAL_SHOT = (
     [sys.executable, '-m', f'billiard_shot.ros.{name}']
     for name in ('player', 'plan_player', 'seal_shot')
 )
-# Patient with a machine that is busy with other tests.
 NODES = {
-    'cue_driver': (
-        '-p',
-        'autostart:=true',
-        '-p',
-        'joint_states_timeout:=2.0',
-        '-p',
-        'motion_timeout:=10.0',
-        '-p',
-        'estop_timeout:=2.0',
-        '-p',
-        'interlock_timeout:=2.0',
-        '-p',
-        'arm_timeout:=30.0',
-    ),
-    'cue_sim': ('-p', 'command_timeout:=2.0'),
-    'table_sim': ('-p', 'real_time_factor:=100.0'),
-    'predictor': (),
+    **PATIENT,
+    'cue_driver': (*PATIENT['cue_driver'], '-p', 'arm_timeout:=30.0'),
     'planner': ('-p', 'scene:=paper'),
 }
 
@@ -57,9 +48,11 @@ def block(words: str, language: str = 'sh') -> str:
 
 
 class Shell(NamedTuple):
-    """An environment with the nodes of the page, and a `ros2` command."""
+    """An environment with the nodes of the page, and a `ros2` command; a node that looks on."""
 
     environment: dict[str, str]
+    node: Node
+    executor: SingleThreadedExecutor
 
     def begin(self, command: str | list[str]) -> subprocess.Popen[str]:
         return subprocess.Popen(
@@ -72,10 +65,21 @@ class Shell(NamedTuple):
             start_new_session=True,
         )
 
-    def run(self, command: str | list[str], seconds: float = 120.0) -> tuple[int, str]:
+    def run(self, command: str | list[str], seconds: float = PATIENCE) -> tuple[int, str]:
         process = self.begin(command)
         said, _ = process.communicate(timeout=seconds)
         return process.returncode, said
+
+    def trigger(self, client: Client) -> Trigger.Response:
+        """Call a service that may be called twice."""
+        for _ in range(60):  # an answer is lost if the server has not yet discovered the client
+            assert client.wait_for_service(PATIENCE), client.service_name
+            future = client.call_async(Trigger.Request())
+            self.executor.spin_until_future_complete(future, RETRY_PERIOD)
+            if future.done():
+                return future.result()
+            client.remove_pending_request(future)
+        raise TimeoutError(client.service_name)
 
 
 def read_until(process: subprocess.Popen[str], words: str) -> str:
@@ -89,7 +93,7 @@ def read_until(process: subprocess.Popen[str], words: str) -> str:
 
 
 @pytest.fixture(scope='module')
-def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
+def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Shell]:
     """Return a shell in a ROS domain of its own, with every node of the page running."""
     from domain_coordinator import domain_id
 
@@ -100,8 +104,16 @@ def shell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Shell]:
     )
     command.chmod(0o755)
     with domain_id() as number, contextlib.ExitStack() as stack:
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=number)
+        stack.callback(rclpy.shutdown, context=context)
+        node = rclpy.create_node('onlooker', context=context)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
         shell = Shell(
-            {**quiet_environment(number), 'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'}
+            {**quiet_environment(number), 'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'},
+            node,
+            executor,
         )
         processes = [
             subprocess.Popen(
@@ -138,14 +150,19 @@ def stop(processes: list[subprocess.Popen[str]], number: int) -> None:
             process.wait()
 
 
+@pytest.fixture(scope='module')
+def services(shell: Shell) -> list[Client]:
+    return [
+        shell.node.create_client(Trigger, name)
+        for name in ('/table_sim/reset', '/cue_driver/clear_fault')
+    ]
+
+
 @pytest.fixture
-def ball_in_its_place(shell: Shell) -> None:
+def ball_in_its_place(shell: Shell, services: list[Client]) -> None:
     """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
-    code, said = shell.run(
-        'ros2 service call /table_sim/reset std_srvs/srv/Trigger &&'
-        'ros2 service call /cue_driver/clear_fault std_srvs/srv/Trigger'
-    )
-    assert code == 0, said
+    for service in services:
+        shell.trigger(service)
 
 
 @pytest.mark.usefixtures('ball_in_its_place')
@@ -157,7 +174,7 @@ def test_one_command_plans_and_waits_for_the_operator_who_fires(shell):
     assert fire == block('cue_driver/arm').strip()
     _, answer = shell.run(fire)
     assert 'success=True' in answer, answer
-    rest, _ = process.communicate(timeout=60)
+    rest, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said + rest
     assert 'executed    OK: done' in rest
     assert 'target      reached' in rest
@@ -177,7 +194,7 @@ def test_step_by_step_with_the_ros2_command(shell):
     said = read_until(executed, 'waiting to be armed')
     code, answer = shell.run(block('cue_driver/arm'))
     assert 'success=True' in answer, answer
-    rest, _ = executed.communicate(timeout=60)
+    rest, _ = executed.communicate(timeout=PATIENCE)
     assert 'outcome: 0' in rest, said + rest
     assert 'struck: true' in rest
     assert 'Goal finished with status: 4' in rest
@@ -197,7 +214,7 @@ def test_a_stroke_of_ones_own_is_sealed(shell):
 def test_in_python(shell):
     process = shell.begin([sys.executable, '-u', '-c', block('import', 'python')])
     process.stdin.write('yes\n')
-    said, _ = process.communicate(timeout=120)
+    said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said
     assert said.splitlines()[-1] == 'done'
 
@@ -272,7 +289,7 @@ def test_a_player_that_is_ended_cancels_its_shot(shell, number):
     process = shell.begin([*PLAYER, '--b', '0.2', '--speed', '0.5'])
     read_until(process, 'aimed ')
     process.send_signal(number)
-    said, _ = process.communicate(timeout=30)
+    said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 128 + number, said
     assert 'Traceback' not in said
     _, answer = shell.run(block('cue_driver/arm'))

@@ -1,10 +1,10 @@
 """The nodes on ROS 2 Jazzy: what rclpy cannot do there is taken away from the one that is here."""
 
 from pathlib import Path
-import signal
 import subprocess
 import sys
 
+from node_process import starts_and_ends
 import pytest
 
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -43,15 +43,4 @@ for module in {MODULES}:
 
 def test_a_node_starts_and_ends(domain):
     program = AS_ON_JAZZY + 'from billiard_shot.ros.cue_sim import main\nmain()\n'
-    node = subprocess.Popen(
-        [sys.executable, '-c', program],
-        stderr=subprocess.STDOUT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert any('ready' in line for line in node.stdout)
-    finally:
-        node.send_signal(signal.SIGINT)
-        assert node.wait(timeout=60) == 0
-        node.stdout.close()
+    starts_and_ends([sys.executable, '-c', program])

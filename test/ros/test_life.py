@@ -123,6 +123,7 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
     assert put('sample_count', integer, integer_value=0).successful
 
 
+@pytest.mark.xdist_group('demo')  # it shares no node with the others
 def test_demo_prints_the_four_shots(domain):
     done = subprocess.run(
         [sys.executable, '-m', 'billiard_shot.ros.demo'],
