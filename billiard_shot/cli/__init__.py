@@ -26,6 +26,7 @@ COMMANDS = (
     'accuracy',
     'laws',
     'paper',
+    'measured',
     'hard-cases',
     'urdf',
     'compile',

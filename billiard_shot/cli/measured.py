@@ -1,0 +1,92 @@
+"""`billiard-shot measured`: published values beside computed ones."""
+
+import argparse
+import json
+import textwrap
+from typing import Any
+
+from billiard_shot.cli.progress import progress
+from billiard_shot.cli.text_table import table
+from billiard_shot.study.measured.comparison import compare, Comparison, Group
+from billiard_shot.study.measured.published import SOURCES
+
+HELP = 'compute what others measured or published, and print both with the deviation'
+WIDTH = 80  # characters of a line
+LABEL = 40  # characters of the name of a row
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the option for JSON."""
+    parser.add_argument(
+        '--json', action='store_true', help='print one JSON object; angles in degrees'
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute and print."""
+    groups = list(progress(compare(), 'measured'))
+    if options.json:
+        print(json.dumps(_as_json(groups), allow_nan=False, ensure_ascii=False))
+        return 0
+    keys = list(SOURCES)
+    for group in groups:
+        numbers = ' '.join(f'[{keys.index(key) + 1}]' for key in group.sources)
+        print(textwrap.fill(f'{group.title} {numbers}', WIDTH))
+        print(f'{_as_table(group)}\n')
+    for number, text in enumerate(SOURCES.values(), 1):
+        print(textwrap.fill(f'[{number}] {text}', WIDTH, subsequent_indent='    '))
+    return 0
+
+
+def _as_table(group: Group) -> str:
+    rows = [('', 'published', '   +-', 'computed', 'deviation')]
+    case = ''
+    for row in group.rows:
+        rows.append(
+            (
+                _label(row, row.case == case).ljust(LABEL),
+                _number(row.published, row.digits, 9),
+                _number(row.uncertainty, row.digits, 6),
+                _number(row.computed, row.digits, 8),
+                _number(row.deviation, row.digits, 9, '+'),
+            )
+        )
+        case = row.case
+    return table(rows)
+
+
+def _label(row: Comparison, again: bool) -> str:
+    """Name a row; its case only in the first row of that case."""
+    case = '' if not row.case else '  ' if again else f'{row.case}: '
+    return f'{case}{row.quantity}' + (f' ({row.unit})' if row.unit else '')
+
+
+def _number(value: float | None, digits: int, width: int, sign: str = '') -> str:
+    if value is None:
+        return ' ' * width
+    return f'{round(value, digits) + 0.0:{sign}.{digits}f}'.rjust(width)  # + 0.0: no -0
+
+
+def _as_json(groups: list[Group]) -> dict[str, Any]:
+    return {
+        'groups': [
+            {
+                'title': group.title,
+                'sources': list(group.sources),
+                'rows': [
+                    {
+                        'case': row.case,
+                        'quantity': row.quantity,
+                        'unit': row.unit,
+                        'published': row.published,
+                        'uncertainty': row.uncertainty,
+                        'computed': row.computed,
+                        'deviation': row.deviation,
+                    }
+                    for row in group.rows
+                ],
+            }
+            for group in groups
+        ],
+        'sources': SOURCES,
+    }

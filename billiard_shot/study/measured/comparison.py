@@ -1,0 +1,312 @@
+"""Each published value beside the one that is computed here."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from billiard_shot.scene import BallBall, Scene
+from billiard_shot.study.measured import published, shots
+
+SPEED = 2.0  # m/s, of the cue ball in the 30 degree rule and in draw shots
+REBOUND_SPEEDS = 20  # of the RMS deviation
+SHOWN_REBOUNDS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)  # m/s
+ROLLING_SPEED = 1.0  # m/s, of roll-outs
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """
+    A published value beside the computed one, in the same unit.
+
+    Attributes
+    ----------
+    case : str
+        Common to consecutive comparisons; empty: none.
+    quantity : str
+    unit : str
+    published : float, optional
+        None: nothing was published.
+    computed : float
+    uncertainty : float, optional
+        Of the published value, plus or minus; None: not stated.
+    digits : int
+        Behind the decimal point, as published.
+
+    """
+
+    case: str
+    quantity: str
+    unit: str
+    published: float | None
+    computed: float
+    uncertainty: float | None = None
+    digits: int = 1
+
+    @property
+    def deviation(self) -> float | None:
+        """Computed minus published value."""
+        return None if self.published is None else self.computed - self.published
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Comparisons of one kind, with a title and the keys of their sources."""
+
+    title: str
+    sources: tuple[str, ...]
+    rows: tuple[Comparison, ...]
+
+
+def compare() -> Iterator[Group]:
+    """Compute all groups, one after the other."""
+    pool, snooker = Scene.load('pool'), Scene.load('snooker')
+    yield _collisions(snooker)
+    yield _collision_errors(snooker)
+    yield _rebounds(snooker)
+    for name, scene in (
+        ('Ideal balls (restitution 1, no friction)', shots.endless(pool, shots.IDEAL)),
+        ('Scene pool', shots.endless(pool)),
+    ):
+        yield _deflections(name, scene)
+        yield _draw(name, scene)
+    yield _throw(shots.endless(pool))
+    yield _rolling(snooker, Scene.load('carom'))
+    yield _ramp(pool)
+
+
+def collision_contacts(scene: Scene) -> dict[str, BallBall]:
+    """Return the three contacts of balls with which the five collisions are computed."""
+    ours = scene.contacts.ball_ball
+    mixed = replace(ours, friction_fast=published.AUTHORS_FRICTION, friction_slow=0.0)
+    return {
+        'authors': replace(mixed, restitution=published.AUTHORS_RESTITUTION),
+        'scene': ours,
+        'mixed': mixed,
+    }
+
+
+def collision_results(scene: Scene, ball_ball: BallBall) -> list[tuple[float, float, float]]:
+    """Return object ball speed, cue ball speed [m/s] and cue ball direction [degrees] of all."""
+    cloth = shots.endless(scene, ball_ball)
+    results = []
+    for shot in published.COLLISIONS:
+        run = shots.collide_two(cloth, shot.speed, shot.cut, 1.0)
+        cue_speed, direction = shots.after_slip(run, 'cue')
+        results.append((shots.after_slip(run, 'object')[0], cue_speed, -direction))
+    return results
+
+
+def rms_errors(results: list[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """Return RMS deviations from the five collisions: two relative speeds, and degrees."""
+    deviations = [
+        (
+            object_speed / shot.object_speed - 1.0,
+            cue_speed / shot.cue_speed - 1.0,
+            direction - shot.direction,
+        )
+        for shot, (object_speed, cue_speed, direction) in zip(
+            published.COLLISIONS, results, strict=True
+        )
+    ]
+    first, second, third = np.sqrt(np.mean(np.square(deviations), axis=0)).tolist()
+    return first, second, third
+
+
+def _collisions(scene: Scene) -> Group:
+    mixed = collision_contacts(scene)['mixed']
+    results = collision_results(scene, mixed)
+    rows = []
+    for shot, (object_speed, cue_speed, direction) in zip(
+        published.COLLISIONS, results, strict=True
+    ):
+        case, accuracy = f'{shot.speed:.3f} m/s, {shot.cut:.2f} deg', published.SPEED_ACCURACY
+        rows += [
+            Comparison(case, 'cue ball', 'm/s', shot.cue_speed, cue_speed, accuracy, 3),
+            Comparison(case, 'object ball', 'm/s', shot.object_speed, object_speed, accuracy, 3),
+            Comparison(case, 'cue ball direction', 'deg', shot.direction, direction, None, 2),
+        ]
+    return Group(
+        'A rolling snooker ball meets a resting ball (Table I): speeds, and direction from the '
+        f'incoming line, after slip. Friction between balls {mixed.friction_fast} (the authors), '
+        f'restitution {mixed.restitution} (scene snooker).',
+        ('imaging',),
+        tuple(rows),
+    )
+
+
+def _collision_errors(scene: Scene) -> Group:
+    rows = []
+    for key, ball_ball in collision_contacts(scene).items():
+        pair = f'{ball_ball.friction_fast}, {ball_ball.restitution}'
+        cases = {'authors': f'{pair} (authors)', 'scene': 'scene snooker', 'mixed': pair}
+        errors = rms_errors(collision_results(scene, ball_ball))
+        rows += [
+            Comparison(cases[key], quantity, unit, scale * of_authors, scale * error)
+            for quantity, unit, scale, of_authors, error in zip(
+                ('object ball', 'cue ball', 'direction'),
+                ('%', '%', 'deg'),
+                (100.0, 100.0, 1.0),
+                published.PREDICTED_RMS,
+                errors,
+                strict=True,
+            )
+        ]
+    return Group(
+        "RMS deviation from these five shots: of the authors' own prediction (published), and "
+        'computed with three pairs of friction and restitution between balls.',
+        ('prediction',),
+        tuple(rows),
+    )
+
+
+def _rebounds(scene: Scene) -> Group:
+    rows = [
+        Comparison(
+            '',
+            f'at {speed} m/s',
+            'm/s',
+            published.rebound_speed(speed),
+            shots.rebound(scene, speed),
+            None,
+            3,
+        )
+        for speed in SHOWN_REBOUNDS
+    ]
+    low, high = published.REBOUND_RANGE
+    deviations = [
+        shots.rebound(scene, speed) - published.rebound_speed(speed)
+        for speed in np.linspace(low, high, REBOUND_SPEEDS).tolist()
+    ]
+    rms = float(np.sqrt(np.mean(np.square(deviations))))
+    rows.append(
+        Comparison(
+            '',
+            f'RMS, {REBOUND_SPEEDS} speeds from {low} to {high}',
+            'm/s',
+            None,
+            rms,
+            None,
+            3,
+        )
+    )
+    return Group(
+        'A snooker ball rolls squarely at a cushion: speed just after, published as a fit to 31 '
+        'shots. Scene snooker.',
+        ('imaging',),
+        tuple(rows),
+    )
+
+
+def _deflections(name: str, scene: Scene) -> Group:
+    fractions = np.linspace(0.25, 0.75, 51).tolist()
+    angles = [shots.deflection(scene, SPEED, fraction, 1.0) for fraction in fractions]
+    low, high = published.DEFLECTION_RANGE
+    return Group(
+        f'Deflection of a rolling cue ball by a resting ball, {SPEED:g} m/s. {name}.',
+        ('30 degrees',),
+        (
+            Comparison('', 'half ball', 'deg', published.HALF_BALL_DEFLECTION, angles[25]),
+            Comparison('', 'smallest from 1/4 to 3/4 ball', 'deg', low, min(angles), 0.5),
+            Comparison('', 'largest from 1/4 to 3/4 ball', 'deg', high, max(angles), 0.5),
+        ),
+    )
+
+
+def _draw(name: str, scene: Scene) -> Group:
+    ratio = shots.draw_for_right_angle(scene, SPEED)
+    return Group(
+        f'Deflection of a cue ball with draw, {SPEED:g} m/s. Its backspin, {ratio:.3f} of a '
+        f"rolling ball's spin, is chosen for 90 deg at half ball. {name}.",
+        ('draw',),
+        tuple(
+            Comparison(
+                '',
+                f'{fraction:g} ball',
+                'deg',
+                angle,
+                shots.deflection(scene, SPEED, fraction, -ratio),
+            )
+            for fraction, angle in published.DRAW_DEFLECTION.items()
+        ),
+    )
+
+
+def _throw(scene: Scene) -> Group:
+    size, place = shots.largest_throw(scene, published.SLOW)
+    rows = []
+    for case, (angle, cut) in (
+        ('slow, measured', published.THROW_MAXIMUM),
+        ('slow, formula', published.THROW_FORMULA_MAXIMUM),
+    ):
+        rows += [
+            Comparison(case, 'largest throw', 'deg', angle, size),
+            Comparison(case, 'cut angle of it', 'deg', cut, place),
+        ]
+    rows += [
+        Comparison(
+            f'{name}, measured',
+            'throw at 10 deg',
+            'deg',
+            published.THROW_AT_10_DEGREES,
+            shots.throw(scene, speed, 10.0),
+        )
+        for name, speed in (('slow', published.SLOW), ('fast', published.FAST))
+    ]
+    return Group(
+        f'Throw of stun shots, slow ({published.SLOW:.2f} m/s) and fast ({published.FAST:.2f} '
+        'm/s). Scene pool.',
+        ('throw', 'throw formula'),
+        tuple(rows),
+    )
+
+
+def _rolling(snooker: Scene, carom: Scene) -> Group:
+    low, high = published.SNOOKER_ROLLING
+    least, middle, most = published.CAROM_ROLLING
+    return Group(
+        'Deceleration of a rolling ball over gravity, from a roll-out. The scenes snooker and '
+        'carom take it from these sources.',
+        ('imaging', 'carom'),
+        tuple(
+            Comparison('', name, '', value, resistance_of(scene), uncertainty, 4)
+            for name, scene, value, uncertainty in (
+                ('snooker cloth', snooker, 0.5 * (low + high), 0.5 * (high - low)),
+                ('carom cloth', carom, middle, 0.5 * (most - least)),
+            )
+        ),
+    )
+
+
+def resistance_of(scene: Scene) -> float:
+    """Return the deceleration of a rolling ball over gravity, from the length of a roll-out."""
+    distance = shots.roll_out(scene, ROLLING_SPEED)
+    return ROLLING_SPEED**2 / (2.0 * scene.cloth.gravity * distance)
+
+
+def ramp_scene(scene: Scene, coefficient: float) -> Scene:
+    """Return a scene whose rolling resistance follows from force over weight, see `RAMP`."""
+    share = 1.0 + scene.ball.inertia / (scene.ball.mass * scene.ball.radius**2)
+    return replace(scene, cloth=replace(scene.cloth, rolling_resistance=coefficient / share))
+
+
+def _ramp(scene: Scene) -> Group:
+    cloth = ramp_scene(scene, published.RAMP_COEFFICIENT)
+    return Group(
+        f'Roll-out of a ball from a ramp. Published coefficient {published.RAMP_COEFFICIENT} '
+        f'(force over weight): rolling resistance {cloth.cloth.rolling_resistance:.4f}. '
+        'Ball of scene pool.',
+        ('ramp',),
+        tuple(
+            Comparison(
+                '',
+                f'from {1e3 * height:g} mm',
+                'mm',
+                1e3 * distance,
+                1e3 * shots.roll_out(cloth, shots.speed_from_ramp(cloth, height)),
+                None,
+                0,
+            )
+            for height, distance in published.RAMP
+        ),
+    )
