@@ -20,13 +20,14 @@ from tools.pooltool_table import scene, states
 from tools.timing import Report, seconds, yardstick
 
 from billiard_shot import BallState, simulate, simulate_batch
+from billiard_shot.scene.table import BallBall
 
 RATIOS = {'one ball': 600.0, 'cut shot': 290.0, '9-ball break': 85.0, '8-ball break': 80.0}
 SPREAD = 4.0  # 95 % of racks within so many medians
 OVERHEAD, CROSS = 150.0, 15.0  # us on a machine where np.cross takes CROSS
 FIRST = 20.0  # s
 FAR = 1e-3  # m: shots that end farther apart are listed
-DURATION = 0.25e-3  # s, of contacts between balls: the default of scenes
+DURATION = BallBall().duration  # s, of contacts between balls
 
 FIRST_BREAK = """
 from time import perf_counter

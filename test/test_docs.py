@@ -24,8 +24,14 @@ FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re
 BLOCKS = [
     (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(page.read_text())
 ]
-# Run by CI, and by test_packaging.py.
-ELSEWHERE = 'make demo', 'make test', 'pip install .', 'pip install .[fast]'
+# Run by CI, by test_packaging.py, and by study/test_accuracy.py, with more options.
+ELSEWHERE = (
+    'make demo',
+    'make test',
+    'pip install .',
+    'pip install .[fast]',
+    'billiard-shot accuracy --normal -1 -1 0 --velocity 0.8 0 0',
+)
 
 FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
 TAGGED = [(page, tag, language, text) for page, tag, language, text in BLOCKS if tag]
@@ -79,22 +85,21 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
 
 
 def changed(folder, file, program, **environment):
-    """What a program prints in a copy of the package, changed as docs/extending.md says."""
+    """What a program prints in the package with the layers that docs/extending.md changes."""
     ((_, change),) = [block for block in of('diff') if file in block[1]]
-    changed_layers = re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)
-    (folder / 'billiard_shot').mkdir()
-    for part in (ROOT / 'billiard_shot').iterdir():  # a link saves compiling an unchanged layer
-        put = shutil.copytree if part.name in changed_layers else os.symlink
-        put(part, folder / 'billiard_shot' / part.name)
-    (folder / 'config').symlink_to(ROOT / 'config')
+    package = folder / 'billiard_shot'
+    for layer in set(re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)):
+        shutil.copytree(ROOT / 'billiard_shot' / layer, package / layer)
     subprocess.run(['git', 'apply', '-'], input=change, text=True, cwd=folder, check=True)
+    # Not a whole package of its own: machine code is kept for one path only.
+    layers_first = f'import billiard_shot; billiard_shot.__path__.insert(0, {str(package)!r})'
     done = subprocess.run(
-        [sys.executable, '-c', program],
+        [sys.executable, '-c', f'{layers_first}\n{program}'],
         text=True,
         capture_output=True,
         check=False,
         cwd=folder,
-        env={**os.environ, 'PYTHONPATH': str(folder), **environment},
+        env={**os.environ, 'PYTHONPATH': str(ROOT), **environment},
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
-from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.contact_space import contact_geometry, mobilities, response
 from billiard_shot.impact.events import EventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
 from billiard_shot.impact.kernel import Properties, solve_in_contact_space
@@ -186,8 +186,8 @@ def collide(
         return CollisionResult(
             Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
         )
-    axes = frames(bodies, contacts)
-    jacobian, mobility = jacobians(bodies, contacts, axes), mobilities(bodies)
+    axes, jacobian = contact_geometry(bodies, contacts)
+    mobility = mobilities(bodies)
     approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
     approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
     properties = Properties(

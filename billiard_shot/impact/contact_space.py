@@ -12,28 +12,37 @@ from billiard_shot.numerics.frames import contact_axes
 PLANAR = 1e-12  # smallest singular value, relative to the largest, of directions in one plane
 
 
-def body_numbers(contacts: Sequence[Contact]) -> NDArray[np.int64]:
-    """Numbers of the bodies a and b of each contact, (N, 2)."""
-    return np.array([(contact.a, contact.b) for contact in contacts])
+def contact_geometry(bodies: Sequence[Body], contacts: Sequence[Contact]) -> tuple[Vector, Vector]:
+    """
+    Find the axes of all contacts, and how they see the bodies' motion.
 
+    Returns
+    -------
+    axes : (N, 3, 3) float array
+        A row each for the normal and two tangents.
+    jacobian : (bodies, 3 N, 6) float array
+        Contact velocities per velocity and spin of each body.
 
-def levers(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
-    """From the centres of bodies a and b to the contact points [m], (N, 2, 3)."""
+    """
+    numbers = np.array([(contact.a, contact.b) for contact in contacts])
     points = np.array([contact.point for contact in contacts])
     positions = np.array([body.position for body in bodies])
-    result: Vector = points[:, np.newaxis] - positions[body_numbers(contacts)]
-    return result
+    arms = points[:, np.newaxis] - positions[numbers]
+    axes = _frames(bodies, contacts, numbers, arms)
+    return axes, _jacobians(len(bodies), numbers, arms, axes)
 
 
-def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
+def _frames(
+    bodies: Sequence[Body], contacts: Sequence[Contact], numbers: NDArray[np.int64], arms: Vector
+) -> Vector:
     """
-    Axes of all contacts as rows, (N, 3, 3): the normal and two tangents.
+    Axes of all contacts.
 
-    Where all that happens stays in one plane, the second tangents are normal to it, and nothing
-    couples to them. Otherwise any tangents do.
+    `numbers` (N, 2) are those of bodies a and b, `arms` (N, 2, 3) go from their centres to the
+    contact points [m]. Where all that happens stays in one plane, the second tangents are normal
+    to it, and nothing couples to them. Otherwise any tangents do.
     """
     normals = np.array([contact.normal for contact in contacts])
-    numbers, arms = body_numbers(contacts), levers(bodies, contacts)
     spins = np.array([body.spin for body in bodies])[numbers]
     turns = np.array([body.inertia is not None for body in bodies])[numbers]
     taking_part = [bodies[i] for i in sorted(set(numbers.ravel().tolist()))]
@@ -57,16 +66,14 @@ def frames(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Vector:
     return np.array(rows).reshape(-1, 3, 3)
 
 
-def jacobians(bodies: Sequence[Body], contacts: Sequence[Contact], axes: Vector) -> Vector:
-    """Contact velocities per velocity and spin of each body: (bodies, 3 N, 6)."""
-    count = len(contacts)
-    numbers, arms = body_numbers(contacts), levers(bodies, contacts)
-    result = np.zeros((len(bodies), count, 3, 6))
+def _jacobians(bodies: int, numbers: NDArray[np.int64], arms: Vector, axes: Vector) -> Vector:
+    count = len(numbers)
+    result = np.zeros((bodies, count, 3, 6))
     for side, sign in enumerate((1.0, -1.0)):
         body, contact = numbers[:, side], np.arange(count)
         result[body, contact, :, :3] = sign * axes
         result[body, contact, :, 3:] = sign * np.cross(arms[:, side, np.newaxis], axes)
-    return result.reshape(len(bodies), 3 * count, 6)
+    return result.reshape(bodies, 3 * count, 6)
 
 
 def response(jacobian: Vector, mobility: Vector) -> Vector:

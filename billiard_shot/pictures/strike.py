@@ -48,24 +48,16 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
     panels[0].set(ylabel='force × length of\nthe strike (N s)', ylim=(0.0, None), xlim=(0.0, 1.0))
     panels[1].set(ylabel='friction, in parts of\nμ × pressing force', ylim=(0.0, 1.1))
     panels[1].axhline(1.0, color=GREY, linewidth=0.8)
-    panels[1].annotate(
-        'slides',
-        (1.0, 1.0),
-        (3, 0),
-        textcoords='offset points',
-        fontsize=8,
-        va='center',
-        annotation_clip=False,
-    )
-    panels[1].annotate(
-        'sticks',
-        (1.0, 0.5),
-        (3, 0),
-        textcoords='offset points',
-        fontsize=8,
-        va='center',
-        annotation_clip=False,
-    )
+    for word, height in (('slides', 1.0), ('sticks', 0.5)):
+        panels[1].annotate(
+            word,
+            (1.0, height),
+            (3, 0),
+            textcoords='offset points',
+            fontsize=8,
+            va='center',
+            annotation_clip=False,
+        )
     panels[2].set(ylabel='slip (m/s)', ylim=(0.0, None))
     panels[3].set(
         ylabel='energy in\nthe contact (J)',

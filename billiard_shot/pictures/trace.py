@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import Entry
 from billiard_shot.impact import integrator, kernel
 from billiard_shot.impact.advance import advance
-from billiard_shot.impact.contact_space import frames, jacobians, mobilities, response
+from billiard_shot.impact.contact_space import contact_geometry, mobilities, response
 from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import elastic_energy, LAWS
 from billiard_shot.impact.state import ContactState, is_active, Model
@@ -174,7 +174,7 @@ def trace_of(
 def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
     """Watch bodies collide."""
     bodies, contacts = collision.bodies, collision.contacts
-    jacobian = jacobians(bodies, contacts, frames(bodies, contacts))
+    _, jacobian = contact_geometry(bodies, contacts)
     states = np.hstack(collision.start)
     return trace_of(
         response(jacobian, mobilities(bodies)),

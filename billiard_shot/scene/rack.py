@@ -81,7 +81,7 @@ def racked(rack: Any, table: Any, radius: float) -> dict[str, Place]:
             spots = _colours(0.5 * table.length) | {'pink': (apex, 0.0)}
             apex += spacing
     balls = {}
-    for name, (x, y) in zip(names, _sites(rows, apex, spacing), strict=True):
+    for name, (x, y) in zip(names, sites(rows, apex, spacing), strict=True):
         dx, dy = _within_a_circle(draw)
         balls[name] = x + 0.5 * rack.gap * dx, y + 0.5 * rack.gap * dy
     return balls | spots
@@ -105,7 +105,8 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
                 yield Mistake(('balls', other), f'overlaps ball {name!r} of the rack')
 
 
-def _sites(rows: Sequence[int], apex: float, spacing: float) -> Iterator[Place]:
+def sites(rows: Sequence[int], apex: float, spacing: float) -> Iterator[Place]:
+    """Sites (x, y) [m] of rows of so many balls, from the apex at (apex, 0) on, left to right."""
     for row, size in enumerate(rows):
         for place in range(size):
             yield (apex + row * spacing * math.sqrt(0.75), (0.5 * (size - 1) - place) * spacing)

@@ -17,7 +17,7 @@ from billiard_shot.scene.inheritance import resolved
 from billiard_shot.scene.placement import balls_off_the_table, CUE_BALL, overlapping_balls
 from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
-from billiard_shot.scene.table import Table
+from billiard_shot.scene.table import hasty_cushion, Table
 from billiard_shot.scene.yaml_file import Document, read_document
 
 
@@ -59,6 +59,7 @@ class Scene:
         overlapping_balls,
         balls_off_the_table,
         rack_in_the_way,
+        hasty_cushion,
         _end_of_a_guided_cue,
     )
     ball: Ball = section(Ball)

@@ -14,10 +14,10 @@ from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Vector
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CUSHION, OK
 
 BUTT = 0.0145  # m: half of the 29 mm that most cues measure at their end
-CUE = 'cue'
 NOSES = 4  # at x > 0, x < 0, y > 0 and y < 0, as in NOSE_NAMES
 
 
@@ -50,7 +50,7 @@ def surroundings_of(scene: Scene) -> Surroundings:
             2.0 * scene.ball.radius * table.cushion.height,
         )
     )
-    others = [place for name, place in scene.balls.items() if name != CUE]
+    others = [place for name, place in scene.balls.items() if name != CUE_BALL]
     return Surroundings(
         float(scene.cue.length),
         float(scene.cue.ferrule_radius),

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot import clearance
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -68,7 +69,7 @@ def _in_the_way(
     normal = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius).normal
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
-        names = [f'ball {name!r}' for name in scene.balls if name != clearance.CUE]
+        names = [f'ball {name!r}' for name in scene.balls if name != CUE_BALL]
         depth_in = clearance.depth_in_ball
     else:
         names = [f'the {name} cushion' for name in NOSE_NAMES]

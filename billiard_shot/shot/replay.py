@@ -231,6 +231,9 @@ def _scene(data: dict[str, Any]) -> Scene:
     scene = with_present_keys(Scene, data['scene'], warn=False)
     if data['version'] == 1:  # when contacts took no time
         scene['contacts']['ball_ball'].setdefault('duration', 0.0)
+        if scene.get('table') is not None:
+            for key in ('duration', 'fading'):
+                scene['table']['cushion'].setdefault(key, 0.0)
     return Scene.from_dict(scene)
 
 

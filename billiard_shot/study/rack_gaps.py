@@ -1,20 +1,18 @@
 """What gaps between the balls of a rack do to a break."""
 
 from dataclasses import replace
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
+from billiard_shot.scene.rack import sites
 from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState
 
-ROWS, SPEED, SOON = (
-    5,
-    8.0,
-    5e-3,
-)  # of the triangle; of the cue ball [m/s]; when speeds are read [s]
+ROWS = range(1, 6)  # balls in the rows of the triangle
+SPEED = 8.0  # m/s, of the cue ball
+SOON = 5e-3  # s: when speeds are read
 
 
 def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
@@ -30,13 +28,11 @@ def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
 
     """
     radius = scene.ball.radius
-    spacing, rest = 2.0 * radius + gap, np.zeros(3)
+    rest = np.zeros(3)
     cue = np.array([-2.0 * radius - 1e-3, 0.0, radius])
     states = {'cue': BallState(cue, np.array([SPEED, 0.0, 0.0]), rest)}
-    for row in range(ROWS):
-        for k in range(row + 1):
-            place = (row * spacing * math.sqrt(0.75), (k - 0.5 * row) * spacing, radius)
-            states[f'{row} {k}'] = BallState(np.array(place), rest, rest)
+    for number, site in enumerate(sites(ROWS, 0.0, 2.0 * radius + gap)):
+        states[str(number)] = BallState(np.array([*site, radius]), rest, rest)
     run = simulate(replace(scene, table=None, balls={}), states)
     soon = list(run.at(SOON).values())[1:]
     return np.array([np.linalg.norm(state.velocity) for state in soon])

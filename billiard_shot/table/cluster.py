@@ -1,9 +1,9 @@
 """
 Impacts of three bodies or more, all at once, by billiard_shot.impact.
 
-Who takes part: the balls that are connected to those that meet by gaps within reach of the impact
-(contact_duration.py), the cushions that these touch, and the cloth below balls that touch a
-cushion, which presses them down.
+The balls take part that are connected to those that meet by gaps within reach of the impact
+(contact_duration.py). A cushion does not: its contact is so long that balls meet within it one
+after the other. A strike is longer, and includes the cushion and the cloth below.
 """
 
 from typing import Any
@@ -15,9 +15,10 @@ from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.status import Status
 from billiard_shot.table.contact_duration import stiffness_of
+from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import Table, TableNumbers
-from billiard_shot.table.motion import advance, Ball, CLUSTER, FLIGHT, NOTHING
+from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
 from billiard_shot.table.simulation_state import energy_of, log_event, position_at, Simulation
@@ -193,14 +194,14 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     members = touching_group(places, seeds, 2.0 * params.radius + reach)
     balls = [every[i] for i in members]
     for ball in balls:
-        advance(ball, time)
+        advance_free(table, ball, time)
     before = sum(energy_of(params, ball) for ball in balls)
     takes_time, unit = n.ball_duration > 0.0, 1.0
     if takes_time:
         unit = stiffness_of(params.mass, n.ball_duration, params.exponent) / n.ball_stiffness
-    contacts = contacts_among(table, balls, reach, unit)
+    contacts = ball_contacts(table, balls, reach, unit)
     result = collide(
-        [*(body_of(params, ball) for ball in balls), Body.fixed()],
+        [body_of(params, ball) for ball in balls],
         contacts,
         law=LAW_NAMES[params.law],
         exponent=params.exponent,
@@ -218,7 +219,7 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
-        met = {members[j] for hit in hits if k in hit for j in hit - {k, len(balls)}}
+        met = {members[j] for hit in hits if k in hit for j in hit - {k}}
         if ball.first_contact == NOTHING and met:
             ball.first_contact = min(met & seeds or met)
         if any(k in hit for hit in hits):
@@ -229,8 +230,8 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     log_event(s, time, CLUSTER, ball, int(progress.other), before, after, ball.motion)
 
 
-_CHANGED = ('time', 'position', 'velocity', 'spin', 'first_contact', 'modified')
-_READ = (*_CHANGED, 'acceleration', 'spin_acceleration', 'motion', 'ball')
+_CHANGED = ('time', 'position', 'velocity', 'spin', 'first_contact', 'modified', 'nose')
+_FIXED = ('acceleration', 'spin_acceleration', 'motion', 'ball', 'exit_velocity', 'exit_spin')
 
 
 def _as_objects(balls: Any) -> list[Ball]:
@@ -238,7 +239,7 @@ def _as_objects(balls: Any) -> list[Ball]:
     if isinstance(balls, list):
         return balls
     objects = [Ball() for _ in range(len(balls))]
-    for name in _READ:
+    for name in (*_CHANGED, *_FIXED):
         for ball, value in zip(objects, balls[name].tolist(), strict=True):
             setattr(ball, name, value)
     return objects

@@ -1,73 +1,196 @@
-"""What a cushion does to a ball: by the model that the scene asks for, or an edge to a flier."""
+"""
+A ball meets a cushion: the contact after rebound.py or after Han, and the time that it takes.
+
+A ball that meets a straight cushion presses it for some milliseconds. Meanwhile it moves along the
+cushion, and other balls may meet it. In the record this is one segment, whose acceleration brings
+the ball to where it then touches the nose; the ball leaves it as the contact says. A jaw is passed
+in no time, because the way along it would be longer than the jaw.
+"""
 
 import math
 
-from billiard_shot.compiled import inner
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.records import Vector
 from billiard_shot.table.ball_impact import collide_fixed
+from billiard_shot.table.flight import LYING
 from billiard_shot.table.flight_boundary import edge_at
-from billiard_shot.table.geometry import Table
-from billiard_shot.table.mathavan import rebound
-from billiard_shot.table.motion import Ball
-from billiard_shot.table.params import MATHAVAN
+from billiard_shot.table.geometry import Table, TableNumbers
+from billiard_shot.table.motion import advance, Ball, FLIGHT, NOTHING, SLIDE
+from billiard_shot.table.params import HAN
+from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, WY, WZ, Y, Z
+from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
+
+FAR = 1e300  # height that a contact without duration does not change
+LEAST = 0.05  # restitution: that of scenes
+GRIP = 1e3  # coefficient of a friction that lets nothing slip
+# The error of a step relative to the ball's speed, at most and at least; and per tolerance [m].
+COARSEST, FINEST, SHARE = 5e-5, 1e-11, 0.02
+IN_THE_AIR = 0.01  # of it for a ball that flies, whose later rebounds enlarge what errs
 
 
 @inner
-def edge_contact(table: Table, ball: Ball, feature: int) -> tuple[float, float, float, bool]:
-    """Find the normal where a ball touches a nose, facing or arc, and whether the ball lies."""
-    n, radius = table.numbers, table.params.radius
+def normal_at(table: Table, ball: Ball, feature: int) -> tuple[float, float, float]:
+    """Find the unit vector to a ball from where it touches a nose, facing or arc."""
+    x, y, _ = edge_at(table, feature, ball.position[0], ball.position[1])
+    up = (ball.position[2] - table.numbers.nose_height) / table.params.radius
+    up = min(max(up, -1.0), 1.0)
+    flat = math.sqrt(1.0 - up * up)
+    return flat * x, flat * y, up
+
+
+@inner
+def shift_to_touch(table: Table, ball: Ball, feature: int, z: float) -> tuple[float, float, float]:
+    """Find the way (x, y) to where a ball at height z touches an edge, and its length [m]."""
     x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
-    if ball.position[2] == radius:
-        shift = n.nose_standoff - away  # rounding; or pressed in by its motion on the cloth
-        ball.position[0] += shift * x
-        ball.position[1] += shift * y
-        flat = n.nose_standoff / radius
-        return flat * x, flat * y, 1.0 - n.nose_height / radius, True
-    z = ball.position[2] - n.nose_height
-    distance = math.sqrt(away * away + z * z)
-    if distance == 0.0:
-        return x, y, 0.0, False
-    return x * away / distance, y * away / distance, z / distance, False
+    radius, up = table.params.radius, z - table.numbers.nose_height
+    shift = math.sqrt(max(radius * radius - up * up, 0.0)) - away
+    return shift * x, shift * y, shift
 
 
 @inner
-def collide_cushion(
-    table: Table, ball: Ball, lying: bool, x: float, y: float, z: float, restitution: float
-) -> None:
-    """Let a ball collide with a cushion whose normal, where they touch, is (x, y, z)."""
-    n = table.numbers
-    if lying and n.cushion_model == MATHAVAN and restitution > 0.0:
-        flat = math.sqrt(x * x + y * y)
-        collide_cushion_mathavan(table, ball, x / flat, y / flat, restitution)
-    else:
-        collide_fixed(table.params, ball, x, y, z, restitution, n.cushion_friction)
-    if lying:
-        ball.velocity[2] = 0.0  # the cloth holds it
+def exit_as(ball: Ball, velocity: Vector, spin: Vector) -> None:
+    """Let a ball leave the cushion with a velocity [m/s] and a spin [rad/s]."""
+    for i in range(3):
+        ball.exit_velocity[i], ball.exit_spin[i] = velocity[i], spin[i]
 
 
 @inner
-def collide_cushion_mathavan(
-    table: Table, ball: Ball, nx: float, ny: float, restitution: float
-) -> None:
-    """Let a lying ball collide with a cushion with the normal (nx, ny), by Mathavan's model."""
-    params = table.params
-    r = params.radius
-    u, v = ball.velocity[0], ball.velocity[1]
-    p, q = ball.spin[0], ball.spin[1]
-    # x along the cushion is (-ny, nx), y into it (-nx, -ny)
-    vx, vy, wx, wy, wz = rebound(
-        nx * v - ny * u,
-        -nx * u - ny * v,
-        r * (nx * q - ny * p),
-        -r * (nx * p + ny * q),
-        r * ball.spin[2],
-        (table.numbers.nose_height - r) / r,
-        restitution,
-        table.numbers.cushion_friction,
-        min(params.sliding_friction, 1e3),
-        params.mass * r * r / params.inertia,
+def collide_cushion(table: Table, r: Rebound, ball: Ball, feature: int) -> bool:
+    """
+    Find how a ball leaves a cushion that it meets.
+
+    The velocities are written to the ball's `exit_velocity` and `exit_spin`; time [s], height and
+    way along the cushion [m] to `r`. Return whether that is solved.
+    """
+    x, y, z = normal_at(table, ball, feature)
+    lies = ball.position[2] == table.params.radius
+    if lies and table.numbers.cushion_model == HAN:
+        collide_han(table, r, ball, x, y, z)
+        return True
+    return collide_compliant(table, r, ball, x, y, z)
+
+
+@innermost
+def restitution_at(n: TableNumbers, ball: Ball, x: float, y: float, z: float) -> float:
+    """Restitution of a cushion with the normal (x, y, z) for a ball as fast as this one."""
+    speed = n.cushion_fading * (x * ball.velocity[0] + y * ball.velocity[1] + z * ball.velocity[2])
+    return max(n.cushion_restitution / (1.0 + speed * speed), LEAST)
+
+
+@inner
+def collide_han(table: Table, r: Rebound, ball: Ball, x: float, y: float, z: float) -> None:
+    """Let a lying ball collide with a cushion as if there were no cloth (Han 2005)."""
+    n, v, w = table.numbers, ball.velocity, ball.spin
+    vx, vy, wx, wy, wz = v[0], v[1], w[0], w[1], w[2]
+    collide_fixed(
+        table.params, ball, x, y, z, restitution_at(n, ball, x, y, z), n.cushion_friction
     )
-    ball.velocity[0] = -ny * vx - nx * vy
-    ball.velocity[1] = nx * vx - ny * vy
-    ball.spin[0] = (-ny * wx - nx * wy) / r
-    ball.spin[1] = (nx * wx - ny * wy) / r
-    ball.spin[2] = wz / r
+    exit_as(ball, v, w)
+    ball.exit_velocity[2] = 0.0  # the cloth holds it
+    r.time, r.held, flat = n.cushion_duration, True, math.sqrt(x * x + y * y)
+    r.state[ALONG] = 0.5 * r.time * (x * (vy + v[1]) - y * (vx + v[0])) / flat
+    v[0], v[1], v[2], w[0], w[1], w[2] = vx, vy, 0.0, wx, wy, wz
+
+
+@inner
+def collide_compliant(table: Table, r: Rebound, ball: Ball, x: float, y: float, z: float) -> bool:
+    """Let a ball collide with a cushion whose normal is (x, y, z), as rebound.py says."""
+    params, n = table.params, table.numbers
+    v, w, state, radius = ball.velocity, ball.spin, r.state, params.radius
+    flat = math.sqrt(x * x + y * y)
+    speed = 0.0
+    for i in range(3):
+        speed = max(speed, abs(v[i]), radius * abs(w[i]))
+    # x of the contact is (-q, p) along the cushion, y is (-p, -q) into it
+    p, q = (x / flat, y / flat) if flat > 0.0 else (1.0, 0.0)
+    turning, period = radius / speed, n.cushion_duration / math.pi
+    length, height = speed * period, ball.position[2] - radius
+    r.held = height <= 0.0 and v[2] <= 0.0
+    state[Y] = 0.0
+    state[Z] = max(height, 0.0) / length if length > 0.0 else FAR
+    if r.held:
+        state[Z] = 0.0
+    state[ALONG] = 0.0
+    state[VX], state[VY] = (p * v[1] - q * v[0]) / speed, -(p * v[0] + q * v[1]) / speed
+    state[VZ] = 0.0 if r.held else v[2] / speed
+    state[WX], state[WY] = turning * (p * w[1] - q * w[0]), -turning * (p * w[0] + q * w[1])
+    state[WZ] = turning * w[2]
+    r.time, r.sine, r.cosine = 0.0, -z, flat
+    r.turn = params.mass * radius * radius / params.inertia
+    r.restitution, r.nose_friction = restitution_at(n, ball, x, y, z), n.cushion_friction
+    r.cloth_friction = min(params.sliding_friction, GRIP)
+    r.bounce_restitution, r.bounce_friction = params.cloth_restitution, params.cloth_friction
+    error = min(COARSEST, SHARE * n.tolerance)
+    if not r.held:
+        error *= IN_THE_AIR
+    solved = follow(r, max(error, FINEST))
+    ball.exit_velocity[0] = -speed * (q * state[VX] + p * state[VY])
+    ball.exit_velocity[1] = speed * (p * state[VX] - q * state[VY])
+    ball.exit_velocity[2] = speed * state[VZ]
+    ball.exit_spin[0] = -(q * state[WX] + p * state[WY]) / turning
+    ball.exit_spin[1] = (p * state[WX] - q * state[WY]) / turning
+    ball.exit_spin[2] = state[WZ] / turning
+    r.time *= period
+    state[Z] *= length
+    state[ALONG] *= length
+    return solved
+
+
+@inner
+def press(table: Table, r: Rebound, ball: Ball) -> None:
+    """Begin the segment in which a ball presses a nose, after `collide_cushion`."""
+    params, along, lasting = table.params, r.state[ALONG], r.time
+    height = 0.0 if r.held else max(r.state[Z], 0.0)
+    x, y, _ = edge_at(table, ball.nose, ball.position[0], ball.position[1])
+    p, q, _ = shift_to_touch(table, ball, ball.nose, params.radius + height)
+    change = p - along * y, q + along * x, params.radius + height - ball.position[2]
+    ball.motion = SLIDE
+    if height > 0.0 or ball.position[2] > params.radius:
+        ball.motion = FLIGHT
+    if ball.position[2] <= params.radius and ball.velocity[2] < 0.0:
+        ball.velocity[2] = 0.0  # the cloth holds it
+    for i in range(3):
+        ball.acceleration[i] = 2.0 * (change[i] / lasting - ball.velocity[i]) / lasting
+        ball.spin_acceleration[i] = (ball.exit_spin[i] - ball.spin[i]) / lasting
+    ball.end = ball.time + lasting
+    ball.spin_ends, ball.landing_speed = False, 0.0
+
+
+@inner
+def release(table: Table, ball: Ball) -> None:
+    """Let a ball that presses a nose leave it: from now on it moves as after the contact."""
+    if ball.position[2] <= table.params.radius * (1.0 + LYING):
+        ball.position[2] = table.params.radius
+    for i in range(3):
+        ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]
+    ball.nose = NOTHING
+
+
+@inner
+def advance_free(table: Table, ball: Ball, time: float) -> None:
+    """
+    Move a ball on to a time; if it presses a nose, that contact is over.
+
+    What the ball meets then lasts much shorter. If it is driven into the nose again, that is a new
+    contact.
+    """
+    advance(ball, time)
+    if ball.nose != NOTHING:
+        release(table, ball)
+
+
+@inner
+def next_nose(n: TableNumbers, ball: Ball) -> tuple[float, int]:
+    """When a ball that presses a nose meets another one, in a corner without a pocket; or inf."""
+    end, feature = ball.end - ball.time, NOTHING
+    px, py, vx, vy = ball.position[0], ball.position[1], ball.velocity[0], ball.velocity[1]
+    ax, ay = ball.acceleration[0], ball.acceleration[1]
+    for nose in range(4):
+        if nose // 2 == ball.nose // 2:
+            continue
+        t = crossing_time(*approach_to_nose(n, nose, ball))
+        if t < end and beside_nose(
+            n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t
+        ):
+            end, feature = t, nose
+    return (ball.time + end if feature != NOTHING else math.inf), feature

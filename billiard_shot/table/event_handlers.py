@@ -8,10 +8,19 @@ bodies is left to cluster.py.
 import math
 
 from billiard_shot.compiled import inner
+from billiard_shot.status import BUDGET_EXCEEDED
 from billiard_shot.table.ball_collision import collide_balls, line_of_centres, relative_component
-from billiard_shot.table.ball_impact import MIN_APPROACH_SPEED
+from billiard_shot.table.ball_impact import collide_fixed, MIN_APPROACH_SPEED
 from billiard_shot.table.contact_duration import reach_of_impact
-from billiard_shot.table.cushion import collide_cushion, edge_contact
+from billiard_shot.table.cushion import (
+    advance_free,
+    collide_cushion,
+    next_nose,
+    normal_at,
+    press,
+    release,
+    shift_to_touch,
+)
 from billiard_shot.table.flight import bounce, lumped_bounce_error
 from billiard_shot.table.flight_boundary import outside_noses
 from billiard_shot.table.geometry import Table
@@ -27,15 +36,17 @@ from billiard_shot.table.motion import (
     OWN,
     POCKET,
     POCKETED,
+    RELEASE,
     START,
     stop_ball,
 )
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.params import OFF as NEVER
-from billiard_shot.table.rolling_boundary import beside_nose, HOLES, OUTSIDE
+from billiard_shot.table.rolling_boundary import FACINGS, HOLES, OUTSIDE
 from billiard_shot.table.segments import end_segment, start_segment
 from billiard_shot.table.simulation_state import (
     energy_of,
+    kinetic_energy,
     log_event,
     log_segment,
     position_at,
@@ -44,39 +55,83 @@ from billiard_shot.table.simulation_state import (
     touches_another,
 )
 
+# Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
+# height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
+HOP_AT_CUSHION = 5e-5
 APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 
 @inner
-def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) -> None:
+def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) -> float:
     """
     Let the cloth answer to an impact that pushed a ball into it or off it.
 
-    Hops below the tolerance [m] are skipped, together with their small cloth impulse.
+    Hops below the tolerance [m] are skipped, together with their small cloth impulse. Return the
+    vertical speed [m/s] that is left out so.
     """
     ball.bounces = 0
     ball.landing_speed = 0.0
     up = ball.velocity[2]
     if ball.position[2] > params.radius or up == 0.0:
-        return
+        return 0.0
     small = params.flight_gate == AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
     if small or params.flight_gate == NEVER:
         ball.velocity[2] = 0.0
-    elif up < 0.0:
+        return up if small else 0.0
+    if up < 0.0:
         bounce(params, ball)
         ball.bounces = 0
+    return 0.0
 
 
 @inner
-def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
-    """Begin the segment that follows an event, and find what its ball meets of the table."""
-    ball.cause = cause
-    if ball.motion <= FLIGHT:
-        if cause != OWN and cause != START:
-            apply_cloth_response(table.params, ball, table.numbers.hop_tolerance)
-        start_segment(table.params, ball, table.numbers.tolerance)
-    log_segment(s, ball)
+def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
+    """
+    Begin a ball's next segment on the cloth or in the air, and find when it meets the table.
+
+    A hop that is left out changes nothing on the way, but a cushion takes a ball in the air
+    otherwise than one that lies: so if it is reached meanwhile, the hop is simulated.
+    """
+    params, n, up = table.params, table.numbers, 0.0
+    if cause != OWN and cause != START:
+        up = apply_cloth_response(params, ball, n.hop_tolerance)
+    start_segment(params, ball, n.tolerance)
     predict_boundary_event(table, s, ball)
+    share = 1.0 - params.cloth_restitution
+    if up == 0.0:
+        up = ball.landing_speed * share  # of bounces in one
+    lasting = 2.0 * abs(up) / (params.gravity * share) if up != 0.0 else 0.0
+    if ball.boundary_feature < HOLES and ball.boundary_time <= ball.time + lasting:
+        ball.velocity[2] = up
+        if up < 0.0:
+            bounce(params, ball)
+            ball.bounces = 0
+        start_segment(params, ball, HOP_AT_CUSHION * n.tolerance)
+        predict_boundary_event(table, s, ball)
+
+
+@inner
+def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> float:
+    """
+    Begin the segment that follows an event, and find what its ball meets of the table.
+
+    Return the kinetic energy [J] that the event leaves the ball: without what the cloth takes of
+    it at once, but with what a nose that it presses will.
+    """
+    ball.cause = cause
+    if ball.nose != NOTHING:
+        energy = energy_of(table.params, ball)
+        if not collide_cushion(table, s.rebound, ball, ball.nose):
+            s.progress.unsolved = BUDGET_EXCEEDED
+        press(table, s.rebound, ball)
+        ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
+    elif ball.motion <= FLIGHT:
+        go_on(table, s, ball, cause)
+        energy = energy_of(table.params, ball)
+    else:
+        ball.boundary_time, energy = math.inf, 0.0
+    log_segment(s, ball)
+    return energy
 
 
 @inner
@@ -84,6 +139,13 @@ def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
     """Let a ball's segment end by itself."""
     motion, cause = ball.motion, OWN
     advance(ball, ball.end)
+    if ball.nose != NOTHING:
+        release(table, ball)
+        before = energy_of(table.params, ball)
+        after = start_next_segment(table, s, ball, RELEASE)
+        if ball.motion != motion:
+            log_event(s, ball.time, RELEASE, ball, NOTHING, before, after, motion)
+        return
     before = energy_of(table.params, ball)
     if motion == FLIGHT and not table.numbers.endless and outside_noses(table.numbers, ball):
         stop_ball(ball, OFF_TABLE)
@@ -119,15 +181,27 @@ def separate(
 
 
 @inner
-def collide_with_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
-    """Let a ball collide with a nose, facing or arc."""
-    x, y, z, lying = edge_contact(table, ball, feature)
+def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
+    """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
+    n, lies = table.numbers, ball.position[2] == table.params.radius
+    p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
+    if lies and abs(shift) <= APART:  # rounding; or pressed in by its motion on the cloth
+        ball.position[0] += p
+        ball.position[1] += q
+    x, y, z = normal_at(table, ball, feature)
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
-    slow = approach <= MIN_APPROACH_SPEED
-    restitution = 0.0 if slow else table.numbers.cushion_restitution
-    collide_cushion(table, ball, lying, x, y, z, restitution)
-    if slow and lying:
-        separate(table, s, ball, 2.0 * APART, x, y, 0.0)
+    if approach <= MIN_APPROACH_SPEED:
+        collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
+        if lies:
+            ball.velocity[2] = 0.0  # the cloth holds it
+            separate(table, s, ball, 2.0 * APART, x, y, 0.0)
+    elif feature < FACINGS and n.cushion_duration > 0.0:
+        ball.nose = feature
+    else:
+        if not collide_cushion(table, s.rebound, ball, feature):
+            s.progress.unsolved = BUDGET_EXCEEDED
+        for i in range(3):
+            ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]
 
 
 @inner
@@ -139,27 +213,10 @@ def defer_to_cluster(s: Simulation, time: float, ball: int, other: int, reach: f
 
 
 @inner
-def touches_nose(table: Table, ball: Ball, time: float) -> bool:
-    """Whether a lying ball touches a nose at a time."""
-    n = table.numbers
-    x, y, z = position_at(ball, time)
-    for nose in range(4):
-        out = abs(x) - n.centre_half_length if nose < 2 else abs(y) - n.centre_half_width
-        if z == table.params.radius and abs(out) <= n.contact_gap and beside_nose(n, nose, x, y):
-            return True
-    return False
-
-
-@inner
 def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float, reach: float) -> bool:
-    """Whether either of two balls that meet is within reach of another one, or touches a nose."""
+    """Whether either of two balls that meet is within reach of another one."""
     distance = 2.0 * table.params.radius + reach
-    return (
-        touches_another(s, i, j, time, distance)
-        or touches_another(s, j, i, time, distance)
-        or touches_nose(table, s.balls[i], time)
-        or touches_nose(table, s.balls[j], time)
-    )
+    return touches_another(s, i, j, time, distance) or touches_another(s, j, i, time, distance)
 
 
 @inner
@@ -173,13 +230,8 @@ def impact_reach(table: Table, speed: float) -> float:
 def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
     """Let a ball meet something of the table."""
     params, feature, cause = table.params, ball.boundary_feature, CUSHION
-    advance(ball, ball.boundary_time)
+    advance_free(table, ball, ball.boundary_time)
     before, motion = energy_of(params, ball), ball.motion
-    reach = 2.0 * params.radius + table.numbers.contact_gap
-    lies = ball.position[2] == params.radius  # one in the air strikes the cushion by itself
-    if lies and feature < HOLES and touches_another(s, ball.ball, ball.ball, ball.time, reach):
-        defer_to_cluster(s, ball.time, ball.ball, ball.ball, table.numbers.contact_gap)
-        return
     if feature == OUTSIDE:
         cause, feature = OFF, NOTHING
         stop_ball(ball, OFF_TABLE)
@@ -188,9 +240,10 @@ def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
         ball.pocket = feature
         stop_ball(ball, POCKETED)
     else:
-        collide_with_edge(table, s, ball, feature)
-    after = energy_of(params, ball)
-    start_next_segment(table, s, ball, cause)
+        meet_edge(table, s, ball, feature)
+    after = start_next_segment(table, s, ball, cause)
+    if ball.nose != NOTHING:
+        after = kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
     log_event(s, ball.time, cause, ball, feature, before, after, motion)
 
 
@@ -198,8 +251,8 @@ def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
 def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -> None:
     """Let two balls meet."""
     params, a, b = table.params, s.balls[i], s.balls[j]
-    advance(a, time)
-    advance(b, time)
+    advance_free(table, a, time)
+    advance_free(table, b, time)
     before, motion = energy_of(params, a) + energy_of(params, b), a.motion
     x, y, z, distance = line_of_centres(a, b)
     approach = -relative_component(a.velocity, b.velocity, x, y, z)
@@ -215,11 +268,9 @@ def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -
         separate(table, s, b, space, -x, -y, -z)
     if a.first_contact == NOTHING:
         a.first_contact = j
-    start_next_segment(table, s, a, BALL)
     if b.first_contact == NOTHING:
         b.first_contact = i
-    start_next_segment(table, s, b, BALL)
-    after = energy_of(params, a) + energy_of(params, b)
+    after = start_next_segment(table, s, a, BALL) + start_next_segment(table, s, b, BALL)
     log_event(s, time, BALL, a, j, before, after, motion)
 
 

@@ -35,6 +35,7 @@ from billiard_shot.table.motion import (
     start_ball,
 )
 from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
+from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
     Event,
@@ -112,6 +113,8 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
             handle_collision(table, s, i, j, now)
         if p.pending:
             return now, CLUSTER_PENDING
+        if p.unsolved != OK:
+            return now, p.unsolved
         predict_collisions(table, s, i, now)
         if j != NOTHING and j != i:
             predict_collisions(table, s, j, now)
@@ -166,7 +169,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
     five, two = (1.0,) * 5, (1.0,) * 2
     table = TableParams(
-        math.inf, math.inf, False, HAN, *(1.0,) * 5, five, five, two, two, *(1.0,) * 7
+        math.inf, math.inf, False, HAN, *(1.0,) * 7, five, five, two, two, *(1.0,) * 7
     )
     states = np.zeros((1, 1, STATE_COLUMNS))
     states[0, 0, 2] = 1.0
@@ -180,6 +183,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.records(Ball, 1),
         never(storage, 1),
         storage.records(Progress, 1),
+        storage.records(Rebound, 1),
         storage.records(Segment, 0),
         storage.records(Event, 0),
         storage.records(BallOutcome, 1),
@@ -199,6 +203,7 @@ def simulate_tables(
     balls: list[Ball],
     collisions: Any,
     progress: list[Progress],
+    rebound: list[Rebound],
     segments: list[Segment],
     events: list[Event],
     ball_outcomes: list[BallOutcome],
@@ -216,7 +221,7 @@ def simulate_tables(
         The first table; if an impact of several bodies was pending, it is the one that goes on.
     max_events : int
         Of a table.
-    balls, collisions, progress : n Ball, (n, n) floats, 1 Progress
+    balls, collisions, progress, rebound : n Ball, (n, n) floats, 1 Progress, 1 Rebound
         Of the present table; at first new, and `never`.
     segments, events : records, written
         Segments of all tables and events of the last one, as far as there is room.
@@ -231,7 +236,7 @@ def simulate_tables(
     """
     table = Table(params, numbers[0], jaws, pockets)
     p, count, number = progress[0], len(balls), first
-    s = Simulation(balls, collisions, p, segments, events)
+    s = Simulation(balls, collisions, p, rebound[0], segments, events)
     while number < len(states):
         outcome = table_outcomes[number]
         if p.pending or load_states(params, s, states[number]):

@@ -43,7 +43,9 @@ class TableNumbers:
     cushion_model: int
     cushion_restitution: float
     cushion_friction: float
-    cushion_stiffness: float
+    cushion_fading: float  # s/m, of the restitution
+    cushion_stiffness: float  # for a strike on a ball that touches a cushion
+    cushion_duration: float  # s, of a contact; 0: none
     ball_restitution: float
     friction_fast: float
     friction_slow: float
@@ -137,7 +139,9 @@ def numbers_of(
         'cushion_model',
         'cushion_restitution',
         'cushion_friction',
+        'cushion_fading',
         'cushion_stiffness',
+        'cushion_duration',
         'ball_restitution',
         'friction_fast',
         'friction_slow',

@@ -36,7 +36,7 @@ def table_params(scene: Scene) -> TableParams:
     """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
     if table is None:
-        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 1.0)
+        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 0.0, 1.0, 0.0)
         height, depth, pockets = float(scene.ball.radius), 0.0, False
         corner = side = (1.0, 1.0, 0.0, 0.0, 0.0)
         corner_hole = side_hole = (0.0, 0.0)
@@ -44,7 +44,13 @@ def table_params(scene: Scene) -> TableParams:
         cushion = table.cushion
         length, width, pockets = float(table.length), float(table.width), table.pockets
         model = _CUSHIONS[cushion.model]
-        numbers = (float(cushion.restitution), float(cushion.friction), float(cushion.stiffness))
+        numbers = (
+            float(cushion.restitution),
+            float(cushion.friction),
+            float(cushion.fading),
+            float(cushion.stiffness),
+            float(cushion.duration),
+        )
         height, depth = 2.0 * scene.ball.radius * cushion.height, float(cushion.depth)
         corner, side = _mouth(table.corner), _mouth(table.side)
         corner_hole = (

@@ -25,7 +25,7 @@ class Motion(IntEnum):
 
 
 class Cause(IntEnum):
-    """What began a segment. Names of members are values of `EventKind`, but for START and OWN."""
+    """What began a segment. Names of members are values of `EventKind`, but for three."""
 
     START = 0
     OWN = 1  # the segment before it was over: the ball stopped slipping, landed ...
@@ -34,10 +34,11 @@ class Cause(IntEnum):
     CLUSTER = 4  # an impact of more than two bodies
     POCKET = 5
     OFF = 6
+    RELEASE = 7  # a cushion presses the ball no longer
 
 
 REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
-START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF = map(int, Cause)
+START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
 
@@ -80,6 +81,9 @@ class Ball:
     pocket: int  # in which the ball lies, or NOTHING
     first_contact: int  # the first ball that it met, or NOTHING
     modified: bool  # by an impact of several bodies: its next segment has to begin
+    nose: int  # the cushion that the ball presses in this segment, or NOTHING
+    exit_velocity: Vector3  # with which it leaves the cushion
+    exit_spin: Vector3
 
 
 @inner
@@ -93,6 +97,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
     ball.bounces, ball.segments = 0, 0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
     ball.spin_ends, ball.modified = False, False
+    ball.nose = NOTHING
 
 
 @inner

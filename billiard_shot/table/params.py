@@ -42,7 +42,9 @@ class TableParams(NamedTuple):
     cushion_model: int  # HAN or MATHAVAN
     cushion_restitution: float
     cushion_friction: float
-    cushion_stiffness: float
+    cushion_fading: float  # s/m, of the restitution
+    cushion_stiffness: float  # for a strike on a ball that touches a cushion
+    cushion_duration: float  # s, of a contact; 0: none
     nose_height: float  # m, above the cloth
     cushion_depth: float  # m
     corner: Mouth

@@ -101,6 +101,16 @@ def beside_nose(n: TableNumbers, nose: int, x: float, y: float) -> bool:
 
 
 @innermost
+def approach_to_nose(n: TableNumbers, nose: int, ball: Ball) -> tuple[float, float, float]:
+    """Find a ball's gap to a nose [m], and its speed and half its acceleration towards it."""
+    sign = 1.0 if nose % 2 == 0 else -1.0
+    p, v, a = ball.position, ball.velocity, ball.acceleration
+    if nose < 2:
+        return n.centre_half_length - sign * p[0], sign * v[0], 0.5 * sign * a[0]
+    return n.centre_half_width - sign * p[1], sign * v[1], 0.5 * sign * a[1]
+
+
+@innermost
 def may_enter(pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
     """Whether a path within a rectangle may meet anything of a pocket."""
     x, y = pocket.bounds_x, pocket.bounds_y
@@ -148,11 +158,10 @@ def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
     if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
         return math.inf, feature, searched
     for nose in range(4):
-        sign = 1.0 if nose % 2 == 0 else -1.0
-        if nose < 2:
-            t = crossing_time(n.centre_half_length - sign * px, sign * vx, 0.5 * sign * ax)
-        else:
-            t = crossing_time(n.centre_half_width - sign * py, sign * vy, 0.5 * sign * ay)
+        gap, speed, half = approach_to_nose(n, nose, ball)
+        t = crossing_time(gap, speed, half)
+        if gap <= -BEYOND and speed > MIN_CLOSING_SPEED:  # met by a ball while it pressed the nose
+            t = 0.0
         if t < end and beside_nose(
             n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t
         ):

@@ -27,6 +27,7 @@ from billiard_shot.table.initial_states import (
 )
 from billiard_shot.table.motion import Ball, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import Event, never, Progress, Simulation
 
@@ -162,6 +163,7 @@ def _simulate(
     storage = run.storage
     tables, count = states.shape[:2]
     balls, progress = storage.records(Ball, count), storage.records(Progress, 1)
+    rebound = storage.records(Rebound, 1)
     segment_records, event_records = (
         storage.records(Segment, segments),
         storage.records(Event, events),
@@ -186,6 +188,7 @@ def _simulate(
                 balls,
                 collisions,
                 progress,
+                rebound,
                 segment_records,
                 event_records,
                 ball_outcomes,
@@ -196,7 +199,9 @@ def _simulate(
             break
         if number != before:
             participants.clear()
-        state = Simulation(balls, collisions, progress[0], segment_records, event_records)
+        state = Simulation(
+            balls, collisions, progress[0], rebound[0], segment_records, event_records
+        )
         resolve(layout_of(params, table), state, participants)
     end = int(progress[0].segments), int(progress[0].events)
     return BatchRecording(

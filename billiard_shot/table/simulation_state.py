@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.records import record, Storage
+from billiard_shot.records import record, Storage, Vector
 from billiard_shot.table.ball_collision import collision_time
 from billiard_shot.table.flight_boundary import next_flight_boundary
 from billiard_shot.table.geometry import Table
@@ -20,6 +20,7 @@ from billiard_shot.table.motion import (
     write_segment,
 )
 from billiard_shot.table.params import BallClothParams, OFF, ON
+from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.rolling_boundary import next_rolling_boundary
 
 
@@ -61,6 +62,7 @@ class Simulation(NamedTuple):
     balls: list[Ball]
     collisions: Any  # (n, n) when each pair meets [s], above the diagonal
     progress: Progress
+    rebound: Rebound  # room for a contact with a cushion
     segments: list[Segment]  # of all tables, as far as there is room
     events: list[Event]  # of this table, as far as there is room
 
@@ -71,13 +73,19 @@ def never(storage: Storage, count: int) -> Any:
 
 
 @inner
-def energy_of(params: BallClothParams, ball: Ball) -> float:
-    """Kinetic energy of a ball [J]."""
+def kinetic_energy(params: BallClothParams, velocity: Vector, spin: Vector) -> float:
+    """Kinetic energy [J] of a ball with a velocity [m/s] and a spin [rad/s]."""
     moving, turning = 0.0, 0.0
     for i in range(3):
-        moving += ball.velocity[i] * ball.velocity[i]
-        turning += ball.spin[i] * ball.spin[i]
+        moving += velocity[i] * velocity[i]
+        turning += spin[i] * spin[i]
     return 0.5 * (params.mass * moving + params.inertia * turning)
+
+
+@innermost
+def energy_of(params: BallClothParams, ball: Ball) -> float:
+    """Kinetic energy of a ball [J]."""
+    return kinetic_energy(params, ball.velocity, ball.spin)
 
 
 @inner

@@ -173,14 +173,16 @@ class Trajectory:
 
 def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]:
     """Tell what happened between two segments."""
-    if cause != Cause.OWN:
+    if cause not in (Cause.OWN, Cause.RELEASE):
         yield EventKind(cause.name.lower())
         return
+    if after == before:
+        if cause == Cause.OWN:
+            yield EventKind.BOUNCE if after == Motion.FLIGHT else EventKind.SPIN_END
+        return
     if before == Motion.FLIGHT:
-        yield EventKind.BOUNCE if after == Motion.FLIGHT else EventKind.LAND
-    elif after == before:
-        yield EventKind.SPIN_END
-    if after != before and after.name.lower() in list(EventKind):
+        yield EventKind.LAND
+    if after.name.lower() in list(EventKind):
         yield EventKind(after.name.lower())
 
 

@@ -16,6 +16,7 @@ from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, TwoBalls
 from billiard_shot.study.collisions import stacked
 from billiard_shot.table.run import TableRun
+from billiard_shot.table.trajectory import EventKind
 
 FIG4 = TwoBalls()
 TRACE = FIG4.trace()
@@ -174,7 +175,10 @@ def test_histories():
     shot = combination()
     history = history_of(trails_of(shot))
     total = history.translation + history.rotation + history.height
-    assert (np.diff(total) <= 1e-9 * total[0]).all()  # never gains
+    hits = [event.time for event in shot.table.events if event.kind == EventKind.CUSHION]
+    pressed = [(t <= history.time) & (history.time <= t + 6e-3) for t in hits]
+    lasting = total[~np.any(pressed, axis=0)]  # a nose keeps some of the energy meanwhile
+    assert (np.diff(lasting) <= 1e-9 * total[0]).all()  # never gains
     start = 0.5 * (
         shot.scene.ball.mass * shot.velocity @ shot.velocity
         + shot.scene.ball.inertia * shot.spin @ shot.spin

@@ -29,6 +29,15 @@ def test_a_cushion_model_brings_its_numbers():
     assert Cushion('han', 0.7).restitution == 0.7
 
 
+def test_cushions_are_slower_than_balls(data):
+    """So the one contact acts at once within the other."""
+    data['contacts']['ball_ball']['duration'] = 3e-4
+    assert Scene.from_dict(data | {'table': {'cushion': {'duration': 3e-3}}})
+    assert Scene.from_dict(data | {'table': {'cushion': {'duration': 0}}})
+    with pytest.raises(ValueError, match=r'cushion\.duration: 0\.002 .* ten times .* 0\.003'):
+        Scene.from_dict(data | {'table': {'cushion': {'duration': 0.002}}})
+
+
 def test_carom_table(data):
     scene = Scene.from_dict(data | {'table': {'length': 2.84, 'width': 1.42, 'pockets': False}})
     assert not scene.table.pockets

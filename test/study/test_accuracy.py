@@ -98,7 +98,7 @@ def test_impulse_scheme_is_of_first_order(name):
     problem = PROBLEMS[name]
     model, stroke = problem.model, problem.stroke
     exact = problem.motion(problem.adaptive(accuracy.FLOOR)[0])
-    steps = 10.0 ** -np.arange(2.0, 5.01, 0.25)
+    steps = 10.0 ** -np.arange(2.0, 4.51, 0.25)
     errors = []
     for step in steps:
         run = impulse_strike(
@@ -169,7 +169,8 @@ def test_command(tmp_path, capsys):
     arguments = ['accuracy', '--normal', '-1', '-1', '0', '--velocity', '0.8', '0', '0']
     if_drawn = ['--picture', str(picture)] if find_spec('matplotlib') else []
     assert main([*arguments, '--csv', str(path), *if_drawn]) == 0
-    out = capsys.readouterr().out
+    out, err = capsys.readouterr()
+    assert err == ''
     rows = list(csv.DictReader(path.open()))
     assert {'impulse scheme', 'this library', 'closed form', 'SciPy DOP853', 'SciPy Radau'} <= {
         row['method'] for row in rows

@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.scene import BallBall, Cushion, Scene, Table
 from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState
+from billiard_shot.table.trajectory import BallState, EventKind
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius
@@ -35,9 +35,12 @@ def rolling(x, y, vx, vy):
 
 
 def after(run, name, kind, nth=0):
-    """State of a ball just after its nth event of a kind."""
+    """State of a ball just after its nth event of a kind, when it has left a cushion."""
     event = [e for e in run.events if e.kind == kind and name in e.balls][nth]
-    return run.balls[name].at(event.time)
+    ball, time = run.balls[name], event.time
+    if kind == EventKind.CUSHION and not event.place.startswith('jaw'):
+        time = [segment.end for segment in ball.segments if segment.start == time][-1]
+    return ball.at(time)
 
 
 def play(scene, **balls):

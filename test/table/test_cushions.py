@@ -5,6 +5,8 @@ import pytest
 from tables import after, play, POOL, R, rolling, scene_with, state
 
 from billiard_shot.status import Status
+from billiard_shot.table.effects.collisions import Cushion
+from billiard_shot.table.effects.effect import EffectContext
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind
 
@@ -34,6 +36,20 @@ def test_han_by_hand():
     rebound = after(run, 'cue', EventKind.CUSHION)
     assert rebound.velocity[0] == pytest.approx(v - push * cosine - drag * sine, rel=1e-6)
     assert rebound.velocity[1:] == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_han_is_for_balls_on_the_cloth():
+    """A ball in the air meets the default model with the numbers of the scene, and is told so."""
+    same = scene_with(cushion={'restitution': 0.85, 'friction': 0.2, 'fading': 0.0})
+    ball = state(1.0, 0.3, (2, 0, 0.4))
+    one, other = play(HAN, cue=ball), play(same, cue=ball)
+    hit = next(e for e in one.events if e.kind == EventKind.CUSHION)
+    assert hit.position[2] > R
+    found, expected = (after(run, 'cue', EventKind.CUSHION).velocity for run in (one, other))
+    assert found == pytest.approx(expected)
+    trajectory = one.balls['cue']
+    context = EffectContext(HAN, ball.velocity, ball.spin, trajectory, one, False)
+    assert '1 in the air, where `han` does not hold' in Cushion().evaluate(context).reason
 
 
 @pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
@@ -68,7 +84,7 @@ def test_no_cushion_gains_energy():
         POOL,
         HAN,
         scene_with(cushion={'restitution': 1.0}),
-        scene_with(cushion={'restitution': 0.0}),
+        scene_with(cushion={'restitution': 0.05}),
     ):
         for _ in range(100):
             v = random.normal(size=2) * 3

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, EventKind, Scene, simulate
+from billiard_shot.scene.rack import sites
 from billiard_shot.table.contact_duration import reach_of_impact, stiffness_of
 
 POOL = Scene.load('pool')
@@ -62,14 +63,11 @@ def scene_of(duration, exponent=1.5):
 
 def broken(rows, offset, gap, duration=0.25e-3, exponent=1.5):
     """Speeds soon after the cue ball has met the head ball of a triangle."""
-    spacing = 2 * R + gap
     still = {'velocity': (0, 0, 0), 'spin': (0, 0, 0)}
     cue = (-np.sqrt(4 * R * R - offset * offset) - 1e-6, offset, R)
     states = {'cue': BallState(cue, (SPEED, 0, 0), (0, 0, 0))}
-    for row in range(rows):
-        for k in range(row + 1):
-            place = (row * spacing * np.sqrt(0.75), (k - 0.5 * row) * spacing, R)
-            states[f'{row} {k}'] = BallState(place, **still)
+    for number, site in enumerate(sorted(sites(range(1, rows + 1), 0.0, 2 * R + gap))):
+        states[str(number)] = BallState((*site, R), **still)
     run = simulate(scene_of(duration, exponent), states)
     return np.array([np.linalg.norm(state.velocity) for state in run.at(SOON).values()])
 

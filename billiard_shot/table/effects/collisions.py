@@ -30,7 +30,14 @@ class Cushion(EffectGate[EffectContext]):
         events = [
             event for event in context.events(EventKind.CUSHION) if not event.place.startswith(JAW)
         ]
-        return _count(events, 'a cushion')
+        decision = _count(events, 'a cushion')
+        in_the_air = sum(event.position[2] > context.scene.ball.radius for event in events)
+        if context.scene.table.cushion.model == 'han' and in_the_air:
+            return decision._replace(
+                reason=f'{decision.reason}; {in_the_air} in the air, where `han` does not hold: '
+                'with the default model'
+            )
+        return decision
 
 
 class Pocket(EffectGate[EffectContext]):
@@ -101,7 +108,7 @@ class Cluster(EffectGate[EffectContext]):
     """Without, bodies in touch meet two by two, one pair after the other."""
 
     name = 'cluster'
-    condition = 'a ball meets one that touches others, or a cushion'
+    condition = 'a ball meets one that is within reach of others'
     # Nothing is ever so deep in another one; and contacts take no time.
     overrides: ClassVar = {OFF: {'contact_gap': -1e-3, 'ball_duration': 0.0}}
 

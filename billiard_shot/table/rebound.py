@@ -1,0 +1,399 @@
+"""
+A ball against the nose of a cushion: a contact that takes time, on a cloth that takes none.
+
+The nose is a linear spring whose restoring phase is 1/e^2 times as fast (the law `bistiffness`:
+Liu, Zhao and Brogliato 2008). The cloth is rigid: the nose presses a ball that lies on it to it,
+and a ball that lands meanwhile bounces. Friction acts at both contacts (Coulomb). For a ball that
+lies this is the cushion of Mathavan, Jackson and Parkin (2010); for a ball in the air it is the
+same ball without a cloth, until it lands. A contact of a cushion is at least ten times as long as
+one of the cloth, so the cloth acts within it in no time (docs/model.md).
+
+Units here: the ball's mass and radius are 1, so spins are velocities; the largest velocity before
+is 1, and the spring's frequency is 1. x along the cushion, y into it, z up. The normal keeps the
+direction that it has when the contact begins. Gravity is left out: in 5 ms it gives 0.05 m/s.
+"""
+
+from math import inf, sqrt
+from typing import Annotated, Any
+
+from billiard_shot.compiled import inner, innermost
+from billiard_shot.impact.friction import minimize_over_disc
+from billiard_shot.records import record, Vector
+
+Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ = range(9)  # of a state: see `Rebound`
+SIZE = 9
+SLIP_ENDS = 0.9  # of a slip that ends may go in a step
+LONGEST, SHORTEST = 0.7, 1e-12  # steps; a contact lasts about 3
+MAX_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
+SWEEPS = 200  # until the frictions at cushion and cloth agree
+LOCATING = 60  # steps until an event is found
+TINY = 1e-300  # no division by less
+CLOSE = 1e-2  # share of the tolerance within which events are found
+STILL = 20.0  # times the tolerance: a slower slip or bounce is the error's, and ends
+
+# Dormand and Prince (1980): the weights of each stage; those of the last are the solution's.
+STAGES = (
+    (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0),
+    (3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0),
+    (44 / 45, -56 / 15, 32 / 9, 0.0, 0.0, 0.0),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0.0, 0.0),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0.0),
+    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+)
+# The solution minus that of fourth order.
+ERRORS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+
+
+@record
+class Rebound:
+    """A ball that meets a nose."""
+
+    # Compression of the nose, height above the cloth, way along the cushion; velocity; spin.
+    state: Annotated[Any, 9]
+    trial: Annotated[Any, 9]
+    rates: Annotated[Any, 63]  # of seven stages
+    time: float
+    held: bool  # the ball lies on the cloth
+    press: float  # force on the cloth per force of the nose, where the rates were written last
+    compressing: bool
+    nose_slips: bool  # or sticks, or begins to slip
+    cloth_slips: bool
+    # The rest is the same during all of the contact.
+    sine: float  # of the angle of the nose above the ball's centre
+    cosine: float
+    turn: float  # m r^2 / I
+    restitution: float  # of the nose
+    nose_friction: float
+    cloth_friction: float
+    bounce_restitution: float  # of the cloth, if the ball lands
+    bounce_friction: float
+
+
+@innermost
+def closing_speed(r: Rebound, state: Vector) -> float:
+    """Speed at which the ball approaches the nose."""
+    return r.cosine * state[VY] + r.sine * state[VZ]
+
+
+@innermost
+def nose_slip(r: Rebound, state: Vector) -> tuple[float, float]:
+    """Slip at the nose: along the cushion, and along the other tangent (0, -sine, cosine)."""
+    return (
+        state[VX] + r.sine * state[WY] - r.cosine * state[WZ],
+        state[WX] - r.sine * state[VY] + r.cosine * state[VZ],
+    )
+
+
+@innermost
+def cloth_slip(state: Vector) -> tuple[float, float]:
+    """Slip of the ball's lowest point."""
+    return state[VX] - state[WY], state[VY] + state[WX]
+
+
+@innermost
+def press_of(r: Rebound, g: float) -> float:
+    """Force on the cloth per force of the nose, for a friction g there; negative: it lifts."""
+    return r.sine - r.cosine * g
+
+
+@innermost
+def size_of(x: float, y: float) -> float:
+    """Length of a vector of the plane."""
+    return sqrt(x * x + y * y)
+
+
+@inner
+def friction_of_cloth(r: Rebound, state: Vector, f: float, g: float) -> tuple[float, float]:
+    """Friction at the cloth per force of the nose, for a friction (f, g) there."""
+    most = r.cloth_friction * press_of(r, g)
+    if r.cloth_slips:
+        x, y = cloth_slip(state)
+        share = most / max(size_of(x, y), TINY)
+        return -share * x, -share * y
+    h = -f * (1.0 - r.turn * r.sine) / (1.0 + r.turn)
+    k = (r.cosine - g * (r.turn - r.sine)) / (1.0 + r.turn)
+    share = min(most / max(size_of(h, k), TINY), 1.0)
+    return share * h, share * k
+
+
+@inner
+def friction_without_slip(r: Rebound, state: Vector) -> tuple[float, float, float, float]:
+    """Friction per force of the nose if the nose does not slip, and the ball lies: as below."""
+    s, c, turn = r.sine, r.cosine, r.turn
+    one, two, both = s * s + turn, 1.0 + turn, turn - s
+    # Friction at the nose along the cushion, per friction at the cloth, if the nose sticks.
+    along = -(1.0 - turn * s) / two
+    if r.cloth_slips:
+        x, y = cloth_slip(state)
+        share = r.cloth_friction / max(size_of(x, y), TINY)
+        g = s * (share * y * both - c) / (one + c * share * y * both)
+        h, k = -share * press_of(r, g) * x, -share * press_of(r, g) * y
+        f = along * h
+        sticks = True
+    else:
+        f, h, determinant = 0.0, 0.0, one * two - both * both
+        g, k = -c * (s * two + both) / determinant, c * (one + s * both) / determinant
+        sticks = abs(k) <= r.cloth_friction * press_of(r, g)
+    if sticks and size_of(f, g) <= r.nose_friction:
+        return f, g, h, k
+    f, g, h, k = 0.0, 0.0, 0.0, 0.0
+    for _ in range(SWEEPS):
+        last_g, last_h, last_k = g, h, k
+        f, g = minimize_over_disc(
+            two, 0.0, one, h * (1.0 - turn * s), s * c + k * both, r.nose_friction
+        )
+        h, k = friction_of_cloth(r, state, f, g)
+        if abs(g - last_g) + abs(h - last_h) + abs(k - last_k) < 1e-14:
+            break
+    return f, g, h, k
+
+
+@inner
+def frictions(r: Rebound, state: Vector) -> tuple[float, float, float, float]:
+    """
+    Friction per force of the nose: at the nose (f, g) and at the cloth (h, k).
+
+    A contact that slips has the direction of its slip. Any other one has the friction that keeps
+    it from slipping or, if that is too much, the one that takes most energy: its slip begins
+    against that.
+    """
+    if not r.nose_slips:
+        if r.held:
+            return friction_without_slip(r, state)
+        return 0.0, 0.0, 0.0, 0.0
+    x, y = nose_slip(r, state)
+    share = r.nose_friction / max(size_of(x, y), TINY)
+    f, g, h, k = -share * x, -share * y, 0.0, 0.0
+    if r.held:
+        h, k = friction_of_cloth(r, state, f, g)
+    return f, g, h, k
+
+
+@inner
+def write_rates(r: Rebound, state: Vector, stage: int) -> None:
+    """Write how a state changes in time into the rates of a stage."""
+    f, g, h, k = frictions(r, state)
+    r.press = press_of(r, g) if r.held else 0.0
+    force, out = state[Y], r.rates
+    closing, first = closing_speed(r, state), SIZE * stage
+    out[first + Y] = closing if r.compressing else closing / (r.restitution * r.restitution)
+    out[first + Z] = 0.0 if r.held else state[VZ]
+    out[first + ALONG] = state[VX]
+    out[first + VX] = force * (f + h)
+    out[first + VY] = force * (k - r.cosine - r.sine * g)
+    out[first + VZ] = 0.0 if r.held else force * (r.cosine * g - r.sine)
+    out[first + WX] = force * r.turn * (g + k)
+    out[first + WY] = force * r.turn * (r.sine * f - h)
+    out[first + WZ] = -force * r.turn * r.cosine * f
+
+
+@inner
+def take_trial(r: Rebound, step: float) -> float:
+    """Make a step from `state` to `trial`, whose first rates are there; return its error."""
+    for stage in range(1, 7):
+        weights = STAGES[stage]
+        for i in range(SIZE):
+            change = 0.0
+            for j in range(stage):
+                change += weights[j] * r.rates[SIZE * j + i]
+            r.trial[i] = r.state[i] + step * change
+        write_rates(r, r.trial, stage)
+    error = 0.0
+    for i in range(SIZE):
+        change = 0.0
+        for j in range(7):
+            change += ERRORS[j] * r.rates[SIZE * j + i]
+        error = max(error, abs(step * change))
+    return error
+
+
+@inner
+def margin(r: Rebound, state: Vector) -> float:
+    """
+    Return how far a state is from the next event: negative if it is past it.
+
+    Events are the end of the contact and of compression or restoring, a landing and a take-off.
+    The rates of the state are those that were written last.
+    """
+    closing = closing_speed(r, state)
+    left = closing if r.compressing else min(-closing, state[Y])
+    if r.held:
+        return min(left, r.press)
+    return min(left, -state[Z] / state[VZ]) if state[VZ] < 0.0 else left  # the time until it lands
+
+
+@inner
+def slip_limit(r: Rebound) -> float:
+    """Longest step that leaves the slips their directions."""
+    state, rates, longest = r.state, r.rates, inf
+    if r.nose_slips:
+        a, b = nose_slip(r, state)
+        u = rates[VX] + r.sine * rates[WY] - r.cosine * rates[WZ]
+        v = rates[WX] - r.sine * rates[VY] + r.cosine * rates[VZ]
+        shrinking = -(a * u + b * v)
+        if shrinking > 0.0:
+            longest = SLIP_ENDS * (a * a + b * b) / shrinking
+    if r.held and r.cloth_slips:
+        p, q = cloth_slip(state)
+        shrinking = -(p * (rates[VX] - rates[WY]) + q * (rates[VY] + rates[WX]))
+        if shrinking > 0.0:
+            longest = min(longest, SLIP_ENDS * (p * p + q * q) / shrinking)
+    return longest
+
+
+@inner
+def turns_around(r: Rebound) -> bool:
+    """Whether a slip has turned by more than a right angle in the trial."""
+    if r.nose_slips:
+        a, b = nose_slip(r, r.state)
+        u, v = nose_slip(r, r.trial)
+        if a * u + b * v <= 0.0:
+            return True
+    if r.held and r.cloth_slips:
+        p, q = cloth_slip(r.state)
+        u, v = cloth_slip(r.trial)
+        if p * u + q * v <= 0.0:
+            return True
+    return False
+
+
+@inner
+def land(r: Rebound, still: float) -> None:
+    """Let the ball bounce on the cloth; if it hardly leaves it, the nose holds it there."""
+    state = r.state
+    push = -(1.0 + r.bounce_restitution) * state[VZ]
+    p, q = cloth_slip(state)
+    slip = size_of(p, q)
+    drag = min(r.bounce_friction * push / slip, 1.0 / (1.0 + r.turn)) if slip > 0.0 else 0.0
+    state[VX] -= drag * p
+    state[VY] -= drag * q
+    state[WX] -= drag * r.turn * q
+    state[WY] += drag * r.turn * p
+    state[VZ] *= -r.bounce_restitution
+    state[Z] = 0.0
+    if state[VZ] <= still:
+        state[VZ] = 0.0
+        r.held = True
+
+
+@inner
+def note_slips(r: Rebound, tolerance: float) -> None:
+    """
+    Note which contacts slip.
+
+    A slip ends when it is next to none; one that begins is slow, and follows its friction, until
+    it is large enough for a direction of its own.
+    """
+    begins = tolerance ** (2.0 / 3.0)
+    least = STILL * tolerance
+    a, b = nose_slip(r, r.state)
+    p, q = cloth_slip(r.state)
+    r.nose_slips = size_of(a, b) > (least if r.nose_slips else begins)
+    r.cloth_slips = size_of(p, q) > (least if r.cloth_slips else begins)
+
+
+@inner
+def is_wedged(r: Rebound, still: float) -> bool:
+    """Whether the ball stands still between nose and cloth, whose friction holds it."""
+    if r.nose_slips or r.cloth_slips or not r.held:
+        return False
+    push = abs(r.rates[VY]) + abs(r.rates[WX])
+    return abs(closing_speed(r, r.state)) <= still and push <= 1e-9 * r.state[Y]
+
+
+@inner
+def follow(r: Rebound, tolerance: float) -> bool:
+    """
+    Follow a ball that approaches the nose until the nose does not press it any more.
+
+    Parameters
+    ----------
+    r : Rebound, changed
+    tolerance : float
+        Error of a step.
+
+    Returns
+    -------
+    solved : bool
+        False if it takes too many steps, or if the ball is wedged between nose and cloth.
+
+    """
+    state, still = r.state, STILL * tolerance
+    close = CLOSE * tolerance * min(closing_speed(r, state), 1.0)
+    step, accepted, ahead = 0.3, True, 0.0
+    r.compressing = True
+    r.nose_slips = r.cloth_slips = True
+    note_slips(r, tolerance)
+    for _ in range(MAX_STEPS):
+        if accepted:
+            write_rates(r, state, 0)
+            if r.held and r.press < -close:  # friction at the nose lifts the ball
+                r.held = False
+                continue
+            if is_wedged(r, still):
+                return False
+            ahead = margin(r, state)
+            step = min(step, LONGEST, slip_limit(r))
+            if not r.held and state[Z] <= 0.0 and state[VZ] > 0.0 and r.rates[VZ] < 0.0:
+                step = min(step, -state[VZ] / r.rates[VZ])  # so that it does not land in this one
+        error = take_trial(r, step)
+        factor = 0.9 * (tolerance / max(error, TINY)) ** 0.2
+        accepted = step <= SHORTEST or (error <= tolerance and not turns_around(r))
+        if not accepted:
+            step *= min(max(factor, 0.1), 0.5)
+            continue
+        following = step * min(factor, 4.0)
+        left = margin(r, r.trial)
+        if left < 0.0:
+            step = locate(r, step, ahead, left, close)
+        for i in range(SIZE):
+            state[i] = r.trial[i]
+        r.time += step
+        step = following
+        if left < 0.0 and carry_out(r, close, still):
+            return True
+        note_slips(r, tolerance)
+    return False
+
+
+@inner
+def locate(r: Rebound, step: float, left: float, right: float, close: float) -> float:
+    """
+    Find the step that ends at the next event: by bisection and the secant's rule in turns.
+
+    `left` and `right` are the margins without the step and after all of it.
+    """
+    low, high = 0.0, step
+    for i in range(LOCATING):
+        middle = 0.5 * (low + high)
+        if i % 3 != 2 and left > 0.0:
+            middle = low + (high - low) * left / (left - right)
+        take_trial(r, middle)
+        found = margin(r, r.trial)
+        step = middle
+        if abs(found) <= close or high - low <= SHORTEST:
+            break
+        if found > 0.0:
+            low, left = middle, found
+        else:
+            high, right = middle, found
+    return step
+
+
+@inner
+def carry_out(r: Rebound, close: float, still: float) -> bool:
+    """Make the change that an event asks for; return whether the contact ends."""
+    state = r.state
+    if not r.compressing and state[Y] <= 2.0 * close:
+        return True
+    if r.held:
+        r.held = r.press > 2.0 * close
+    elif state[VZ] < 0.0 and state[Z] <= -2.0 * close * state[VZ]:
+        land(r, still)
+    closing = closing_speed(r, state)
+    if abs(closing) <= 2.0 * close:
+        r.compressing = not r.compressing
+    else:
+        r.compressing = closing > 0.0
+    return False
