@@ -31,7 +31,14 @@ from billiard_shot.cue.safety import Decision, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.conversions import check_frame
-from billiard_shot.ros.node_runner import EVERY_STATE, LATCHED, run, set_niceness, warm_up
+from billiard_shot.ros.node_runner import (
+    EVERY_STATE,
+    JOINT_STATES,
+    LATCHED,
+    run,
+    set_niceness,
+    warm_up,
+)
 from billiard_shot.ros.writing_time import stamped, written
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
@@ -103,11 +110,11 @@ class CueDriver(LifecycleNode):
         except (ValueError, OSError) as error:
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
 
-        # Deep queues: the stop may be pressed in one message and released in the next, and a
-        # strike is measured from a series of joint_states. Messages that waited are not fresh.
+        # Deep queues: the stop may be pressed in one message and released in the next. Messages
+        # that waited are not fresh.
         self.create_subscription(Bool, 'estop', self._on_estop, 10)
         self.create_subscription(Bool, 'interlock', self._on_interlock, 10)
-        self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
+        self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_service(Trigger, '~/arm', self._arm)
         self.create_service(

@@ -19,7 +19,7 @@ from billiard_shot.cue.mechanism import BASE_Z, INCLINE, Mechanism
 from billiard_shot.cue.simulated import SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.node_runner import run, set_niceness
+from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness
 from billiard_shot.ros.writing_time import written
 
 CATCH_UP = 0.25
@@ -67,7 +67,7 @@ class CueSim(Node):
         self._last_command = -math.inf  # time of the last accepted command
         self._accepted = 0  # number of trajectories so far
         self._refused: str | None = None  # name of the last refused command
-        self._joints = self.create_publisher(JointState, 'joint_states', 10)
+        self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
         self.create_subscription(
             JointTrajectoryMessage, self.get_parameter('actuation_topic').value, self._command, 1
         )

@@ -15,6 +15,7 @@ from waiting import call, PATIENCE
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
+from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.demo import SIMULATION
 from billiard_shot.ros.player import Player
@@ -37,6 +38,9 @@ DEADLINE = 2.0
 
 SLOWEST_BRAKE = 0.5
 """Seconds that a joint takes to brake from its full speed, with something to spare."""
+
+STARVED = re.compile('this process did not run for|: no message for|because this process paused')
+"""Reasons that the driver gives if it, the mechanism or this process did not run."""
 
 STOPPED = re.compile(r'stopped by (command|itself: no command for (.*) s); at rest after (.*) s')
 
@@ -74,6 +78,7 @@ class Cell:
             self.log.append,
             QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
         )
+        self.ended = None  # future of the result of the last goal
         self.estop = self.player.create_publisher(Bool, 'estop', 10)
         self.services = {
             name: self.player.create_client(Trigger, f'{space}/{name}')
@@ -113,10 +118,23 @@ class Cell:
         sent = self.player._execute.send_goal_async(goal)
         assert self.player.until(sent.done, PATIENCE)
         self.handle = sent.result()
-        return self.handle.get_result_async()
+        self.ended = self.handle.get_result_async()
+        return self.ended
+
+    def starved(self):
+        """Whether the driver last ended or refused something because a process did not run."""
+        reasons = [state.reason for state in self.player.states[1:]][-1:]
+        return any(map(STARVED.search, [*reasons, self.refusal]))
+
+    @property
+    def refusal(self):
+        """Why the last goal was refused; empty if it was not."""
+        result = self.ended.result().result if self.ended and self.ended.done() else None
+        return result.message if result and Outcome(result.outcome).refused else ''
 
     def reach(self, state):
-        assert self.player.until(lambda: self.state is state, PATIENCE), self.player.states[-1]
+        self.player.until(lambda: self.state is state or self.refusal or self.starved(), PATIENCE)
+        assert self.state is state, self.refusal or self.player.states[-1]
 
     def moving(self):
         """Whether any joint moved in the last joint_states of the mechanism."""
@@ -181,8 +199,9 @@ class Cell:
         )
         snapshot = int(self.call('table_sim/reset').message.split()[1])
         assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, PATIENCE)
-        self.reach(State.DISARMED)
+        assert self.player.until(lambda: self.state is State.DISARMED, PATIENCE)
         self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
         for heard in (self.commands, self.angles, self.log):
             heard.clear()
         del self.player.states[:-1]
+        self.ended = None

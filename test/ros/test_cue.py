@@ -257,6 +257,7 @@ def test_a_killed_mechanism_is_a_fault(cell):
     assert not cell.call('cue_driver/clear_fault').success
     cell.start('cue_sim')
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    cell.prepare()  # the new mechanism may not hear the driver yet
     assert cell.player.execute(cell.goal('as before')).result.outcome == Outcome.OK
 
 

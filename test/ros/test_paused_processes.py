@@ -6,6 +6,7 @@ clears no latch, until it has heard everything anew. ROUNDS=25 pauses the driver
 """
 
 import os
+import re
 import signal
 from time import monotonic
 
@@ -20,7 +21,9 @@ from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE
 
 from billiard_shot.cue.mechanism import JOINTS, STROKE
-from billiard_shot.cue.safety import BEFORE_STROKE, State
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, State
+
+pytestmark = pytest.mark.pauses_processes
 
 ROUNDS = int(os.environ.get('ROUNDS', '1'))
 
@@ -148,17 +151,17 @@ def test_a_paused_mechanism_is_a_fault(cell, state):
     for _ in range(10):
         bring_to(cell, state)
         cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
-        assert cell.player.until(lambda: cell.state in (State.FAULT, State.ESTOP), PATIENCE)
+        assert cell.player.until(lambda: cell.state not in MOVING, PATIENCE)
         if cell.state is State.FAULT:
             break
-        # This process was starved, too: the emergency stop fell silent before the mechanism did.
-        assert 'no message for' in cell.player.states[-1].reason
+        # This process or the driver was starved, too.
+        assert cell.starved(), cell.player.states[-1]
         cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.state is State.FAULT
     wait(cell, PAUSE)
     refused = cell.call('cue_driver/clear_fault')
     assert not refused.success
-    assert 'joint_states: no message' in refused.message
+    assert re.search('joint_states: (no message|not trusted)', refused.message)
     cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
