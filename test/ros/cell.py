@@ -1,5 +1,6 @@
 """A cell of real processes: driver, simulated mechanism and simulated table, and a player."""
 
+from pathlib import Path
 import re
 from threading import Thread
 from typing import NamedTuple
@@ -41,6 +42,9 @@ SLOWEST_BRAKE = 0.5
 
 STARVED = re.compile('this process did not run for|: no message for|because this process paused')
 """Reasons that the driver gives if it, the mechanism or this process did not run."""
+
+LONG_DELAY = 1.0
+"""Seconds that processes of a cell may wait for a processor in one test."""
 
 STOPPED = re.compile(r'stopped by (command|itself: no command for (.*) s); at rest after (.*) s')
 
@@ -121,10 +125,23 @@ class Cell:
         self.ended = self.handle.get_result_async()
         return self.ended
 
-    def starved(self):
+    def starved(self, error):
+        """Whether a failed assertion shows that a process did not run, or waited long to run."""
+        return (
+            bool(STARVED.search(str(error)))
+            or self.interrupted()
+            or self.delay() - self.delay_before > LONG_DELAY
+        )
+
+    def interrupted(self):
         """Whether the driver last ended or refused something because a process did not run."""
-        reasons = [state.reason for state in self.player.states[1:]][-1:]
-        return any(map(STARVED.search, [*reasons, self.refusal]))
+        last = [state.reason for state in self.player.states[1:]][-1:]
+        return any(map(STARVED.search, [*last, self.refusal]))
+
+    def delay(self):
+        """Seconds that the processes have waited for a processor so far, on Linux."""
+        files = [Path(f'/proc/{process.pid}/schedstat') for process in self.processes.values()]
+        return sum(1e-9 * int(file.read_text().split()[1]) for file in files if file.exists())
 
     @property
     def refusal(self):
@@ -133,7 +150,9 @@ class Cell:
         return result.message if result and Outcome(result.outcome).refused else ''
 
     def reach(self, state):
-        self.player.until(lambda: self.state is state or self.refusal or self.starved(), PATIENCE)
+        self.player.until(
+            lambda: self.state is state or self.refusal or self.interrupted(), PATIENCE
+        )
         assert self.state is state, self.refusal or self.player.states[-1]
 
     def moving(self):
@@ -205,3 +224,4 @@ class Cell:
             heard.clear()
         del self.player.states[:-1]
         self.ended = None
+        self.delay_before = self.delay()

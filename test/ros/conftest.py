@@ -42,8 +42,6 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     A driver that did not run for a second, or heard nothing for two, ends the shot, as it should.
     `test_paused_processes` asserts that, with processes that do not run because it stops them.
     """
-    from cell import STARVED
-
     cell = pyfuncitem.funcargs.get('cell')
     if cell is None or pyfuncitem.get_closest_marker('pauses_processes'):
         return None
@@ -53,8 +51,9 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
             pyfuncitem.obj(**arguments)
             return True
         except AssertionError as error:
-            if not left or not (cell.starved() or STARVED.search(str(error))):
+            if not left or not cell.starved(error):
                 raise
+            pyfuncitem.warn(pytest.PytestWarning(f'repeated, because a process starved: {error}'))
             cell.prepare()
     return None
 
