@@ -150,9 +150,7 @@ class Cell:
         return result.message if result and Outcome(result.outcome).refused else ''
 
     def reach(self, state):
-        self.player.until(
-            lambda: self.state is state or self.refusal or self.interrupted(), PATIENCE
-        )
+        self.player.until(lambda: self.state is state or self.interrupted(), PATIENCE)
         assert self.state is state, self.refusal or self.player.states[-1]
 
     def moving(self):
