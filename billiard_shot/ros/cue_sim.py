@@ -134,8 +134,14 @@ class CueSim(Node):
         return self._trajectory
 
     def _move(self) -> None:
-        """Simulate all steps that are due, and publish each."""
-        now = monotonic()
+        """
+        Simulate all steps that are due, and publish each.
+
+        Both clocks are read once. If the ROS clock was read at every step, and the process was
+        interrupted between two steps, the later step would get a stamp that is too late. The
+        driver ignores messages with earlier stamps.
+        """
+        now, ros_now = monotonic(), self.get_clock().now()
         self._behind = min(self._behind + now - self._ran, CATCH_UP)
         self._ran = now
         while self._behind >= self._period:
@@ -143,7 +149,7 @@ class CueSim(Node):
             self._now += self._period
             self._mechanism.advance(self._now)
             position, velocity = self._mechanism.measured()
-            stamp = self.get_clock().now() - Duration(nanoseconds=int(1e9 * self._behind))
+            stamp = ros_now - Duration(nanoseconds=int(1e9 * self._behind))
             self._joints.publish(
                 conversions.joints_message(self._names, position, velocity, stamp.to_msg())
             )

@@ -8,20 +8,24 @@ clears no latch, until it has heard everything anew. ROUNDS=25 pauses the driver
 import os
 import re
 import signal
-from time import monotonic
+from time import monotonic, sleep
 
 import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from cell import PATIENT
+import numpy as np
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
-from waiting import PATIENCE
+from waiting import PATIENCE, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS, STROKE
 from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, State
+from billiard_shot.ros.node_runner import JOINT_STATES
 
 pytestmark = pytest.mark.pauses_processes
 
@@ -181,3 +185,26 @@ def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
     assert not cell.moving()
     cell.processes['cue_driver'].send_signal(signal.SIGCONT)
     cell.reach(State.DISARMED)
+
+
+def test_stamps_of_a_mechanism_that_pauses_again_and_again_never_decrease(node, launch_once):
+    """The driver ignores messages with earlier stamps; it then missed the strike."""
+    mechanism = launch_once('cue_sim', '-r', '__ns:=/stamps', '-p', 'rate:=1000.0')
+    stamps = []
+    heard = node.create_subscription(
+        JointState,
+        '/stamps/joint_states',
+        lambda message: stamps.append(Time.from_msg(message.header.stamp).nanoseconds),
+        JOINT_STATES,
+    )
+    assert spin_until(node, lambda: stamps)
+    for _ in range(20):
+        for pause, run in ((0.2, 0.005), (0.1, 0.2)):  # the second pause is within a burst
+            mechanism.send_signal(signal.SIGSTOP)
+            sleep(pause)
+            mechanism.send_signal(signal.SIGCONT)
+            sleep(run)
+        count = len(stamps)
+        assert spin_until(node, lambda count=count: len(stamps) > count + 400)
+    assert min(np.diff(stamps)) >= 0
+    node.destroy_subscription(heard)
