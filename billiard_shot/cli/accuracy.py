@@ -79,10 +79,14 @@ def run(options: argparse.Namespace) -> int:
         'memory: growth of the process at its peak (VmHWM), in pages; errors: against this\n'
         f'library at {accuracy.FLOOR:g}'
     )
-    for rest in (0.1, 0.001):
-        ratio = accuracy.speed_up(measurements, rest)
-        if ratio == ratio:
-            print(f'at {rest:g} mm the impulse scheme takes {ratio:,.0f} times as long')
+    ratios = {rest: accuracy.speed_up(measurements, rest) for rest in (0.1, 0.001)}
+    findings = [
+        f'at {rest:g} mm the impulse scheme takes {ratio:,.0f} times as long'
+        for rest, ratio in ratios.items()
+        if ratio == ratio
+    ]
+    for finding in findings:
+        print(finding)
     for line in left_out:
         print(f'left out: {line}')
     if options.csv:
@@ -90,7 +94,8 @@ def run(options: argparse.Namespace) -> int:
     if options.picture:
         from billiard_shot.pictures.accuracy import draw
 
-        draw(curves, settings, about, options.picture)
+        title = '; '.join([*findings[:1], about])
+        draw(curves, title[0].upper() + title[1:], options.picture)
     return 0
 
 

@@ -1,72 +1,89 @@
 """The work-precision picture."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from billiard_shot.study.accuracy import order, Point
+from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.study.accuracy import Point
+from billiard_shot.table.colours import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
 
 COLOURS = {
-    'this library': 'tab:red',
-    'impulse scheme': 'tab:blue',
-    'SciPy DOP853': 'tab:green',
-    'SciPy Radau': 'tab:olive',
-    'MuJoCo': 'tab:gray',
-    'closed form': 'black',
+    'this library': VERMILION,
+    'impulse scheme': BLUE,
+    'SciPy DOP853': GREEN,
+    'SciPy Radau': PURPLE,
+    'MuJoCo': GREY,
+    'closed form': BLACK,
 }
-SMALLEST = 1e-13  # m and parts of a speed: smaller errors are drawn there
+LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; part of the cue speed. Less is drawn there.
+
+Quantity = Callable[[Point], float]
 
 
-def draw(
-    curves: Mapping[str, Sequence[Point]], settings: Mapping[str, str], about: str, path: Path
-) -> None:
+def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
     """
-    Write a picture: error of the resting place over time, error of velocity over work.
+    Draw the error of the resting place over time, and the error of velocity over evaluations.
 
-    `curves` and `settings` (what a method's settings are) go by method. Points are hollow where a
-    method has no answer to some of the strokes.
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, or the file cannot be written.
+
     """
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError:
-        raise ValueError('--picture: needs matplotlib (pip install matplotlib)') from None
-    figure = Figure(figsize=(9.5, 4.4), layout='constrained')
-    left, right = figure.subplots(1, 2)
-    for name, points in curves.items():
-        power = order(points)
-        label = f'{name}: {settings[name]}^{abs(power):.1f}' if power == power else name
-        most = max(p.answered for p in points)
-        for axes, work, error in (
-            (left, [1e6 * p.seconds for p in points], [1e-3 * p.rest for p in points]),
-            (right, [p.evaluations for p in points], [p.part for p in points]),
-        ):
-            drawn = [max(x, SMALLEST) * (1e3 if axes is left else 1.0) for x in error]
-            axes.loglog(work, drawn, color=COLOURS[name], label=label, linewidth=1.2)
-            for x, y, p in zip(work, drawn, points, strict=True):
-                axes.plot(
-                    x,
-                    y,
-                    'o',
-                    color=COLOURS[name],
-                    markersize=4,
-                    fillstyle='full' if p.answered == most else 'none',
-                )
-    left.set_xlabel('time of a strike (µs)')
-    left.set_ylabel('error of the resting place (mm)')
-    right.set_xlabel('evaluations: steps, or of the right-hand side')
-    right.set_ylabel('error of velocity and spin\n(parts of the cue speed)')
-    for axes in (left, right):
-        axes.grid(alpha=0.3)
-        axes.tick_params(labelsize='small')
-    figure.suptitle(f'What accuracy costs: {about} (worst error, mean work)', fontsize='medium')
-    handles, labels = left.get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc='outside lower center',
-        ncols=3,
-        frameon=False,
-        fontsize='small',
-        title='method: its error goes with',
-        title_fontsize='small',
+    figure, axes = new_figure(2, 11.0, 4.8)
+    panels: tuple[tuple[Quantity, Quantity, str, str], ...] = (
+        (
+            lambda p: 1e6 * p.seconds,
+            lambda p: max(p.rest, LEAST_REST),
+            'time of a strike (µs)',
+            'largest error of the resting place (mm)',
+        ),
+        (
+            lambda p: p.evaluations,
+            lambda p: max(p.part, LEAST_PART),
+            'steps, or evaluations of the right-hand side',
+            'largest error of velocity and spin\n(part of the cue speed)',
+        ),
     )
-    figure.savefig(path, dpi=120)
+    for axis, (work, error, work_label, error_label) in zip(axes, panels, strict=True):
+        axis.set_xscale('log')
+        axis.set_yscale('log')
+        for name, points in curves.items():
+            paying = settings_that_pay(points, work, error)
+            others = [p for p in points if p not in paying]
+            colour = COLOURS[name]
+            axis.plot(
+                [*map(work, paying)], [*map(error, paying)], 'o-', color=colour, ms=4, lw=1.2
+            )
+            axis.plot(
+                [*map(work, others)], [*map(error, others)], 'o', color=colour, ms=4, mfc='none'
+            )
+            axis.annotate(
+                name,
+                (work(paying[-1]), error(paying[-1])),
+                (5, -9),
+                textcoords='offset points',
+                color=colour,
+                fontsize='small',
+            )
+        axis.set_xlabel(work_label)
+        axis.set_ylabel(error_label)
+        axis.margins(x=0.25, y=0.08)
+        axis.grid(alpha=0.3)
+        axis.tick_params(labelsize='small')
+    figure.suptitle(
+        f'{title}\nEach point is a step or a tolerance. Hollow: another setting costs less and '
+        'errs less, or not all strokes are solved.',
+        fontsize='medium',
+    )
+    save(figure, path)
+
+
+def settings_that_pay(points: Sequence[Point], work: Quantity, error: Quantity) -> list[Point]:
+    """Points that solve all strokes, and err less than all that cost less; by work."""
+    most = max(p.answered for p in points)
+    paying: list[Point] = []
+    for point in sorted((p for p in points if p.answered == most), key=work):
+        if not paying or error(point) < error(paying[-1]):
+            paying.append(point)
+    return paying

@@ -1,4 +1,4 @@
-"""Bars for what effects cost and change."""
+"""Bars for what effects change and what they cost."""
 
 from collections.abc import Sequence
 import math
@@ -7,15 +7,16 @@ from typing import Any
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.study.effects import EffectStudy
+from billiard_shot.table.colours import BLUE, GREY, VERMILION
 
-COLOUR, PALE = '#1b6b4a', '#a9c9ba'  # called for; only if forced on
+PALE = 0.35  # opacity of effects that no shot calls for
+LEAST = 1e-3  # mm: less is not drawn
 LINEAR = 10.0  # us, to which the axis of time is linear
-LEAST = 1e-3  # mm and degrees: less is not drawn
 
 
-def draw_effects(studies: Sequence[EffectStudy], title: str, path: Path) -> None:
+def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None:
     """
-    Draw cost and changes of effects as bars, medians where there are several shots.
+    Draw what effects change and cost as bars, medians where there are several shots.
 
     Raises
     ------
@@ -23,54 +24,80 @@ def draw_effects(studies: Sequence[EffectStudy], title: str, path: Path) -> None
         If there is no matplotlib, or the file cannot be written.
 
     """
-    figure, axes = new_figure(3, 11.0, 1.2 + 0.32 * len(studies))
-    colours = [COLOUR if study.simulated else PALE for study in studies]
-    names = [study.name.replace('_', ' ') for study in studies]
-    quantities = (
-        ('time', 1e6, 'costs (µs)'),
-        ('distance', 1e3, 'moves the place of rest (mm)'),
-        ('turn', 180.0 / math.pi, 'turns the shot by (degrees)'),
+    figure, (change, cost) = new_figure(2, 10.0, 1.6 + 0.3 * len(studies))
+    order = sorted(studies, key=lambda study: study.median('distance'))
+    names = [_name(study) for study in order]
+    opacity = [1.0 if study.simulated else PALE for study in order]
+
+    millimetres = [1e3 * study.median('distance') for study in order]
+    drawn = [min(max(x, LEAST), 1e6) for x in millimetres]
+    change.set_xscale('log')
+    change.set_xlim(LEAST, 30.0 * max([10.0 * LEAST, *drawn]))
+    _bars(
+        change, names, drawn, [BLUE] * len(order), opacity, [_millimetres(x) for x in millimetres]
     )
-    for axis, (quantity, unit, label) in zip(axes, quantities, strict=True):
-        values = [unit * study.median(quantity) for study in studies]
-        _bars(axis, names, values, colours, logarithmic=quantity != 'time')
-        axis.set_xlabel(label)
-    for axis in axes[1:]:
-        axis.set_yticklabels([])
-    pale = '; pale: not called for, what forcing it on would do' if PALE in colours else ''
-    figure.suptitle(f'What each effect adds: {title}{pale}', fontsize=10)
+    change.set_xlabel('without the effect a ball comes to rest elsewhere, by (mm)')
+
+    microseconds = [1e6 * study.median('time') for study in order]
+    colours = [VERMILION if x > 0.0 else GREY for x in microseconds]
+    cost.set_xscale('symlog', linthresh=LINEAR)
+    cost.set_xticks([-1e6, -1e4, -1e2, 0.0, 1e2, 1e4, 1e6])
+    cost.axvline(0.0, color='black', linewidth=0.8)
+    _bars(
+        cost,
+        [''] * len(order),
+        microseconds,
+        colours,
+        opacity,
+        [_microseconds(x) for x in microseconds],
+    )
+    cost.set_xlabel('time that the effect adds to a prediction (µs)')
+    longest = 30.0 * max(LINEAR, *map(abs, microseconds))
+    cost.set_xlim(-longest, longest)
+    cost.set_title(
+        'grey: with the effect the shot ends sooner, or has fewer events', fontsize='small'
+    )
+
+    dearest = max(order, key=lambda study: study.median('time'))
+    pale = '; pale: only if forced on' if PALE in opacity else ''
+    figure.suptitle(
+        f'{_name(order[-1]).capitalize()} changes most, {_millimetres(millimetres[-1])}; '
+        f'{_name(dearest)} costs most, {_microseconds(1e6 * dearest.median("time"))} '
+        f'({about}{pale})',
+        fontsize='medium',
+    )
     save(figure, path)
 
 
 def _bars(
-    axis: Any, names: list[str], values: list[float], colours: list[str], logarithmic: bool
+    axis: Any,
+    names: list[str],
+    lengths: list[float],
+    colours: list[str],
+    opacity: list[float],
+    texts: list[str],
 ) -> None:
-    finite = [value for value in values if math.isfinite(value)]
-    if logarithmic:
-        axis.set_xscale('log')
-        axis.set_xlim(LEAST, 10.0 * max([10.0 * LEAST, *finite]))
-        lengths = [max(value, LEAST) for value in values]
-    else:
-        axis.set_xscale('symlog', linthresh=LINEAR)  # some effects save time, and much of it
-        powers = [sign * 10.0**power for power in (1, 3, 5) for sign in (-1, 1)]
-        low, high = 3.0 * min([-LINEAR, *finite]), 3.0 * max([LINEAR, *finite])
-        axis.set_xticks([0.0, *(power for power in powers if low < power < high)])
-        axis.axvline(0.0, color='black', linewidth=0.8)
-        lengths = values
-    shown = [
-        length if math.isfinite(length) else 10.0 * max([LEAST, *finite]) for length in lengths
-    ]
-    bars = axis.barh(names, shown, color=colours)
-    texts = [_text(value) for value in values]
+    bars = axis.barh(range(len(lengths)), lengths, color=colours)
+    for bar, alpha in zip(bars, opacity, strict=True):
+        bar.set_alpha(alpha)
+    axis.set_yticks(range(len(lengths)), names)
     axis.bar_label(bars, texts, padding=3, fontsize=8)
-    axis.margins(x=0.18)
-    axis.invert_yaxis()
     axis.tick_params(labelsize=9)
     for side in ('top', 'right'):
         axis.spines[side].set_visible(False)
 
 
-def _text(value: float) -> str:
-    if math.isinf(value):
-        return 'never rests'
-    return '0' if abs(value) < LEAST else f'{value:.3g}' if abs(value) < 1e3 else f'{value:.0f}'
+def _name(study: EffectStudy) -> str:
+    return study.name.replace('_', ' ')
+
+
+def _millimetres(length: float) -> str:
+    if math.isinf(length):
+        return 'it never rests'
+    if length >= 1e3:
+        return f'{length / 1e3:.1f} m'
+    return '0' if length < LEAST else f'{length:.0f} mm' if length >= 10.0 else f'{length:.2g} mm'
+
+
+def _microseconds(time: float) -> str:
+    return f'{time / 1e3:.1f} ms' if abs(time) >= 1e3 else f'{time:.0f} µs'
