@@ -16,6 +16,7 @@ from billiard_shot.pictures.table import (
 from billiard_shot.pictures.trails import CUE, trails_of
 from billiard_shot.planning.dispersion import Dispersion
 from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.statistics import chance_in_words
 from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.table.colours import GREEN, VERMILION
 
@@ -34,12 +35,11 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
     """
     scene, trails = planned.scene, trails_of(planned.shot)
     a, b, elevation, _, speed = planned.stroke.offsets
-    low, high = planned.interval
     figure, axes = table_axes(
         scene,
         outcomes.final_positions[:, 0],
-        f'{planned.kind}: success {100.0 * planned.success:.0f} % (95 % CI '
-        f'{100.0 * low:.0f} to {100.0 * high:.0f} %); a {a:+.2f}, b {b:+.2f} radii, '
+        f'{planned.kind}: success {chance_in_words(planned.success, planned.interval)}; '
+        f'a {a:+.2f}, b {b:+.2f} radii, '
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)

@@ -8,6 +8,7 @@ axes, for pictures with more on them; `draw_shot` is all of them in one file.
 from collections.abc import Iterable, Mapping
 import math
 from pathlib import Path
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,7 @@ MARKS = {  # marker, colour, what it says
 }
 CUE_COLOUR = '#8a5a2b'
 IN_A_ROW = 7  # things of a legend
+TITLE = 100  # characters of a line of the title
 MARGIN = 0.15  # m around the paths on an endless cloth
 
 
@@ -275,7 +277,7 @@ def add_legend(figure: Any, axes: Any) -> None:
 
 def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
     """
-    Write a picture of a shot's table from above.
+    Write a picture of a shot's table from above; `title` is what happened by default.
 
     Raises
     ------
@@ -283,7 +285,13 @@ def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
         If there is no matplotlib, or the file cannot be written.
 
     """
+    save(shot_figure(shot, title), path)
+
+
+def shot_figure(shot: Shot, title: str = '') -> Any:
+    """Draw a shot's table from above; `title` is what happened by default."""
     trails = trails_of(shot)
+    title = title or textwrap.fill(f'{shot.status.name}: {shot.message}', TITLE)
     figure, axes = table_axes(shot.scene, _points(trails), title)
     draw_trails(axes, trails)
     draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
@@ -291,7 +299,7 @@ def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
     draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
     draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE))
     add_legend(figure, axes)
-    save(figure, path)
+    return figure
 
 
 def _moved(trails: Trails) -> Iterable[str]:

@@ -9,10 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table import motion as table_motion
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
@@ -105,23 +103,7 @@ def trails_of_run(scene: Scene, run: TableRun) -> Trails:
 
 def trails_of(shot: Shot) -> Trails:
     """Make trails of all balls of a shot; nothing moves if it is refused."""
-    if shot.table is not None:
-        return trails_of_run(shot.scene, shot.table)
-    path = shot.trajectory
-    marks = tuple(Mark(CUE, event.time, event.kind, event.position) for event in path.events)
-    balls = {CUE: path} | _lying(shot.scene)
-    return Trails(shot.scene, balls, marks, (), _until({CUE: path}))
-
-
-def _lying(scene: Scene) -> dict[str, Trajectory]:
-    """Balls that lie where the scene has them, around a stroke that was refused."""
-    balls = {}
-    for name, (x, y) in scene.balls.items():
-        if name != CUE:
-            rows = ROWS.records(table_motion.Segment, 1)
-            rows['position'] = x, y, scene.ball.radius
-            balls[name] = Trajectory(rows)
-    return balls
+    return trails_of_run(shot.scene, shot.run)
 
 
 def _until(balls: Mapping[str, Trajectory]) -> float:

@@ -10,7 +10,9 @@ from importlib.resources import files
 import json
 import math
 from pathlib import Path
+import tempfile
 from typing import Any
+import webbrowser
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
-from billiard_shot.table.trajectory import EventKind, segments_to_columns
+from billiard_shot.table.trajectory import segments_to_columns
 
 SCRIPTS = (
     'vectors.js',
@@ -38,22 +40,9 @@ SWING = 0.3  # m over which the cue is accelerated, at most
 LONGEST = 0.8  # s that it takes, at most
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 CUE_LENGTH = 1.47  # m, where the scene does not say
-WORDS = {
-    EventKind.BOUNCE: 'bounces',
-    EventKind.LAND: 'lands',
-    EventKind.ROLL: 'begins to roll',
-    EventKind.SPIN: 'stands and spins',
-    EventKind.SPIN_END: 'side spin is used up',
-    EventKind.REST: 'rests',
-    EventKind.BALL: 'meets',
-    EventKind.CUSHION: 'meets a cushion',
-    EventKind.CLUSTER: 'meets',
-    EventKind.POCKET: 'falls into a pocket',
-    EventKind.OFF: 'leaves the table',
-}
 
 
-def page_of(shot: Shot, title: str) -> str:
+def page_of(shot: Shot, title: str = 'shot') -> str:
     """
     Make the page of a shot.
 
@@ -72,12 +61,22 @@ def page_of(shot: Shot, title: str) -> str:
     return page
 
 
-def write_page(shot: Shot, path: Path, title: str) -> None:
-    """Write the page of a shot to a file; ValueError if that cannot be done."""
+def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
+    """Write the page of a shot to a file; ValueError if that cannot be done, or it is refused."""
+    if shot.status.refused:
+        raise ValueError(f'{path}: not written: {shot.status.name}: {shot.message}')
     try:
         path.write_text(page_of(shot, title), encoding='utf-8')
     except OSError as error:
         raise ValueError(f'{path}: {error}') from None
+
+
+def open_page(shot: Shot) -> Path:
+    """Write the page of a shot to a temporary file, and show it in the browser."""
+    path = Path(tempfile.mkdtemp(prefix='billiard_shot-')) / 'shot.html'
+    write_page(shot, path)
+    webbrowser.open(path.as_uri())
+    return path
 
 
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
@@ -102,7 +101,7 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
             if piece.motion in COLOURS
         ],
         'ghosts': [ghost.tolist() for ghost in trails.ghosts],
-        'events': _events(shot, trails),
+        'events': _events(shot),
     }
 
 
@@ -166,21 +165,10 @@ def _first(number: int) -> NDArray[np.float64]:
     return product(aside, up)
 
 
-def _events(shot: Shot, trails: Trails) -> list[dict[str, Any]]:
-    events: list[dict[str, Any]] = [{'time': 0.0, 'kind': 'strike', 'text': 'cue strikes'}]
+def _events(shot: Shot) -> list[dict[str, Any]]:
     if shot.status.refused:
         return []
-    if shot.table is None:
-        return events + [
-            {'time': mark.time, 'kind': mark.kind, 'text': f'cue ball {WORDS[mark.kind]}'}
-            for mark in trails.marks
-        ]
-    for event in shot.table.events:
-        first = 'cue ball' if event.balls[0] == CUE else event.balls[0]
-        what = f'{first} {WORDS[event.kind]}'
-        if len(event.balls) > 1:
-            what += f' {", ".join(event.balls[1:])}'
-        if event.place:
-            what = f'{what}: {event.place.replace("_", " ")}'
-        events.append({'time': event.time, 'kind': event.kind, 'text': what})
-    return events
+    return [
+        {'time': 0.0, 'kind': 'strike', 'text': 'cue strikes'},
+        *({'time': e.time, 'kind': e.kind, 'text': str(e)} for e in shot.events),
+    ]

@@ -1,4 +1,4 @@
-"""The outcome of a shot in one line of plain text."""
+"""What a status means for a shot, and what is wrong with a stroke that is refused."""
 
 import math
 
@@ -7,23 +7,20 @@ import numpy as np
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot import clearance
+from billiard_shot.shot.refusals import least_elevation
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.run import NOSE_NAMES, TableRun
+from billiard_shot.table.run import NOSE_NAMES
 from billiard_shot.table.trajectory import Trajectory
 
 
-def message_of(
-    status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, table: TableRun | None
-) -> str:
-    """Say what happened; for a refused stroke: field, value and allowed range."""
+def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory) -> str:
+    """Explain a status; for a refused stroke: field, value and allowed range."""
     x, y, z = stroke.velocity
-    elevation = math.degrees(math.atan2(-z, math.hypot(x, y)))
+    elevation = math.degrees(math.atan2(-z, math.hypot(x, y))) + 0.0  # 0, not -0
     match status:
-        case Status.OK:
-            return f'at rest after {table.duration if table else trajectory.duration:.3g} s'
-        case Status.OFF_TABLE:
-            return f'off the table: {", ".join(table.off_table) if table else "the ball"}'
+        case Status.OK | Status.OFF_TABLE:  # told by what happened
+            return ''
         case Status.MISCUE:
             return 'the tip still slid when it left the ball'
         case Status.NEVER_RESTS:
@@ -79,9 +76,12 @@ def _in_the_way(
         for i in range(len(names))
     ]
     name, depth = next(pair for pair in zip(names, depths, strict=True) if pair[1] > 0.0)
+    a, b, _, azimuth, _ = stroke.offsets
+    free = math.degrees(least_elevation(scene, a, b, azimuth, trajectory.final_position))
+    hint = f'it has room from {free:g} degrees on' if free < 90.0 else 'no elevation gives it room'
     return (
         f'velocity: {_vector(stroke.velocity)} is not allowed; at its elevation, {elevation:.3g} '
-        f'degrees, the cue would go {1e3 * depth:.3g} mm deep through {name}'
+        f'degrees, the cue would go {1e3 * depth:.3g} mm deep through {name}; {hint}'
     )
 
 

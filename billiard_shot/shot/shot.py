@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +14,16 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot import story
+from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.double_hit import first_double_hit
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotContext
-from billiard_shot.shot.messages import message_of
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.run import TableRun
+from billiard_shot.table.lone_ball import run_of_lone_ball
+from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import Trajectory
 
 
@@ -64,16 +69,68 @@ class Shot:
 
     @cached_property
     def message(self) -> str:
-        """The outcome in one line; for a refused stroke, what is wrong with it."""
-        if self.discontinuity > 0.0:
-            return (
-                'law: the energetic law is discontinuous here; within the accuracy of the strike '
-                f'the ball may rest at either of two positions {self.discontinuity:.2g} m apart'
-            )
-        outcome = message_of(self.status, self.scene, self.stroke, self.trajectory, self.table)
-        if self.double_hit is None:
-            return outcome
-        return f'{outcome}; a double hit: the cue has the ball again at {self.double_hit:.3g} s'
+        """What happened in one sentence; for a refused stroke, what is wrong with it."""
+        return story.sentence(self)
+
+    def __repr__(self) -> str:
+        return f'Shot({self.status.name}: {self.message})'
+
+    def __str__(self) -> str:
+        return story.as_text(self)
+
+    def _repr_html_(self) -> str:
+        return story.as_html(self)
+
+    @cached_property
+    def run(self) -> TableRun:
+        """What every ball did: `table` if there is one, else the cue ball's own motion."""
+        if self.table is not None:
+            return self.table
+        others = {name: place for name, place in self.scene.balls.items() if name != CUE_BALL}
+        return run_of_lone_ball(CUE_BALL, self.trajectory, others, self.scene.ball, self.status)
+
+    @property
+    def events(self) -> tuple[TableEvent, ...]:
+        """All that happens to all balls, in the order of time."""
+        return self.run.events
+
+    @property
+    def pocketed(self) -> dict[str, str]:
+        """The balls that fell into pockets, in the order of time, and which ones."""
+        return self.run.pocketed
+
+    @property
+    def off_table(self) -> tuple[str, ...]:
+        """The balls that left the table, in the order of time."""
+        return self.run.off_table
+
+    @property
+    def final_position(self) -> dict[str, NDArray[np.float64]]:
+        """Final position of every ball (3,) [m], also of a pocketed or lost one."""
+        return self.run.final_position
+
+    @property
+    def scratched(self) -> bool:
+        """Whether the cue ball fell into a pocket or left the table."""
+        return CUE_BALL in self.pocketed or CUE_BALL in self.off_table
+
+    @cached_property
+    def first_contact(self) -> str | None:
+        """
+        The first ball that the cue ball met; None if it met none.
+
+        Of balls that touch the cue ball before the strike, the one that the strike makes fastest.
+        """
+        if self._group is not None:
+            speeds = {
+                name: float(np.linalg.norm(ball.at(0.0).velocity))
+                for name, ball in self.run.balls.items()
+                if name != CUE_BALL
+            }
+            fastest = max(speeds, key=speeds.__getitem__, default='')
+            if fastest and speeds[fastest] > 0.0:
+                return fastest
+        return self.run.first_met.get(CUE_BALL)
 
     @property
     def velocity(self) -> NDArray[np.float64]:
@@ -160,3 +217,52 @@ class Shot:
         if self.status.refused:
             return np.zeros((2, 5))
         return sensitivity_of(self.scene, self.stroke, self.trajectory.at(0.0).position)
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each event: time, kind, balls, place, energies.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        rows = [
+            (e.time, str(e.kind), ' '.join(e.balls), e.place, *e.position.tolist(), e.energy_after)
+            for e in self.events
+        ]
+        names = 'time', 'kind', 'balls', 'place', 'x', 'y', 'z', 'energy_after'
+        return data_frame({name: [row[i] for row in rows] for i, name in enumerate(names)})
+
+    def plot(self, path: str | Path | None = None) -> Any:
+        """
+        Draw the table from above; return the matplotlib figure, and write it to `path` if given.
+
+        Raises
+        ------
+        ValueError
+            If matplotlib is not installed, or the file cannot be written.
+
+        """
+        from billiard_shot.pictures.canvas import save
+        from billiard_shot.pictures.table import shot_figure
+
+        figure = shot_figure(self)
+        if path is not None:
+            save(figure, Path(path))
+        return figure
+
+    def view(self, path: str | Path | None = None) -> Path:
+        """
+        Write the shot as an HTML page, and return its path.
+
+        Without `path` the page is a temporary file, and opens in the browser. ValueError if the
+        file cannot be written, or the stroke was refused.
+        """
+        from billiard_shot.pictures.view import open_page, write_page
+
+        if path is None:
+            return open_page(self)
+        write_page(self, Path(path))
+        return Path(path)

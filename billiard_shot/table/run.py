@@ -15,6 +15,7 @@ from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
 from billiard_shot.table.simulation_state import Event
 from billiard_shot.table.trajectory import BallState, EventKind, kinds_of, Trajectory
+from billiard_shot.table.words import event_in_words, place_in_words, plural
 
 # Corners in the quadrants (+, +), (-, +), (-, -), (+, -) of (x, y), then the sides: the foot is at
 # x > 0, left at y > 0.
@@ -51,6 +52,12 @@ class TableEvent:
     position: NDArray[np.float64]
     energy_before: float
     energy_after: float
+
+    def __repr__(self) -> str:
+        return f'TableEvent({self.time:.4g} s: {self})'
+
+    def __str__(self) -> str:
+        return event_in_words(self.kind, self.balls, self.place)
 
     @property
     def dissipated(self) -> float:
@@ -101,6 +108,13 @@ class TableRun:
     _segments: NDArray[np.void] = field(repr=False)  # Segment
     _events: EventLog = field(repr=False)
     _places: NDArray[np.int64] = field(repr=False)  # (balls, 2) pocket, first ball met; or NOTHING
+
+    def __repr__(self) -> str:
+        fallen = (f', {ball} into {place_in_words(to)}' for ball, to in self.pocketed.items())
+        return (
+            f'TableRun({self.status.name}, {plural(len(self.names), "ball")}, '
+            f'{plural(len(self.events), "event")} in {self.duration:.3g} s{"".join(fallen)})'
+        )
 
     @cached_property
     def balls(self) -> Mapping[str, Trajectory]:

@@ -38,6 +38,15 @@ class BallState:
     spin: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     motion: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((), np.uint8))
 
+    def __repr__(self) -> str:
+        if np.ndim(self.motion) > 0 or np.ndim(self.position) != 1:
+            return f'BallState(at {np.shape(self.motion)} times)'
+        vectors = (
+            f'{name}={_rounded(getattr(self, name))}' for name in ('position', 'velocity', 'spin')
+        )
+        motion = f', {Motion(int(self.motion)).name}' if self.motion else ''
+        return f'BallState({", ".join(vectors)}{motion})'
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Segment:
@@ -91,6 +100,11 @@ class Trajectory:
     """
 
     rows: NDArray[np.void]
+
+    def __repr__(self) -> str:
+        last = _rounded(self.final_position[:2])
+        rest = f'rests at {last} m' if self.comes_to_rest else 'never rests'
+        return f'Trajectory(segments: {len(self.rows)}, {self.duration:.3g} s, {rest})'
 
     def __post_init__(self) -> None:
         dtype: np.dtype[np.void] = motion.Segment.dtype  # type: ignore[attr-defined]
@@ -169,6 +183,12 @@ class Trajectory:
         for (before, after), cause in zip(pairwise(self.segments), causes, strict=True):
             for kind in kinds_of(before.motion, after.motion, cause):
                 yield Event(after.start, kind, after.position)
+
+
+def _rounded(vector: ArrayLike) -> str:
+    """Format a vector with four digits, as in (0.118, -0.175)."""
+    # + 0.0 makes 0 of -0
+    return f'({", ".join(f"{round(each, 4) + 0.0:.4g}" for each in np.asarray(vector).tolist())})'
 
 
 def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]:

@@ -40,7 +40,7 @@ def test_a_shot_is_a_strike_and_then_the_table():
     assert shot.table.first_met == {'cue': 'one', 'one': 'cue'}
     effects = {effect.name: effect for effect in shot.effects}
     assert effects['ball_ball'].simulated
-    assert shot.message == f'at rest after {shot.table.duration:.3g} s'
+    assert shot.message == f'first contact one; at rest after {shot.table.duration:.3g} s'
 
 
 def test_a_straight_pot():
@@ -72,7 +72,7 @@ def test_off_the_table_is_an_outcome():
     jump = Stroke.from_offsets(a=0, b=0, elevation=math.radians(40), azimuth=0, speed=8)
     shot = predict(scene, jump)
     assert shot.status == Status.OFF_TABLE
-    assert shot.message == 'off the table: cue'
+    assert shot.message.startswith('cue ball off the table; ')
     assert shot.table.off_table == ('cue',)
 
 

@@ -1,0 +1,55 @@
+"""Balls, pockets and events in plain English: the same words in texts, pictures and pages."""
+
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.status import Status
+from billiard_shot.table.trajectory import EventKind
+
+HAPPENS = {
+    EventKind.BOUNCE: 'bounces',
+    EventKind.LAND: 'lands',
+    EventKind.ROLL: 'begins to roll',
+    EventKind.SPIN: 'stands and spins',
+    EventKind.SPIN_END: 'side spin is used up',
+    EventKind.REST: 'rests',
+    EventKind.BALL: 'meets',
+    EventKind.CUSHION: 'meets a cushion',
+    EventKind.CLUSTER: 'meets',
+    EventKind.POCKET: 'falls into a pocket',
+    EventKind.OFF: 'leaves the table',
+}
+
+
+def ball_in_words(name: str) -> str:
+    """Name a ball: `cue` is the cue ball."""
+    return 'cue ball' if name == 'cue' else name
+
+
+def place_in_words(place: str) -> str:
+    """Name a pocket or cushion, such as `foot left`."""
+    return place.replace('_', ' ')
+
+
+def event_in_words(kind: EventKind, balls: Iterable[str], place: str = '') -> str:
+    """Say what happened, such as `cue ball meets 8` or `8 falls into a pocket: foot left`."""
+    first, *others = map(ball_in_words, balls)
+    text = f'{first} {HAPPENS[kind]}'
+    if others:
+        text += f' {", ".join(others)}'
+    return f'{text}: {place_in_words(place)}' if place else text
+
+
+def plural(number: int, thing: str) -> str:
+    """Count things, as in `1 ball` or `3 balls`."""
+    return f'{number} {thing}{"s" * (number != 1)}'
+
+
+def count_in_words(statuses: NDArray[np.uint16], thing: str) -> str:
+    """Count things by their status (n,), as in `2000 strokes: 1998 OK, 2 MISCUE`."""
+    counts = Counter(statuses.tolist()).most_common()
+    listed = ', '.join(f'{count} {Status(status).name}' for status, count in counts)
+    return plural(len(statuses), thing) + (f': {listed}' if listed else '')
