@@ -4,7 +4,7 @@ from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, ContactParameters, Contacts, Cue
 from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack
-from billiard_shot.scene.scene import Scene
+from billiard_shot.scene.scene import Scene, SceneLike
 from billiard_shot.scene.table import BallBall, CornerPocket, Cushion, SidePocket, Table
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     'Rack',
     'Robot',
     'Scene',
+    'SceneLike',
     'SidePocket',
     'Table',
 ]

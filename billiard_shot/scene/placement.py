@@ -9,11 +9,13 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
+UNPLACED = "; ball 'cue' has no position, so that it lies at [0, 0]: give balls.cue"
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     """One mistake for each pair of balls that overlap."""
     diameter = 2.0 * scene.ball.radius
+    unplaced = '' if CUE_BALL in scene.balls else UNPLACED
     for (one, here), (other, there) in combinations(lying(scene).items(), 2):
         overlap = diameter - math.dist(here, there)
         if overlap > rounding.PLACE:
@@ -22,6 +24,8 @@ def overlapping_balls(scene: Any) -> Iterator[Mistake]:
                 (
                     f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; '
                     f'their centres must be at least {1e3 * diameter:.4g} mm apart'
+                    + unplaced
+                    * (one == CUE_BALL)
                 ),
             )
 

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, InitVar
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeAlias
 
-from billiard_shot.scene.bundled import find_scene
+from billiard_shot.scene.bundled import find_scene, scene_names
 from billiard_shot.scene.checks import check, fill_in, read, with_present_keys, write
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
@@ -84,8 +84,19 @@ class Scene:
             cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
             object.__setattr__(self, 'cloth', cloth)
 
+    def __repr__(self) -> str:
+        balls = len({CUE_BALL, *self.balls})
+        table = self.table
+        cloth = f'a table of {table.length:g} x {table.width:g} m' if table else 'an endless cloth'
+        return f'Scene({balls} ball{"s" * (balls > 1)} on {cloth}, law {self.law})'
+
     @classmethod
-    def load(cls, name_or_path: str | Path) -> Self:
+    def names(cls) -> list[str]:
+        """Names of the bundled scenes, in alphabetical order."""
+        return scene_names()
+
+    @classmethod
+    def load(cls, name_or_path: 'Scene | str | Path') -> Self:
         """
         Read a scene from YAML.
 
@@ -93,9 +104,9 @@ class Scene:
 
         Parameters
         ----------
-        name_or_path : str or Path
+        name_or_path : str, Path or Scene
             The name of a bundled scene, such as 'paper', or a file: a Path, or a string with a
-            folder or the ending .yaml or .yml.
+            folder or the ending .yaml or .yml. A scene is returned as it is.
 
         Raises
         ------
@@ -103,6 +114,13 @@ class Scene:
             If there is no such scene, or if it has mistakes: with all of them and their lines.
 
         """
+        if isinstance(name_or_path, cls):
+            return name_or_path
+        if not isinstance(name_or_path, str | Path):
+            raise ValueError(
+                f'scene: {name_or_path!r} is not allowed; it must be a Scene, a path, or one of '
+                + ', '.join(scene_names())
+            )
         path = find_scene(name_or_path)
         document = read_document(path)
         return cls._read(document, f'scene {path}', path.parent)
@@ -138,3 +156,7 @@ class Scene:
         """Centre of the cue ball before the strike [m]."""
         x, y = self.balls.get(CUE_BALL, (0.0, 0.0))
         return x, y, self.ball.radius
+
+
+SceneLike: TypeAlias = Scene | str | Path
+"""A scene, the name of a bundled one, or the path of a file."""

@@ -5,27 +5,31 @@ from dataclasses import dataclass
 from functools import partial
 import math
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.renamed import former_attributes
-from billiard_shot.scene import Scene
+from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place, CUE
 from billiard_shot.shot.play import play_many, play_one
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
+from billiard_shot.status import Status
 from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.words import count_in_words
 
 DEFAULT_TOLERANCE = 1e-4  # m
 INTERPRETED_AT_MOST = 100  # strokes: a larger batch waits for machine code
 
 
 def predict(
-    scene: Scene,
+    scene: SceneLike,
     stroke: Stroke,
     tolerance: float = DEFAULT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
@@ -37,8 +41,9 @@ def predict(
 
     Parameters
     ----------
-    scene : Scene
-        Ball, cue and cloth, with what lies and stands on it.
+    scene : Scene, str or Path
+        Ball, cue and cloth, with what lies and stands on it. A name or path is read as by
+        `Scene.load`, each time.
     stroke : Stroke
         Where the cue hits the ball, and how it moves.
     tolerance : float
@@ -54,6 +59,7 @@ def predict(
         `Shot.status` and `Shot.message`.
 
     """
+    scene = Scene.load(scene)
     begin = perf_counter()
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
@@ -93,9 +99,29 @@ class BatchResult:
     error_estimate: NDArray[np.float64]  # (n,) m
     table: TableBatch | None  # where there is more than the cue ball on an endless cloth
 
+    def __repr__(self) -> str:
+        return f'BatchResult({count_in_words(self.status, "stroke")})'
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each stroke: status, velocity, spin, place of rest.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
+        for name in ('velocity', 'spin', 'final_position'):
+            columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
+        for name in ('cue_speed', 'duration', 'error_estimate'):
+            columns[name] = getattr(self, name)
+        return data_frame(columns)
+
 
 def predict_batch(
-    scene: Scene,
+    scene: SceneLike,
     normals: ArrayLike,
     velocities: ArrayLike,
     tolerance: float = DEFAULT_TOLERANCE,
@@ -113,6 +139,7 @@ def predict_batch(
         none (not finite, or zero) gets the status INVALID_STROKE.
 
     """
+    scene = Scene.load(scene)
     _check_tolerance(tolerance)
     centre = _centre(scene, position)
     n, v = unit_rows(_rows('normals', normals)), _rows('velocities', velocities)

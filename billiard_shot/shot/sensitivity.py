@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.play import play_many
-from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke import Stroke, stroke_at
 from billiard_shot.status import Status
 
 STEP = 1e-4  # in radii, radians and parts of the speed
@@ -29,7 +29,7 @@ def sensitivity_of(
     steps = np.full(5, STEP)
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
-    strokes = [Stroke.from_offsets(*(base + change)) for change in changes]
+    strokes = [stroke_at(*(base + change)) for change in changes]
     normals = np.array([s.normal for s in strokes])
     velocities = np.array([s.velocity for s in strokes])
     strikes = play_many(scene, model, normals, velocities, position, TOLERANCE)[0].strikes

@@ -55,9 +55,31 @@ class Stroke:
         object.__setattr__(self, 'axis', bool(axis))
         object.__setattr__(self, 'miss', miss)
 
+    def __repr__(self) -> str:
+        a, b, elevation, azimuth, speed = self.offsets
+        numbers = {
+            'a': a,
+            'b': b,
+            'elevation_deg': math.degrees(elevation),
+            'azimuth_deg': math.degrees(azimuth),
+            'speed': speed,
+        }
+        # rounded first, so that rounding errors of angles are 0; + 0.0 makes 0 of -0
+        stated = ', '.join(f'{k}={round(v, 6) + 0.0:.4g}' for k, v in numbers.items())
+        behind = sum(n * v for n, v in zip(self.normal, self.velocity, strict=True)) >= 0.0
+        return f'Stroke({stated}{", misses the ball" if self.miss or behind else ""})'
+
     @classmethod
     def from_offsets(
-        cls, a: float, b: float, elevation: float, azimuth: float, speed: float
+        cls,
+        a: float = 0.0,
+        b: float = 0.0,
+        elevation: float | None = None,
+        azimuth: float | None = None,
+        speed: float | None = None,
+        *,
+        elevation_deg: float | None = None,
+        azimuth_deg: float | None = None,
     ) -> Stroke:
         """
         State a stroke as players do.
@@ -67,23 +89,29 @@ class Stroke:
         a, b : float
             Where the tip hits, to the right and up as seen along the stroke, in ball radii.
         elevation : float
-            Angle by which the stroke points down [rad].
+            Angle by which the stroke points down [rad], -pi/2 to pi/2; 0 by default.
         azimuth : float
-            Direction of its horizontal part, counter-clockwise from +x [rad].
+            Direction of its horizontal part, counter-clockwise from +x [rad], -2 pi to 2 pi; 0 by
+            default.
         speed : float
             Of the cue [m/s], above 0.
+        elevation_deg, azimuth_deg : float
+            The same angles in degrees, instead of `elevation` and `azimuth`.
+
+        Raises
+        ------
+        ValueError
+            If a number is missing, not finite or out of range, or an angle is given twice.
 
         """
-        for name, value in (('a', a), ('b', b), ('elevation', elevation), ('azimuth', azimuth)):
+        for name, value in (('a', a), ('b', b)):
             _number(name, value)
+        elevation = _angle('elevation', elevation, elevation_deg, 0.5 * math.pi)
+        azimuth = _angle('azimuth', azimuth, azimuth_deg, 2.0 * math.pi)
+        if speed is None:
+            raise ValueError('speed: missing; it must be above 0 (m/s)')
         _positive('speed', speed, 'm/s')
-        right, up, along = axes(elevation, azimuth)
-        depth = 1.0 - a * a - b * b
-        miss = ''
-        if depth <= 0.0:
-            miss = f'a, b: ({a:g}, {b:g}) is not allowed; a² + b² must be below 1'
-        normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
-        return cls(normal, speed * along, miss=miss)
+        return stroke_at(a, b, elevation, azimuth, speed)
 
     @classmethod
     def from_pose(
@@ -169,7 +197,7 @@ class Stroke:
     def offsets(self) -> tuple[float, float, float, float, float]:
         """The arguments of `from_offsets` that make this stroke; azimuth 0 if it is vertical."""
         x, y, z = self.velocity
-        elevation = math.atan2(-z, math.hypot(x, y))
+        elevation = math.atan2(-z, math.hypot(x, y)) + 0.0  # 0, not -0
         azimuth = math.atan2(y, x)
         right, up, _ = axes(elevation, azimuth)
         return (
@@ -179,6 +207,17 @@ class Stroke:
             azimuth,
             self.speed,
         )
+
+
+def stroke_at(a: float, b: float, elevation: float, azimuth: float, speed: float) -> Stroke:
+    """Make a stroke as `Stroke.from_offsets`, with angles [rad] of any size."""
+    right, up, along = axes(elevation, azimuth)
+    depth = 1.0 - a * a - b * b
+    miss = ''
+    if depth <= 0.0:
+        miss = f'a, b: ({a:g}, {b:g}) is not allowed; a² + b² must be below 1'
+    normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
+    return Stroke(normal, speed * along, miss=miss)
 
 
 def axes(
@@ -206,6 +245,23 @@ def _number(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
         raise ValueError(f'{name}: {value!r} is not allowed; it must be a finite number')
     return float(value)
+
+
+def _angle(name: str, radians: float | None, degrees: float | None, limit: float) -> float:
+    """Read an angle [rad] given in one of two units; 0 by default, at most `limit` [rad]."""
+    if radians is not None and degrees is not None:
+        raise ValueError(f'{name}: is not allowed together with {name}_deg')
+    if degrees is not None:
+        angle, largest = math.radians(_number(f'{name}_deg', degrees)), math.degrees(limit)
+        allowed = f'{name}_deg: {degrees!r} is not allowed; it must be {-largest:g} to {largest:g}'
+        hint = ' (degrees)'
+    else:
+        angle = 0.0 if radians is None else _number(name, radians)
+        allowed = f'{name}: {radians!r} is not allowed; it must be {-limit:.4g} to {limit:.4g}'
+        hint = f' (rad); for degrees, give {name}_deg={radians!r}'
+    if abs(angle) > limit:
+        raise ValueError(allowed + hint)
+    return angle
 
 
 def _positive(name: str, value: float, unit: str) -> float:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 import difflib
-import math
 from pathlib import Path
 from typing import Any
 
@@ -66,17 +65,7 @@ def stroke_from(entry: object, ball: tuple[float, float, float]) -> Stroke:
     if given.keys() == {'position', 'quaternion', 'speed'}:
         return Stroke.from_pose(**given, ball=ball)
     if 'speed' in given and given.keys() <= set(FORMS[1]):
-        angles = {}
-        for key in ('elevation_deg', 'azimuth_deg'):
-            try:
-                angles[key.removesuffix('_deg')] = math.radians(given.get(key, 0.0))
-            except TypeError:
-                raise ValueError(
-                    f'{key}: {given[key]!r} is not allowed; it must be a finite number'
-                ) from None
-        return Stroke.from_offsets(
-            a=given.get('a', 0.0), b=given.get('b', 0.0), speed=given['speed'], **angles
-        )
+        return Stroke.from_offsets(**given)
     raise ValueError(
         f'keys {", ".join(given)} are not allowed; they must be those of one form: '
         + '; '.join(', '.join(form) for form in FORMS)

@@ -26,9 +26,12 @@ def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
         ('azimuth-deg', 'direction, counter-clockwise from +x (default: 0)'),
         ('speed', 'speed of the cue (m/s)'),
     ):
-        offsets.add_argument(f'--{name}', type=float, metavar='NUMBER', help=text)
+        short = SHORT[name]
+        offsets.add_argument(f'-{short}', f'--{name}', type=float, metavar='NUMBER', help=text)
 
 
+# Short options; z as in azimuth.
+SHORT = {'a': 'a', 'b': 'b', 'elevation-deg': 'e', 'azimuth-deg': 'z', 'speed': 's'}
 NAMES = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
-from billiard_shot.scene import Scene
+from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.status import Status
 from billiard_shot.table.cluster import resolve
 from billiard_shot.table.effects import params_on_table
@@ -30,6 +30,7 @@ from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import Event, never, Progress, Simulation
+from billiard_shot.table.words import count_in_words, plural
 
 T = TypeVar('T')
 
@@ -41,7 +42,7 @@ _CAPACITY = 32  # segments and events for each of all balls and two: most runs h
 
 
 def simulate(
-    scene: Scene,
+    scene: SceneLike,
     states: States,
     tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
@@ -51,8 +52,9 @@ def simulate(
 
     Parameters
     ----------
-    scene : Scene
-        Its `table`; without one the cloth is endless. `balls` does not count here.
+    scene : Scene, str or Path
+        Its `table`; without one the cloth is endless. `balls` does not count here. A name or path
+        is read as by `Scene.load`.
     states : mapping of str to BallState
         The balls by name: position (3,) [m], velocity (3,) [m/s], spin (3,) [rad/s].
     tolerance : float
@@ -72,6 +74,7 @@ def simulate(
         Naming the ball, field and value that makes no sense.
 
     """
+    scene = Scene.load(scene)
     check_options(tolerance, max_events)
     given = validated_states(scene, states)
     params = params_on_table(scene)
@@ -230,9 +233,13 @@ class TableBatch:
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
 
+    def __repr__(self) -> str:
+        balls = plural(len(self.names), 'ball')
+        return f'TableBatch({balls}, {count_in_words(self.status, "table")})'
+
 
 def simulate_batch(
-    scene: Scene,
+    scene: SceneLike,
     states: States | Sequence[States],
     tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
@@ -253,6 +260,7 @@ def simulate_batch(
         Threads; by default as many as there are cores.
 
     """
+    scene = Scene.load(scene)
     check_options(tolerance, max_events)
     names, array = batch_states(states)
     params = params_on_table(scene)

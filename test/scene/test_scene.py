@@ -179,3 +179,48 @@ def test_frozen_and_replaceable():
         dataclasses.replace(scene, ball=3)
     with pytest.raises(ValueError, match=r'mass: .*\n.*radius: '):
         Ball(0.0, -1.0)
+
+
+def test_a_name_is_accepted_wherever_a_scene_is():
+    from billiard_shot import (
+        BallState,
+        invert_strike,
+        plan,
+        predict,
+        predict_batch,
+        simulate,
+        simulate_batch,
+        Stroke,
+    )
+
+    scene = Scene.load('pool_table')
+    assert Scene.load(scene) is scene
+    assert 'pool_table' in Scene.names()
+    stroke = Stroke.from_offsets(b=0.1, elevation_deg=6, speed=1)
+    rows, moving = ([stroke.normal], [stroke.velocity]), {'cue': BallState((0, 0, 0.0286), (1, 0, 0))}
+    assert predict('pool_table', stroke).message == predict(scene, stroke).message
+    for call, *arguments in (
+        (predict_batch, *rows),
+        (simulate, moving),
+        (simulate_batch, [moving]),
+        (plan, {'pass': (0.5, 0)}, 'none', 100),
+    ):
+        assert call('pool_table', *arguments).status == call(scene, *arguments).status
+    wanted = (1.0, 0.0, 0.0), (0.0, 20.0, 0.0)
+    assert (
+        invert_strike('pool', *wanted).stroke == invert_strike(Scene.load('pool'), *wanted).stroke
+    )
+    with pytest.raises(ValueError, match='scene: 7 is not allowed; it must be a Scene'):
+        predict(7, stroke)
+
+
+def test_a_ball_on_a_cue_ball_that_has_no_place():
+    data = {'like': 'pool', 'balls': {'8': [0.01, 0]}}
+    with pytest.raises(
+        ValueError, match=r"ball 'cue' has no position, so that it lies at \[0, 0\]"
+    ):
+        Scene.from_dict(data)
+    placed = {**data, 'balls': {'8': [0.01, 0], 'cue': [0, 0]}}
+    with pytest.raises(ValueError, match='overlaps') as refused:
+        Scene.from_dict(placed)
+    assert 'no position' not in str(refused.value)

@@ -113,3 +113,28 @@ def test_wrong_poses_are_an_error(changes, text):
     }
     with pytest.raises(ValueError, match=text):
         Stroke.from_pose(**{**pose, **changes})
+
+
+def test_degrees_are_accepted_and_recognised():
+    one = Stroke.from_offsets(a=0.1, elevation=math.radians(5), azimuth=math.radians(-30), speed=2)
+    other = Stroke.from_offsets(a=0.1, elevation_deg=5, azimuth_deg=-30, speed=2)
+    assert one == other
+    for name, largest in (('elevation', math.pi / 2), ('azimuth', 2 * math.pi)):
+        for sign in (-1, 1):
+            Stroke.from_offsets(**{name: sign * largest}, speed=1)
+            with pytest.raises(ValueError, match=f'for degrees, give {name}_deg=') as refused:
+                Stroke.from_offsets(**{name: sign * 1.001 * largest}, speed=1)
+            assert f'{name}: ' in str(refused.value)
+            Stroke.from_offsets(**{f'{name}_deg': sign * math.degrees(largest)}, speed=1)
+            with pytest.raises(ValueError, match=f'{name}_deg: .* \\(degrees\\)'):
+                Stroke.from_offsets(
+                    **{f'{name}_deg': sign * 1.001 * math.degrees(largest)}, speed=1
+                )
+        with pytest.raises(ValueError, match=f'{name}: is not allowed together with {name}_deg'):
+            Stroke.from_offsets(**{name: 0.1, f'{name}_deg': 5}, speed=1)
+    with pytest.raises(ValueError, match='speed: missing'):
+        Stroke.from_offsets(a=0.1)
+
+
+def test_level_is_not_minus_zero():
+    assert math.copysign(1.0, Stroke((-1, 0, 0), (2, 0, 0)).offsets[2]) == 1.0
