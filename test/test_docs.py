@@ -139,7 +139,10 @@ from billiard_shot import plan, Scene
 scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [.3, .2], '8': [-.3, .1]}})
 best = plan(scene, {'beyond': -0.9}, budget=1000, constraints={'first_contact': '8'}).best
 print(best.shot.table.final_position['cue'][0], best.success, best.shot.table.first_met['cue'])
-print(plan(scene, {'beyond': 'x'}).message)
+try:
+    plan(scene, {'beyond': 'x'})
+except ValueError as refused:
+    print(refused)
 """,
     )
     reached, refused = said.splitlines()

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.planning.strikes import surface_speed, unit_speed_strikes
-from billiard_shot.scene import Scene
+from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.stroke import Stroke
@@ -47,7 +47,9 @@ class Inverse(NamedTuple):
 
 
 def invert_strike(
-    scene: Scene, velocity: Sequence[float] | Row, spin: Sequence[float] | Row = (0.0, 0.0, 0.0)
+    scene: SceneLike,
+    velocity: Sequence[float] | Row,
+    spin: Sequence[float] | Row = (0.0, 0.0, 0.0),
 ) -> Inverse:
     """
     Find the stroke whose velocity and spin of the cue ball are nearest to the wanted ones.
@@ -56,7 +58,7 @@ def invert_strike(
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or Path
     velocity : (3,) array_like
         Of the ball's centre at the end of the strike [m/s], frame `table`; not zero.
     spin : (3,) array_like
@@ -75,6 +77,7 @@ def invert_strike(
         If a number is not finite, or the velocity is zero.
 
     """
+    scene = Scene.load(scene)
     problem = _Problem(scene, model_of(scene), _wanted(scene, velocity, spin))
     residual, found = problem.solve()
     azimuth, speed = problem.project(found[np.newaxis])[1:]

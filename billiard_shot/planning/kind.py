@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.planning.targets import Hit, Pot, Target
+from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Target
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
 from billiard_shot.table.trajectory import EventKind
@@ -12,6 +12,7 @@ from billiard_shot.table.trajectory import EventKind
 STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are no cut
 MASSE = math.radians(30.0)  # elevation: above it, a curve is a massé
 CURVED = 0.5  # ball radii: deviation from a straight line that makes a path a curve
+TOUCH = 1e-4  # ball radii: balls at smaller distances touch
 CUE = 'cue'
 COLLISIONS = (EventKind.BALL, EventKind.CLUSTER)
 
@@ -22,16 +23,17 @@ def kind_of(shot: Shot, target: Target) -> str:
         return _path_name(shot, math.inf) or 'direct'
     events = shot.table.events
     collision = next((e for e in events if e.kind in COLLISIONS and CUE in e.balls), None)
-    time = collision.time if collision else math.inf
+    time = min(collision.time if collision else math.inf, _reached(shot, target))
     words = [_path_name(shot, time)]
     if any(_cushion(event, CUE) and event.time < time for event in events):
         words.append('kick')
     if isinstance(target, Pot) and collision:
-        if target.pot not in collision.balls:
+        touched = _touches(shot, collision, target.pot)
+        if not touched:
             words.append('combination')
         if any(_cushion(event, target.pot) for event in events):
             words.append('bank')
-        elif target.pot in collision.balls and _deflection(shot, collision, target.pot) > STRAIGHT:
+        elif touched and _deflection(shot, collision, target.pot) > STRAIGHT:
             words.append('cut')
         if target.leave is not None:
             words.append('position')
@@ -42,6 +44,34 @@ def kind_of(shot: Shot, target: Target) -> str:
     ):
         words.append('cut')
     return ', '.join(word for word in words if word) or 'direct'
+
+
+def _touches(shot: Shot, collision: TableEvent, ball: str) -> bool:
+    """Say whether the cue ball touches a ball in a collision, or only balls that touch it."""
+    assert shot.table is not None
+    apart = math.dist(
+        *(shot.table.balls[name].at(collision.time).position for name in (CUE, ball))
+    )
+    return ball in collision.balls and (
+        ball == shot.first_contact or apart <= (2.0 + TOUCH) * shot.scene.ball.radius
+    )
+
+
+def _reached(shot: Shot, target: Target) -> float:
+    """Time at which the cue ball reaches the point or gate that it has to pass; else infinite."""
+    match target:
+        case Pass():
+            point, radius = np.array(target.passing), target.radius
+        case Gate():
+            point, radius = np.mean(target.gate, axis=0), 0.5 * math.dist(*target.gate)
+        case _:
+            return math.inf
+    path = shot.trajectory
+    speed = max(float(np.hypot(*segment.velocity[:2])) for segment in path.segments)
+    times = np.linspace(0.0, path.duration, 2 + math.ceil(4.0 * speed * path.duration / radius))
+    apart = np.hypot(*(path.at(times).position[:, :2] - point).T)
+    near = np.flatnonzero(apart <= radius)
+    return float(times[near[0]]) if len(near) else math.inf
 
 
 def _cushion(event: TableEvent, ball: str) -> bool:

@@ -16,8 +16,9 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import NORMAL_BUDGET, search
+from billiard_shot.planning.statistics import chance_in_words
 from billiard_shot.planning.targets import Target, target_of
-from billiard_shot.scene import Noise, Robot, Scene
+from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import InputError
 from billiard_shot.shot.stroke import Stroke
@@ -28,7 +29,7 @@ NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
 
 def plan(
-    scene: Scene,
+    scene: SceneLike,
     target: Target | Mapping[str, Any],
     noise: str | Noise | Mapping[str, Any] | None = None,
     budget: int = NORMAL_BUDGET,
@@ -46,8 +47,9 @@ def plan(
 
     Parameters
     ----------
-    scene : Scene
-        With the positions of all balls; its sections `robot` and `noise` describe the player.
+    scene : Scene, str or Path
+        With the positions of all balls; its sections `robot` and `noise` describe the player. A
+        name or path is read as by `Scene.load`.
     target : mapping or Target
         `{'rest': (x, y), 'radius': r}`, `{'pass': (x, y), 'radius': r}`,
         `{'gate': ((x1, y1), (x2, y2))}`, `{'hit': ball}` with an optional `direction` or `at`,
@@ -76,20 +78,23 @@ def plan(
     Returns
     -------
     PlanResult
-        `status` says how the search ended. An invalid request gives INVALID_REQUEST and a
-        `message` that names the fields to change.
+        `status` says how the search ended.
+
+    Raises
+    ------
+    ValueError
+        If the request is invalid, or the limits leave the cue no room: naming the fields to
+        change.
 
     """
+    scene = Scene.load(scene)
     begin = perf_counter()
-    try:
-        spread = _noise(scene, noise)
-        wanted = target_of(scene, target)
-        limits = limits_of(scene, constraints, spread)
-        _whole('budget', budget, 1)
-        _whole('seed', seed, 0)
-        check_clearance(scene, limits)
-    except ValueError as error:
-        return PlanResult(Status.INVALID_REQUEST, str(error), (), 0, 0.0, scene.noise)
+    spread = _noise(scene, noise)
+    wanted = target_of(scene, target)
+    limits = limits_of(scene, constraints, spread)
+    _whole('budget', budget, 1)
+    _whole('seed', seed, 0)
+    check_clearance(scene, limits)
     machine_code.require()
     problem = problem_of(scene, wanted, limits, spread)
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
@@ -157,8 +162,4 @@ def _outcome(
 
 
 def _summary(best: RankedStroke) -> str:
-    low, high = best.interval
-    return (
-        f'{best.kind}: success {100.0 * best.success:.0f} % '
-        f'(95 % CI {100.0 * low:.0f} to {100.0 * high:.0f} %)'
-    )
+    return f'{best.kind}: success {chance_in_words(best.success, best.interval)}'

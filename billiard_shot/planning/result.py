@@ -7,7 +7,7 @@ from functools import cached_property
 
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
-from billiard_shot.planning.statistics import wilson_interval
+from billiard_shot.planning.statistics import chance_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.predict import predict
@@ -42,6 +42,10 @@ class RankedStroke:
     successes: int = field(repr=False)
     trials: int
 
+    def __repr__(self) -> str:
+        chance = chance_in_words(self.success, self.interval)
+        return f'RankedStroke({self.kind}: success {chance}, {self.stroke!r})'
+
     @property
     def success(self) -> float:
         """Estimated success probability."""
@@ -71,9 +75,9 @@ class PlanResult:
     Attributes
     ----------
     status : Status
-        OK, NO_PLAN, CANCELLED (with the best so far, if any), or INVALID_REQUEST.
+        OK, NO_PLAN, or CANCELLED (with the best so far, if any).
     message : str
-        The same in one line; for an invalid request, what to change.
+        The same in one line.
     ranking : tuple of RankedStroke
         The best first; the others by success.
     simulations : int
@@ -91,6 +95,9 @@ class PlanResult:
     simulations: int
     wall_time: float
     noise: Noise
+
+    def __repr__(self) -> str:
+        return f'PlanResult({self.status.name}: {self.message}; strokes: {len(self.ranking)})'
 
     @property
     def best(self) -> RankedStroke | None:

@@ -24,6 +24,21 @@ def wilson_interval(successes: float, trials: int, z: float = Z95) -> tuple[floa
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
+def chance_in_words(success: float, interval: tuple[float, float]) -> str:
+    """Write a probability and its 95 % interval, such as `85 % (95 % CI 79 to 89 %)`."""
+    low, high = interval
+    return f'{percent(success)} % (95 % CI {percent(low)} to {percent(high)} %)'
+
+
+def percent(probability: float) -> str:
+    """Write a probability in per cent, with digits that tell it from 0 and from 100."""
+    for digits in range(4):
+        text = f'{100.0 * probability:.{digits}f}'
+        if not 1e-9 < probability < 1.0 - 1e-9 or 0.0 < float(text) < 100.0:
+            return text
+    return text
+
+
 def sample_execution_noise(problem: Problem, draw: np.random.Generator, count: int) -> Array:
     """Draw independent normal errors (count, 5) of strokes, in the units of the strokes."""
     drawn: Array = draw.standard_normal((count, 5)) * problem.sigmas

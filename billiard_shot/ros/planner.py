@@ -1,6 +1,7 @@
 """The node `planner`: searches for strokes that reach a target, and shows the last plan."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 import threading
 from typing import Any, TypeAlias
@@ -59,16 +60,21 @@ class Search:
 
     def _run(self) -> None:
         request = self.request
-        self.result = plan(
-            request.scene,
-            request.target,
-            request.noise,
-            request.budget,
-            request.seed,
-            request.constraints,
-            self._on_progress,
-            lambda: self.stop.is_set() or not rclpy.ok(),
-        )
+        try:
+            self.result = plan(
+                request.scene,
+                request.target,
+                request.noise,
+                request.budget,
+                request.seed,
+                request.constraints,
+                self._on_progress,
+                lambda: self.stop.is_set() or not rclpy.ok(),
+            )
+        except ValueError as error:
+            self.result = PlanResult(
+                Status.INVALID_REQUEST, str(error), (), 0, 0.0, request.scene.noise
+            )
 
     def _on_progress(self, progress: Progress) -> None:
         self.progress = progress
@@ -244,7 +250,8 @@ def warm_up(request: PlanRequest) -> None:
     """Make small plans, so that the first goal does not have to load the library."""
     table = Scene.load('blocked')
     plan(table, {'pot': '8'}, Noise(), budget=300)
-    plan(request.scene, request.target, request.noise, 50, request.seed, request.constraints)
+    with suppress(ValueError):  # the planner reports it
+        plan(request.scene, request.target, request.noise, 50, request.seed, request.constraints)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from billiard_shot import plan, predict, Stroke
 from billiard_shot.planning.kind import kind_of
-from billiard_shot.planning.targets import Hit, Pot
+from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
 
 ONLY = ('kick', 'position', 'curve', 'massé', 'jump')  # without this way there is none at all
 
@@ -40,6 +40,27 @@ def test_without_it_there_is_no_way(kind):
 def test_names(numbers, target, kind):
     scene = table_with(cue=(0, 0), b8=(0.6, 0), b1=(0.9, 0))
     assert kind in kind_of(predict(scene, Stroke.from_offsets(*numbers)), target)
+
+
+def test_a_ball_that_touches_the_struck_one_is_a_combination():
+    shot = predict('frozen_combination', Stroke.from_offsets(0.2, 0.3, 0.1, 0.55, 3.0))
+    assert shot.pocketed == {'8': 'foot_left'}
+    assert 'combination' in kind_of(shot, Pot('8')).split(', ')
+    assert 'combination' not in kind_of(shot, Pot('1')).split(', ')
+
+
+@pytest.mark.parametrize(
+    ('target', 'kind'),
+    [
+        (Pass((0.5, 0.0)), 'direct'),
+        (Gate(((0.5, -0.05), (0.5, 0.05))), 'direct'),
+        (Rest((1.0, 0.0)), 'kick'),  # the cue ball comes back from the cushion
+        (Pass((0.5, 0.3), radius=0.01), 'kick'),  # it never passes this point
+    ],
+)
+def test_a_cushion_counts_only_before_the_target(target, kind):
+    shot = predict('pool_table', Stroke.from_offsets(b=0.1, elevation_deg=5, speed=2))
+    assert kind_of(shot, target) == kind
 
 
 def test_a_jump_flies_over_and_a_massé_goes_around():

@@ -2,7 +2,6 @@
 
 from concurrent.futures import ThreadPoolExecutor
 import pickle
-import re
 
 from layouts import table_with
 import numpy as np
@@ -19,7 +18,7 @@ from billiard_shot.planning.limits import (
 )
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.statistics import wilson_interval
+from billiard_shot.planning.statistics import chance_in_words, wilson_interval
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.shot.refusals import refusals_in
@@ -195,22 +194,17 @@ def test_progress_goes_up_to_the_end():
 )
 def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
     goal = {'target': {'pot': '8'}, 'noise': 'tournament', 'budget': 100, **changes}
-    result = plan(SCENE, **goal)
-    assert result.status == Status.INVALID_REQUEST
-    assert result.best is None
-    assert result.ranking == ()
-    assert re.search(named, result.message)
+    with pytest.raises(ValueError, match=named):
+        plan(SCENE, **goal)
 
 
 def test_limits_that_leave_no_stroke():
-    low = plan(
-        table_with(cue=(-1.2, 0), b8=(0, 0)),
-        {'pot': '8'},
-        constraints={'elevation_max_deg': 1, 'azimuth_half_range_deg': 30},
-    )
-    assert low.status == Status.INVALID_REQUEST
-    assert 'elevation_max_deg: 1 is not allowed' in low.message
-    assert 'at least' in low.message
+    with pytest.raises(ValueError, match=r'elevation_max_deg: 1 is not allowed.* at least'):
+        plan(
+            table_with(cue=(-1.2, 0), b8=(0, 0)),
+            {'pot': '8'},
+            constraints={'elevation_max_deg': 1, 'azimuth_half_range_deg': 30},
+        )
 
 
 def test_constraints_hold_for_the_plan():
@@ -297,9 +291,8 @@ def test_without_a_table():
     scene = Scene.from_dict(data)
     assert plan(scene, {'rest': (1.0, 0.5)}, budget=BUDGET).status == Status.OK
     assert plan(scene, {'hit': '3', 'direction': (1, 0)}, budget=BUDGET).best.success > 0.9
-    nothing = plan(scene, {'pot': '3'})
-    assert nothing.status == Status.INVALID_REQUEST
-    assert 'no pockets' in nothing.message
+    with pytest.raises(ValueError, match='no pockets'):
+        plan(scene, {'pot': '3'})
 
 
 def test_batches_agree_with_plans():
@@ -308,3 +301,19 @@ def test_batches_agree_with_plans():
     strokes = np.array([each.stroke.offsets for each in result.ranking])
     batch = predict_batch(SCENE, *vectors_of(strokes))
     assert not (batch.status >= Status.MISS).any()
+
+
+def test_chances_are_told_from_certainty():
+    """100 % is said of 1 alone, and an interval never shrinks to one number."""
+    assert chance_in_words(1.0, wilson_interval(200, 200)) == '100 % (95 % CI 98 to 100 %)'
+    assert chance_in_words(1.0, wilson_interval(20000, 20000)) == '100 % (95 % CI 99.98 to 100 %)'
+    assert chance_in_words(0.999, wilson_interval(1998, 2000)).startswith('99.9 % (95 % CI 99.6 ')
+    assert chance_in_words(0.85, wilson_interval(170, 200)) == '85 % (95 % CI 79 to 89 %)'
+    assert chance_in_words(0.0, wilson_interval(0, 200)).startswith('0 % (95 % CI 0 to 2 ')
+
+
+def test_plans_say_what_they_are():
+    result = plan(SCENE, {'pot': '8'}, budget=BUDGET)
+    assert repr(result).startswith(f'PlanResult(OK: {result.message}; strokes: ')
+    assert repr(result.best).startswith(f'RankedStroke({result.best.kind}: success ')
+    assert len(repr(result)) < 200

@@ -142,14 +142,17 @@ def _as_completed(
 
 def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutResult:
     """Plan a pot from one layout, on the calling thread alone."""
-    result = plan(
-        scene_at(scene, layout),
-        Pot(layout.ball, request.pocket),
-        request.noise,
-        request.budget,
-        _seed(request.seed, layout),
-        executor=_Immediately(),
-    )
+    try:
+        result = plan(
+            scene_at(scene, layout),
+            Pot(layout.ball, request.pocket),
+            request.noise,
+            request.budget,
+            _seed(request.seed, layout),
+            executor=_Immediately(),
+        )
+    except ValueError as error:  # the cue has no room
+        return LayoutResult(layout, Status.INVALID_REQUEST, str(error), 0, 0, 0, '', None)
     best = result.best
     if best is None:
         return LayoutResult(
