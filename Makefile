@@ -72,7 +72,7 @@ $(LIBRARY): $(CORE)
 demo: setup
 ifeq ($(ROS),none)
 	@echo 'No ROS 2 for this platform on PyPI, and none sourced: the same shots through the library.'
-	@$(BIN)/billiard-shot predict --scene paper --strokes config/strokes/paper.yaml
+	@$(BIN)/billiard-shot predict paper --strokes config/strokes/paper.yaml
 else
 	@$(BIN)/python -m billiard_shot.ros.demo
 endif

@@ -58,6 +58,8 @@ setup(
         'plot': ['matplotlib>=3.8'],
         'compare': ['mujoco>=3.2'],
         'dask': ['distributed>=2024.1'],
+        'frame': ['pandas>=2.2'],
+        'completion': ['shtab>=1.7'],
         'docs': ['furo>=2024.8.6', 'latex2mathml>=3.77', 'myst-parser>=4.0', 'sphinx>=8.1'],
         'test': [
             'build>=1.2',
@@ -69,11 +71,13 @@ setup(
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
             'packaging>=23.0',
+            'pandas>=2.2',
             'pre-commit>=3.5',
             'pytest>=8.0,<9.2',
             'pytest-xdist>=3.5',
             'rosbags>=0.11',
             'ruff>=0.6',
+            'shtab>=1.7',
             'types-PyYAML',
         ],
     },

@@ -7,6 +7,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path[:0] = [str(ROOT), str(HERE / '_ext')]
 
+import commands  # noqa: E402
 import interfaces  # noqa: E402
 import parameters  # noqa: E402
 
@@ -37,6 +38,7 @@ REFERENCE.mkdir(exist_ok=True)
 for name, text in (
     ('interfaces', interfaces.page(ROOT / 'msg_defs')),
     ('parameters', parameters.page(ROOT / 'billiard_shot')),
+    ('commands', commands.page()),
 ):
     file = REFERENCE / f'{name}.md'
     if not file.exists() or file.read_text() != text:

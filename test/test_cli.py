@@ -1,13 +1,19 @@
+import csv
+import io
 import json
+import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.cli import main
+from billiard_shot.cli import COMMANDS, main, make_parser
+from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
 
@@ -26,16 +32,18 @@ def test_json_is_what_predict_gives(capsys):
 
 def test_table(capsys):
     assert main(['predict', '--a', '0.2', '--elevation-deg', '10', '--speed', '1.5']) == 0
-    head, units, row = capsys.readouterr().out.splitlines()
-    assert head.split()[:2] == ['stroke', 'status']
-    assert '(m/s)' in units
-    assert row.split()[:2] == ['1', 'OK']
+    said, stroke, *facts = capsys.readouterr().out.splitlines()
+    assert said.startswith('OK: at rest after ')
+    assert 'a +0.20, b +0.00 radii; 10.0° steep' in stroke
+    assert facts[-1].startswith('  error at most')
 
 
 def test_vectors_on_the_command_line(capsys):
     arguments = ['predict', '--scene', 'paper', '--normal', '-1', '-2', '1']
-    assert main([*arguments, '--velocity', '0', '0', '-2']) == 0
-    assert '0.4291   0.8582   0.2831' in capsys.readouterr().out
+    assert main([*arguments, '--velocity', '0', '0', '-2', '--csv']) == 0
+    (row,) = csv.DictReader(io.StringIO(capsys.readouterr().out))
+    velocity = [float(row[f'velocity_{axis}']) for axis in 'xyz']
+    assert velocity == pytest.approx([0.4291, 0.8582, 0.2831], abs=5e-5)
 
 
 def test_refused_strokes_are_said_on_stderr(capsys):
@@ -130,7 +138,7 @@ def test_a_recorded_shot_is_shown_as_it_was(tmp_path, capsys):
     ('arguments', 'text'),
     [
         (['none.json'], 'none.json: '),
-        (['x.json', '--speed', '1'], 'SHOT: x.json is not allowed together with a stroke'),
+        (['x.json', '--speed', '1'], 'SCENE: x.json is not allowed together with a stroke'),
         (['x.json', '--scene', 'pool'], '--scene: is not allowed together with a recorded shot'),
         (
             ['x.json', '--tolerance', '1'],
@@ -141,3 +149,142 @@ def test_a_recorded_shot_is_shown_as_it_was(tmp_path, capsys):
 def test_wrong_recorded_shots(capsys, arguments, text):
     assert main(['predict', *arguments]) == 2
     assert text in capsys.readouterr().err
+
+
+def test_json_has_every_ball(capsys):
+    stroke = ['-b', '0.1', '-e', '4.6', '-z', '-6', '-s', '8']
+    assert main(['predict', 'nine_ball', *stroke, '--json']) == 0
+    said = json.loads(capsys.readouterr().out)
+    shot = predict(
+        'nine_ball', Stroke.from_offsets(b=0.1, elevation_deg=4.6, azimuth_deg=-6, speed=8)
+    )
+    assert said['balls'] == {name: list(place) for name, place in shot.final_position.items()}
+    assert said['pocketed'] == shot.pocketed
+    assert said['first_contact'] == '1'
+    assert len(said['events']) == len(shot.events)
+    assert main(['predict', 'nine_ball', *stroke]) == 0
+    assert capsys.readouterr().out == f'{shot}\n'
+
+
+def test_the_scene_is_in_the_same_place(capsys):
+    """SCENE first, or in its former place."""
+    stroke = ['--speed', '1', '-e', '5', '--json']
+    for first in (
+        ['pool_table', *stroke],
+        [*stroke, 'pool_table'],
+        ['--scene', 'pool_table', *stroke],
+    ):
+        assert main(['predict', *first]) == 0
+    one, two, three = map(json.loads, capsys.readouterr().out.splitlines())
+    for said in (one, two, three):
+        del said['wall_time']
+    assert one == two == three
+    for command in ('predict', 'view', 'plan', 'atlas', 'effects', 'accuracy', 'laws'):
+        assert main([command, 'papre']) == 2
+        assert "no bundled scene 'papre'" in capsys.readouterr().err
+    assert main(['plan', '--pot', '8']) == 2
+    assert 'SCENE: missing; it must be a YAML file or one of blocked, ' in capsys.readouterr().err
+
+
+def test_several_processes_give_the_same(capsys):
+    command = ['predict', str(PAPER), '--scene', 'paper', '--csv']
+    assert main(command) == main([*command, '--workers', '2']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:5] == lines[5:]
+    assert main([*command, '--workers', '0']) == 2
+    assert '--workers: 0 is not allowed' in capsys.readouterr().err
+
+
+def run(*words, **options):
+    command = [sys.executable, '-m', 'billiard_shot', *words]
+    return subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False, **options)
+
+
+def test_version(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(['--version'])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.startswith('billiard_shot ')
+
+
+def test_every_command_is_in_the_help():
+    text = make_parser().format_help()
+    assert all(f'\n    {name}' in text for name in COMMANDS)
+    assert all(f'{code}: ' in text for code in EXIT_CODES)
+
+
+@pytest.mark.skipif(not Path('/dev/full').exists(), reason='needs /dev/full')
+def test_a_full_disk_is_an_error_without_traceback():
+    with open('/dev/full', 'w') as full:
+        done = run('predict', '--speed', '1', stdout=full)
+    assert done.returncode == FAILED
+    assert done.stderr.startswith('billiard-shot: ')
+    assert 'Traceback' not in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_closed_pipe_is_no_error():
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, 'w') as closed:
+        done = run('predict', '--speed', '1', stdout=closed)
+    assert (done.returncode, done.stderr) == (FAILED, '')
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['plan', 'wall', '--pot', '9', '--budget', '100000000'],
+        ['laws', '--random', '1000'],
+        ['hard-cases'],
+    ],
+)
+def test_ctrl_c_ends_without_traceback(words):
+    command = [sys.executable, '-m', 'billiard_shot', *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        time.sleep(3.0)  # long enough for the work to begin, on most machines; else it is earlier
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == INTERRUPTED
+    assert err.decode().splitlines()[-1] == 'billiard-shot: interrupted'
+    assert b'Traceback' not in err
+
+
+@pytest.mark.parametrize('shell', ['bash', 'zsh'])
+def test_completion(shell, capsys):
+    pytest.importorskip('shtab', reason='needs shtab, an extra')
+    assert main(['completion', shell]) == 0
+    script = capsys.readouterr().out
+    assert all(name in script for name in COMMANDS)
+    assert '--elevation-deg' in script
+    if shell == 'bash':
+        subprocess.run(['bash', '-n'], input=script, text=True, check=True)
+
+
+def test_completion_names_what_is_missing(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'shtab', None)
+    assert main(['completion', 'bash']) == 2
+    assert 'billiard_shot[completion]' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['scene', 'list'],
+        ['scene', 'show', 'snooker'],
+        ['paper'],
+        ['laws', '--count', '5'],
+        ['hard-cases', 'cradle'],
+        ['predict', 'eight_ball', '-e', '5', '-s', '8', '-z', '-6'],
+    ],
+)
+def test_text_has_80_columns(words, capsys):
+    assert main(words) == 0
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
+
+
+def test_the_elevation_of_a_stroke_is_at_most_90_degrees(capsys):
+    assert main(['predict', '-e', '95', '-s', '1']) == 2
+    assert 'elevation_deg: 95.0 is not allowed; it must be -90 to 90' in capsys.readouterr().err
+    assert main(['predict', '-e', '-5', '-s', '1']) == 1
+    assert 'its elevation, -5 degrees, must be 0 to 90' in capsys.readouterr().err

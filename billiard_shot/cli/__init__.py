@@ -4,16 +4,19 @@
 Each command is a module of this package with three members: `HELP`, one line; `add_arguments`,
 which adds its options to a parser; and `run`, which executes it and returns the exit code. A
 module is imported only if its command or the help is requested, so that it does not slow down the
-others.
+others. In all commands the scene comes first, `--output` names the file, and numbers are also
+printed as JSON or CSV.
 """
 
 import argparse
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.metadata import version
 import os
 import sys
 
 import billiard_shot
+from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 
 COMMANDS = (
     'predict',
@@ -30,25 +33,43 @@ COMMANDS = (
     'hard-cases',
     'urdf',
     'compile',
+    'completion',
 )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; return its exit code: 0, 1 if it failed, 2 if the input is wrong."""
+    """Run one command; return its exit code, see `EXIT_CODES`."""
     words = sys.argv[1:] if arguments is None else list(arguments)
-    options = _parser(words).parse_args(words)
     try:
-        return int(options.run(options))
-    except BrokenPipeError:  # `... | head` has closed the pipe; Python must not flush the rest
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        options = make_parser(words).parse_args(words)
+        code = int(options.run(options))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        print('billiard-shot: interrupted', file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # `... | head` has closed the pipe
+        _discard_output()
+        return FAILED
+    except OSError as error:  # such as a full disk
+        _discard_output()
+        print(f'billiard-shot: {error}', file=sys.stderr)
+        return FAILED
     except ValueError as error:
         print(f'billiard-shot: {error}', file=sys.stderr)
-        return 2
+        return WRONG_INPUT
+    return code
 
 
-def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog='billiard-shot', description=billiard_shot.__doc__)
+def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Make the parser of the command that `words` begin with, or of all commands."""
+    parser = argparse.ArgumentParser(
+        prog='billiard-shot',
+        description=billiard_shot.__doc__,
+        epilog='exit codes: ' + '; '.join(f'{code}: {text}' for code, text in EXIT_CODES.items()),
+    )
+    parser.add_argument(
+        '--version', action='version', version=f'billiard_shot {version("billiard_shot")}'
+    )
     commands = parser.add_subparsers(required=True, metavar='COMMAND')
     wanted = [name for name in COMMANDS if name in words[:1]] or COMMANDS
     for name in wanted:
@@ -57,3 +78,8 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
         module.add_arguments(command)
         command.set_defaults(run=module.run)
     return parser
+
+
+def _discard_output() -> None:
+    """Let Python not write the rest of the output as it ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -2,18 +2,28 @@
 
 import argparse
 from concurrent.futures import BrokenExecutor
+import math
 import os
 from pathlib import Path
 import sys
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from billiard_shot import Scene
+from billiard_shot.cli.exit_codes import INTERRUPTED
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
-from billiard_shot.cli.text_table import numbers, table
-from billiard_shot.cli.workers import LOCAL, working
+from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.text_table import (
+    add_format_arguments,
+    as_text,
+    Column,
+    numbers,
+    print_rows,
+)
+from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.atlas import draw_atlas
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.planning.atlas import (
@@ -23,18 +33,34 @@ from billiard_shot.planning.atlas import (
     AtlasRequest,
     begin,
     layouts_of,
+    Map,
 )
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'map the success probability of pots over the table'
-INTERRUPTED = 130  # exit code, as shells have it for Ctrl-C
 SURE, EVEN = 0.9, 0.5
+
+
+def _percent(part: float) -> str:
+    return '-' if math.isnan(part) else f'{100.0 * part:.1f}'
+
+
+COLUMNS = (
+    Column('ball', 'ball'),
+    Column('place', 'at x y', '(m)', lambda place: numbers(place, 3)),
+    Column('layouts', 'layouts'),
+    Column('success', 'success', '(%, mean)', _percent),
+    Column('half_width', '95 % CI', '(±, mean)', _percent),
+    Column('sure', f'>= {SURE:.0%}', '(%)', _percent),
+    Column('even', f'>= {EVEN:.0%}', '(%)', _percent),
+    Column('none', 'no stroke', '(%)', _percent),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for scene, balls, positions, player, search, workers and output."""
-    parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
+    add_scene_argument(parser)
     what = parser.add_argument_group('what')
     what.add_argument(
         '--ball',
@@ -74,21 +100,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='one such position, may be repeated (m)',
     )
     add_search_arguments(parser, NORMAL_BUDGET, ' for each layout')
-    work = parser.add_argument_group('work')
-    work.add_argument(
-        '--workers',
-        type=int,
-        default=os.cpu_count() or 1,
-        metavar='N',
-        help='number of worker processes (default: %(default)d)',
-    )
-    work.add_argument(
-        '--dask',
-        metavar='ADDRESS',
-        help=f'address of a Dask scheduler, or {LOCAL} for a cluster of this run',
-    )
+    add_work_arguments(parser, os.cpu_count() or 1)
     output = parser.add_argument_group('output')
+    add_format_arguments(parser)
     output.add_argument(
+        '-o',
         '--output',
         type=Path,
         metavar='FILE.jsonl',
@@ -104,9 +120,7 @@ def run(options: argparse.Namespace) -> int:
         require_matplotlib()  # before the work, not after it
         if not options.picture.absolute().parent.is_dir():
             raise ValueError(f'--picture: {options.picture}: there is no such folder')
-    if options.workers < 1:
-        raise ValueError(f'--workers: {options.workers} is not allowed; it must be at least 1')
-    scene = Scene.load(options.scene)
+    scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)
     results = begin(options.output, scene, request) if options.output else []
@@ -125,11 +139,12 @@ def run(options: argparse.Namespace) -> int:
     except BrokenExecutor as error:
         return _stopped(f'a worker died ({error})', options, len(results), len(layouts), 1)
     made = Atlas(scene, request, results)
-    print(_as_text(made))
+    print_rows(COLUMNS, [_row(each) for each in made.maps], options)
     again = f', {len(done)} of them from {options.output}' if done else ''
     seconds = perf_counter() - start
     simulations = sum(result.simulations for result in results[len(done) :])
-    print(f'{len(layouts)} layouts{again}; {simulations} strokes simulated in {seconds:.1f} s')
+    if as_text(options):
+        print(f'{len(layouts)} layouts{again}; {simulations} strokes simulated in {seconds:.1f} s')
     if options.picture:
         draw_atlas(made, options.picture)
     return 0
@@ -156,40 +171,18 @@ def _stopped(why: str, options: argparse.Namespace, done: int, layouts: int, cod
     return code
 
 
-def _as_text(made: Atlas) -> str:
-    rows: list[tuple[str, ...]] = [
-        (
-            'ball',
-            'at x y',
-            'layouts',
-            'success',
-            '95 % CI',
-            f'at least {SURE:.0%}',
-            f'at least {EVEN:.0%}',
-            'no stroke',
-        ),
-        ('', '(m)', '', '(%, mean)', '(±, mean)', *3 * ('(% of layouts)',)),
-    ]
-    for each in made.maps:
-        success = np.array([result.success for result in each.results])
-        rows.append(
-            (
-                each.ball,
-                numbers(each.ball_place, 3),
-                str(len(success)),
-                *(
-                    '-' if part != part else f'{100.0 * part:.1f}'
-                    for part in (
-                        each.mean,
-                        each.mean_half_width,
-                        (success >= SURE).mean(),
-                        (success >= EVEN).mean(),
-                        (success == 0.0).mean(),
-                    )
-                ),
-            )
-        )
-    return table(rows)
+def _row(each: Map) -> dict[str, Any]:
+    success = np.array([result.success for result in each.results])
+    return {
+        'ball': each.ball,
+        'place': list(each.ball_place),
+        'layouts': len(success),
+        'success': each.mean,
+        'half_width': each.mean_half_width,
+        'sure': (success >= SURE).mean(),
+        'even': (success >= EVEN).mean(),
+        'none': (success == 0.0).mean(),
+    }
 
 
 def _grid(text: str) -> tuple[int, int]:

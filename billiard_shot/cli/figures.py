@@ -12,12 +12,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the names of figures and the output folder."""
     parser.add_argument('names', nargs='*', metavar='NAME', help='figures to draw (default: all)')
     parser.add_argument(
+        '-o',
         '--output',
         '--to',  # its former name
         type=Path,
-        default=Path('docs/figures'),
+        default=Path('figures'),
         metavar='FOLDER',
-        help='folder for NAME.png (default: %(default)s)',
+        help='folder for NAME.png; made if it is missing (default: %(default)s)',
     )
     parser.add_argument(
         '--list', action='store_true', help='print the names of the figures and draw nothing'
@@ -26,7 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw the figures and print the paths of the files."""
-    wait_for_machine_code()
     from billiard_shot.pictures.figures import FIGURES
 
     for name in options.names:
@@ -37,8 +37,11 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         print('\n'.join(FIGURES))
         return 0
-    if not options.output.is_dir():
-        raise ValueError(f'--output: {options.output} is not allowed; it must be a folder')
+    try:
+        options.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f'--output: {error}') from None
+    wait_for_machine_code()
     for name in progress(options.names or list(FIGURES), 'figures'):
         path = options.output / f'{name}.png'
         FIGURES[name](path)

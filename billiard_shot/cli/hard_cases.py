@@ -1,15 +1,38 @@
 """`billiard-shot hard-cases`: collisions at the limits of solvers, with checks."""
 
 import argparse
+import math
+from typing import Any
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
-from billiard_shot.cli.text_table import table
+from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.workers import add_work_arguments, mapped
 
 LEGEND = """
-States, steps, time: at tolerance 1e-12. off: error relative to the speed; gain: relative energy
-gain; order: change with the order of contacts; sensitivity: change of the result per relative
-change of the input."""
+Steps: at tolerance 1e-12. off: error relative to the speed; gain: relative
+energy gain; order: change with the order of contacts; sens (sensitivity):
+change of the result per relative change of the input. States and times: --csv
+or --json."""
 HELP = 'solve collisions at the limits of the input ranges, and check each result'
+
+
+def _power(value: float) -> str:
+    return '' if math.isnan(value) else f'{value:.0e}'
+
+
+COLUMNS = (
+    Column('case'),
+    Column('law', 'case, law'),
+    Column('steps', 'steps'),
+    Column('off', 'off', '', _power),
+    Column('gain', 'gain', '', _power),
+    Column('order', 'order', '', _power),
+    Column('sensitivity', 'sens', '', _power),
+    Column('holds', 'holds', '', lambda holds: 'yes' if holds else 'no'),
+    Column('status', 'status'),
+    Column('states'),
+    Column('seconds'),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,6 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='WORD',
         help='solve only cases with all these words in family and name',
     )
+    add_format_arguments(parser)
+    add_work_arguments(parser)
     parser.add_argument(
         '--list',
         action='store_true',
@@ -46,46 +71,39 @@ def run(options: argparse.Namespace) -> int:
             print(f'{family}: {about.breaks}')
             print(*(f'    {member}' for entry, member in chosen if entry.name == family), sep='\n')
         return 0
-    from billiard_shot.study.hard_case_checks import examine, LAWS
+    from billiard_shot.study.hard_case_checks import LAWS
 
     tasks = [(family, member, law) for family, member in chosen for law in LAWS]
-    results = [examine(*task) for task in progress(tasks, 'hard cases')]
-    rows = [
-        (
-            'case',
-            'law',
-            'status',
-            'states',
-            'steps',
-            'ms',
-            'off',
-            'gain',
-            'order',
-            'sensitivity',
-            'holds',
-        )
-    ]
-    for v in results:
-        rows.append(
-            (
-                f'{v.family}: {v.member}',
-                v.law,
-                v.outcome.status.name,
-                str(v.outcome.states),
-                str(v.outcome.steps),
-                f'{1e3 * v.seconds:.1f}',
-                '' if v.off != v.off else f'{v.off:.0e}',
-                f'{max(v.outcome.gain, 0.0):.0e}',
-                f'{v.order:.0e}',
-                f'{v.sensitivity:.0e}',
-                'no' if v.faults else 'yes',
-            )
-        )
-    print(table(rows))
-    print(LEGEND)
+    results = list(progress(mapped(options, _examine, tasks), 'hard cases', len(tasks)))
+    print_rows(COLUMNS, [_row(result) for result in results], options, 'case')
     bad = [v for v in results if v.faults]
+    if not as_text(options):
+        return 1 if bad else 0
+    print(LEGEND)
     for v in bad:
         print(f'\n{v.family}: {v.member}, {v.law}')
         print(*(f'    {fault}' for fault in v.faults), sep='\n')
     print(f'\n{len(results) - len(bad)} of {len(results)} cases hold')
     return 1 if bad else 0
+
+
+def _examine(task: tuple[Any, str, str]) -> Any:
+    from billiard_shot.study.hard_case_checks import examine
+
+    return examine(*task)
+
+
+def _row(v: Any) -> dict[str, Any]:
+    return {
+        'case': f'{v.family}: {v.member}',
+        'law': v.law,
+        'steps': v.outcome.steps,
+        'off': v.off,
+        'gain': max(v.outcome.gain, 0.0),
+        'order': v.order,
+        'sensitivity': v.sensitivity,
+        'holds': not v.faults,
+        'status': v.outcome.status.name,
+        'states': v.outcome.states,
+        'seconds': v.seconds,
+    }

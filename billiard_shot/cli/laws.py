@@ -5,21 +5,36 @@ from pathlib import Path
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli.progress import progress, wait_for_machine_code
-from billiard_shot.cli.text_table import table
+from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'compare the outcomes of impact laws, and find where they are discontinuous'
 
 
+def _places(found: list[tuple[float, float]]) -> str:
+    return ', '.join(f'{place:.6g} ({size:.2g})' for place, size in found) or 'none'
+
+
+SWEEPS = (
+    Column('stroke'),
+    Column('varied', 'varied'),
+    Column('law', 'law'),
+    Column('from', 'from', '', '{:.3g}'.format),
+    Column('to', 'to', '', '{:.3g}'.format),
+    Column('discontinuities', 'discontinuous at', '(size / cue speed)', _places),
+)
+COUNTS = (
+    Column('law', 'law'),
+    Column('discontinuities', 'discontinuities'),
+    Column('wedging', 'where the tip can wedge'),
+    Column('largest', 'largest / cue speed', '', '{:.2g}'.format),
+)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for scene, stroke and picture."""
-    parser.add_argument(
-        'scene',
-        nargs='?',
-        default='paper',
-        metavar='SCENE',
-        help='bundled scene or YAML file (default: %(default)s)',
-    )
+    add_scene_argument(parser, 'paper')
     parser.add_argument(
         '--count',
         type=int,
@@ -36,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw the outcomes')
     add_stroke_arguments(parser)
+    add_format_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -46,11 +62,12 @@ def run(options: argparse.Namespace) -> int:
     from billiard_shot.study import laws
     from billiard_shot.study.accuracy import PAPER_STROKES
 
-    scene = Scene.load(options.scene)
+    about = scene_name(options)
+    scene = Scene.load(about)
     if options.count < 2:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 2')
     if options.random:
-        return _count(scene, options)
+        return _count(scene, about, options)
     massé = PAPER_STROKES['massé']
     strokes = (
         strokes_of(options, scene)
@@ -67,21 +84,22 @@ def run(options: argparse.Namespace) -> int:
                 [(sweep, way) for sweep in sweeps for way in laws.LAWS], 'discontinuities'
             )
         }
-        rows = [('varied', 'law', 'from', 'to', 'discontinuous at', 'size / cue speed')]
+        rows = []
         for (varied, way), found in discontinuities.items():
             values = next(sweep.values for sweep in sweeps if sweep.name == varied)
             rows.append(
-                (
-                    varied,
-                    way,
-                    f'{values[0]:.3g}',
-                    f'{values[-1]:.3g}',
-                    ' '.join(f'{discontinuity.place:.6g}' for discontinuity in found) or 'none',
-                    ' '.join(f'{discontinuity.size:.2g}' for discontinuity in found),
-                )
+                {
+                    'stroke': name,
+                    'varied': varied,
+                    'law': way,
+                    'from': values[0],
+                    'to': values[-1],
+                    'discontinuities': [(each.place, each.size) for each in found],
+                }
             )
-        print(f'stroke {name}, scene {options.scene}\n')
-        print(table(rows))
+        if as_text(options):
+            print(f'stroke {name}, scene {about}\n')
+        print_rows(SWEEPS, rows, options)
         if options.picture:
             from billiard_shot.pictures.laws import draw
 
@@ -94,13 +112,13 @@ def run(options: argparse.Namespace) -> int:
                 sweeps,
                 distances,
                 discontinuities,
-                f'stroke {name}, scene {options.scene}',
+                f'stroke {name}, scene {about}',
                 options.picture,
             )
     return 0
 
 
-def _count(scene: Scene, options: argparse.Namespace) -> int:
+def _count(scene: Scene, about: str, options: argparse.Namespace) -> int:
     from billiard_shot.study import laws
 
     pairs = [
@@ -117,11 +135,17 @@ def _count(scene: Scene, options: argparse.Namespace) -> int:
             row[1] += laws.wedges(sweep.problem(discontinuity.place, law))
             row[2] = max(row[2], discontinuity.size)
     sweeps = len(pairs) // len(laws.LAWS)
-    print(
-        f'scene {options.scene}: {sweeps} sweeps through {options.random} random strokes, '
-        f'{options.count} values each\n'
+    if as_text(options):
+        print(
+            f'scene {about}: {sweeps} sweeps through {options.random} random strokes, '
+            f'{options.count} values each\n'
+        )
+    print_rows(
+        COUNTS,
+        [
+            {'law': law, 'discontinuities': row[0], 'wedging': row[1], 'largest': row[2]}
+            for law, row in found.items()
+        ],
+        options,
     )
-    rows = [('law', 'discontinuities', 'where the tip can wedge', 'largest / cue speed')]
-    rows += [(law, str(row[0]), str(row[1]), f'{row[2]:.2g}') for law, row in found.items()]
-    print(table(rows))
     return 0

@@ -6,7 +6,7 @@ import textwrap
 from typing import Any
 
 from billiard_shot.cli.progress import progress
-from billiard_shot.cli.text_table import table
+from billiard_shot.cli.text_table import add_format_arguments, print_csv, table
 from billiard_shot.study.measured.comparison import compare, Comparison, Group
 from billiard_shot.study.measured.published import SOURCES
 
@@ -17,9 +17,7 @@ LABEL = 40  # characters of the name of a row
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the option for JSON."""
-    parser.add_argument(
-        '--json', action='store_true', help='print one JSON object; angles in degrees'
-    )
+    add_format_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -27,6 +25,10 @@ def run(options: argparse.Namespace) -> int:
     groups = list(progress(compare(), 'measured'))
     if options.json:
         print(json.dumps(_as_json(groups), allow_nan=False, ensure_ascii=False))
+        return 0
+    if options.csv:
+        rows = [row for group in _as_json(groups)['groups'] for row in group['rows']]
+        print_csv(rows, list(rows[0]))
         return 0
     keys = list(SOURCES)
     for group in groups:
@@ -75,6 +77,7 @@ def _as_json(groups: list[Group]) -> dict[str, Any]:
                 'sources': list(group.sources),
                 'rows': [
                     {
+                        'title': group.title,
                         'case': row.case,
                         'quantity': row.quantity,
                         'unit': row.unit,

@@ -1,38 +1,57 @@
 """`billiard-shot paper`: Table 1 of the paper, as printed, by its model, and under variants."""
 
 import argparse
+from collections.abc import Iterable
+import math
+from typing import Any
 
-from billiard_shot.cli.text_table import numbers, table
+from billiard_shot.cli.text_table import add_format_arguments, Column, numbers, print_rows
 
+
+def _off(value: float) -> str:
+    return '' if math.isnan(value) else f'{value:.1g}'
+
+
+COLUMNS = (
+    Column('shot'),
+    Column('variant'),
+    Column('velocity', '  velocity (m/s)', '  x y z', lambda vector: numbers(vector, 4)),
+    Column('spin', 'spin (rad/s)', 'x y z', lambda vector: numbers(vector, 3)),
+    Column('off_velocity', 'off by', 'velocity', _off),
+    Column('off_spin', ' ', 'spin', _off),
+)
 HELP = 'recompute Table 1 of the paper: as printed, by its model, and under variants'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add no options."""
+    """Add options for the format."""
+    add_format_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Recompute and print."""
     from billiard_shot.study.reproduction import ATTEMPTS, label, PRINTED, reproduce
 
-    rows = [
-        ('shot', 'velocity (m/s)', 'spin (rad/s)', 'off by', '', 'variant'),
-        ('', 'x y z', 'x y z', 'velocity', 'spin', ''),
-    ]
+    rows = []
     for name, variants in ATTEMPTS.items():
-        printed = PRINTED[name][1]
-        rows.append((name, numbers(printed[:3], 4), numbers(printed[3:], 3), '', '', 'printed'))
+        rows.append(_row(name, 'printed', PRINTED[name][1], math.nan, math.nan))
         for variant in variants:
             row = reproduce(name, variant)
-            rows.append(
-                (
-                    '',
-                    numbers(row.numbers[:3].tolist(), 4),
-                    numbers(row.numbers[3:].tolist(), 3),
-                    f'{row.velocity:.1g}',
-                    f'{row.spin:.1g}',
-                    label(variant),
-                )
-            )
-    print(table(rows))
+            rows.append(_row(name, label(variant), row.numbers, row.velocity, row.spin))
+    print_rows(COLUMNS, rows, options, 'title')
     return 0
+
+
+def _row(
+    shot: str, variant: str, values: Iterable[float], off_velocity: float, off_spin: float
+) -> dict[str, Any]:
+    numbers = [float(value) for value in values]
+    return {
+        'title': f'{shot}, {variant}',
+        'shot': shot,
+        'variant': variant,
+        'velocity': numbers[:3],
+        'spin': numbers[3:],
+        'off_velocity': off_velocity,
+        'off_spin': off_spin,
+    }

@@ -6,28 +6,46 @@ import json
 import math
 from pathlib import Path
 import sys
+import textwrap
 from typing import Any
 
 import billiard_shot
-from billiard_shot import PlanResult, RankedStroke, Scene, Status
+from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.search import add_search_arguments, noise_of
-from billiard_shot.cli.text_table import numbers, table
+from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
+from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.plan import draw_plan
+from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
 from billiard_shot.planning.search import NORMAL_BUDGET
+from billiard_shot.planning.statistics import percent
 from billiard_shot.scene import Robot
 from billiard_shot.scene.fields import FORMER
 from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'find the stroke most likely to reach a target, given execution noise and limits'
 PICTURE_TRIALS = 400  # noisy executions in a picture
+COLUMNS = (
+    Column('rank', ' '),
+    Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
+    Column('interval', '95 % CI', '(%)', lambda ends: ' to '.join(map(percent, ends))),
+    Column('trials'),
+    Column('a', 'a', '(radii)', '{:+.3f}'.format),
+    Column('b', 'b', '(radii)', '{:+.3f}'.format),
+    Column('elevation', 'steep', '(°)', lambda angle: f'{math.degrees(angle) + 0.0:5.2f}'),
+    Column('azimuth', 'azimuth', '(°)', lambda angle: f'{math.degrees(angle):8.3f}'),
+    Column('speed', 'speed', '(m/s)', '{:.3f}'.format),
+    Column('rest'),
+    Column('kind', 'kind'),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for scene, target, limits, noise, budget and output."""
-    parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
+    add_scene_argument(parser)
     target = parser.add_argument_group('target: one of these')
     for name, text in (('pot', 'ball to be potted'), ('hit', 'ball to be hit first')):
         target.add_argument(f'--{name}', metavar='BALL', help=text)
@@ -73,12 +91,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         options = (f'--{name.replace("_", "-")}' for name in names)
         limits.add_argument(*options, type=float, metavar='NUMBER')
     add_search_arguments(parser, NORMAL_BUDGET, '')
-    parser.add_argument('--json', action='store_true', help='print one JSON object, in SI units')
-    parser.add_argument(
+    add_format_arguments(parser)
+    add_work_arguments(parser)
+    files = parser.add_argument_group('files')
+    files.add_argument(
+        '--rank', type=int, default=1, metavar='N', help='which stroke to write (default: 1)'
+    )
+    files.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        metavar='FILE.json',
+        help='write the shot of that stroke, as predict does',
+    )
+    files.add_argument(
+        '--view', type=Path, metavar='FILE.html', help='write its page, as view does'
+    )
+    files.add_argument(
         '--picture',
         type=Path,
         metavar='FILE.png',
-        help='draw the plan and the outcomes of noisy executions',
+        help='draw it, with the outcomes of noisy executions',
     )
 
 
@@ -87,9 +120,14 @@ def run(options: argparse.Namespace) -> int:
     wait_for_machine_code()
     if options.picture:
         require_matplotlib()  # before the work, not after it
-    scene = Scene.load(options.scene)
+    if options.rank < 1:
+        raise ValueError(f'--rank: {options.rank} is not allowed; it must be at least 1')
+    scene = Scene.load(scene_name(options))
     noise = noise_of(options, scene)
-    with reporting('strokes', options.budget) as report:
+    with (
+        working(options.workers, options.dask) as executor,
+        reporting('strokes', options.budget) as report,
+    ):
         result = billiard_shot.plan(
             scene,
             _target(options),
@@ -98,17 +136,38 @@ def run(options: argparse.Namespace) -> int:
             options.seed,
             _constraints(options),
             progress=lambda now: report(now.simulations),
+            executor=executor,
         )
-    if result.status == Status.INVALID_REQUEST:
-        raise ValueError(result.message)
-    print(json.dumps(_as_json(result), allow_nan=False) if options.json else _as_text(result))
+    if options.json:
+        print(json.dumps(_as_json(result), allow_nan=False))
+    elif options.csv or result.ranking:
+        _print_ranking(result, options)
+    else:
+        print(_work(result))
     if result.best is None:
         print(f'{result.status.name}: {result.message}', file=sys.stderr)
         return 1
-    if options.picture:
-        outcomes = sample_outcomes(result.best, result.noise, PICTURE_TRIALS)
-        draw_plan(result.best, outcomes, options.picture)
+    _write(result, options)
     return 0
+
+
+def _write(result: PlanResult, options: argparse.Namespace) -> None:
+    """Write the files of one stroke of the ranking."""
+    files = options.output, options.view, options.picture
+    if not any(files):
+        return
+    if options.rank > len(result.ranking):
+        raise ValueError(
+            f'--rank: {options.rank} is not allowed; there are {len(result.ranking)} strokes'
+        )
+    chosen = result.ranking[options.rank - 1]
+    if options.output:
+        save_shot(chosen.shot, options.output)
+    if options.view:
+        write_page(chosen.shot, options.view, chosen.kind)
+    if options.picture:
+        outcomes = sample_outcomes(chosen, result.noise, PICTURE_TRIALS)
+        draw_plan(chosen, outcomes, options.picture)
 
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
@@ -138,45 +197,21 @@ def _constraints(options: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 
-def _as_text(result: PlanResult) -> str:
-    if not result.ranking:
-        return f'{result.simulations} strokes simulated in {result.wall_time:.2f} s'
-    rows = [
-        (
-            '',
-            'kind',
-            'success',
-            '95 % CI',
-            'a',
-            'b',
-            'elevation',
-            'azimuth',
-            'speed',
-            'cue ball rests',
-        ),
-        ('', '', '(%)', '(%)', '(radii)', '(radii)', '(degrees)', '(degrees)', '(m/s)', 'x y (m)'),
-    ]
-    for place, each in enumerate(result.ranking, 1):
-        a, b, elevation, azimuth, speed = each.stroke.offsets
-        low, high = each.interval
-        rows.append(
-            (
-                str(place),
-                each.kind,
-                f'{100.0 * each.success:5.1f}',
-                f'{100.0 * low:.1f} to {100.0 * high:.1f}',
-                f'{a:+.3f}',
-                f'{b:+.3f}',
-                f'{math.degrees(elevation):6.2f}',
-                f'{math.degrees(azimuth):8.3f}',
-                f'{speed:.3f}',
-                numbers(each.shot.trajectory.final_position[:2], 3),
-            )
-        )
+def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
+    """Print the strokes, the best first, and what the best one does if it is played exactly."""
+    if as_text(options):
+        print(f'{result.status.name}: {result.message}')
+    rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
+    print_rows(COLUMNS, rows, options)
+    if as_text(options) and result.best:
+        print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
+        print(_work(result))
+
+
+def _work(result: PlanResult) -> str:
     rate = result.simulations / max(result.wall_time, 1e-9)
     return (
-        f'{result.status.name}: {result.message}\n{table(rows)}\n{result.simulations} strokes '
-        f'simulated in {result.wall_time:.2f} s, {rate:.0f} a second'
+        f'{result.simulations} strokes simulated in {result.wall_time:.2f} s, {rate:.0f} a second'
     )
 
 
@@ -206,4 +241,5 @@ def _stroke(each: RankedStroke) -> dict[str, Any]:
         'normal': list(each.stroke.normal),
         'velocity': list(each.stroke.velocity),
         'rest': each.shot.trajectory.final_position.tolist(),
+        'message': each.shot.message,
     }

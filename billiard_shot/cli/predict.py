@@ -8,24 +8,23 @@ from typing import Any
 
 from billiard_shot import save_shot, Shot
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
-from billiard_shot.cli.text_table import numbers, table
+from billiard_shot.cli.text_table import add_format_arguments, print_csv
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 
-HELP = 'predict the motion of the cue ball after a stroke'
+HELP = 'predict what a stroke does to all balls'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""
-    parser.add_argument(
-        '--json', action='store_true', help='print one JSON object per line, in SI units'
-    )
     add_shot_arguments(parser)
+    add_format_arguments(parser)
     files = parser.add_argument_group('files; FILE-NAME for each of several strokes')
     files.add_argument(
+        '-o',
         '--output',
         '--save',  # its former name
         type=Path,
@@ -48,17 +47,20 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         for name, shot in shots.items():
             print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
+    elif options.csv:
+        rows = [_as_row(name, shot) for name, shot in shots.items()]
+        print_csv(rows, list(rows[0]))
     else:
-        print(_as_table(shots))
+        print('\n'.join(_as_text(name, shot, len(shots)) for name, shot in shots.items()))
     for name, shot in shots.items():
-        title = f'{shot.status.name}: {shot.message}'
         if options.output:
             save_shot(shot, of_each(options.output, name, shots))
-        if options.picture:
-            draw_shot(shot, of_each(options.picture, name, shots), title)
+        title = f'{shot.status.name}: {shot.message}'
         if shot.status.refused:
             print(f'stroke {name}: {title}', file=sys.stderr)
             continue
+        if options.picture:
+            draw_shot(shot, of_each(options.picture, name, shots))
         if options.history:
             draw_history(trails_of(shot), of_each(options.history, name, shots), title)
         if options.close_up:
@@ -76,11 +78,22 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
         'cue_speed': shot.cue_speed,
         'phases': [list(phase.active) for phase in shot.impact.phases],
         'dissipated': shot.impact.dissipated.tolist(),
+        'first_contact': shot.first_contact,
+        'pocketed': shot.pocketed,
+        'off_table': list(shot.off_table),
+        'scratched': shot.scratched,
         'rest': shot.trajectory.final_position.tolist(),
         'duration': shot.trajectory.duration,
+        'balls': {name: place.tolist() for name, place in shot.final_position.items()},
         'events': [
-            {'time': event.time, 'kind': event.kind, 'position': event.position.tolist()}
-            for event in shot.trajectory.events
+            {
+                'time': event.time,
+                'kind': event.kind,
+                'balls': list(event.balls),
+                'place': event.place,
+                'position': event.position.tolist(),
+            }
+            for event in shot.events
         ],
         'effects': [
             {'name': effect.name, 'simulated': effect.simulated, 'reason': effect.reason}
@@ -92,23 +105,23 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
     }
 
 
-def _as_table(shots: dict[str, Shot]) -> str:
-    rows = [
-        ('stroke', 'status', 'velocity', 'spin', 'cue', 'rests at', 'after', 'error'),
-        ('', '', 'x y z (m/s)', 'x y z (rad/s)', '(m/s)', 'x y (m)', '(s)', '(mm)'),
-    ]
-    for name, shot in shots.items():
-        path = shot.trajectory
-        rows.append(
-            (
-                name,
-                shot.status.name,
-                numbers(shot.velocity, 4),
-                numbers(shot.spin, 3),
-                numbers([shot.cue_speed], 4),
-                numbers(path.final_position[:2], 4),
-                numbers([path.duration], 2),
-                f'{1e3 * shot.error_estimate:.1g}',
-            )
-        )
-    return table(rows)
+def _as_row(name: str, shot: Shot) -> dict[str, Any]:
+    """Make the row of a shot for CSV."""
+    return {
+        'stroke': name,
+        'status': shot.status.name,
+        'message': shot.message,
+        'velocity': shot.velocity.tolist(),
+        'spin': shot.spin.tolist(),
+        'rest': shot.trajectory.final_position.tolist(),
+        'cue_speed': shot.cue_speed,
+        'duration': shot.run.duration,
+        'first_contact': shot.first_contact,
+        'pocketed': ' '.join(shot.pocketed),
+        'scratched': shot.scratched,
+        'error_estimate': shot.error_estimate,
+    }
+
+
+def _as_text(name: str, shot: Shot, count: int) -> str:
+    return str(shot) if count == 1 else f'stroke {name}\n{shot}\n'

@@ -47,7 +47,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> int:
     data = Scene.load(options.scene).to_dict(derived=True)
-    print(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=99).rstrip())
+    print(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=55).rstrip())
     return 0
 
 

@@ -1,52 +1,91 @@
-"""Shots on the command line: predicted from strokes, or read from a file."""
+"""Scenes, strokes and shots on the command line, the same for all commands."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from billiard_shot import load_shot, predict, Scene, Shot
+from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
+
+DEFAULT_TOLERANCE = 1e-4  # m
+
+
+def add_scene_argument(
+    parser: argparse.ArgumentParser, default: str | None = None, also: str = ''
+) -> None:
+    """Add the scene, which comes first in all commands; without a default, it is required."""
+    ending = f' (default: {default})' if default else ''
+    parser.add_argument(
+        'scene',
+        nargs='?',
+        metavar='SCENE',
+        help=f'bundled scene (see `billiard-shot scene list`) or YAML file{also}{ending}',
+    )
+    parser.add_argument('--scene', dest='scene_option', metavar='SCENE', help=argparse.SUPPRESS)
+    parser.set_defaults(default_scene=default)
 
 
 def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for a recorded shot, a file of strokes, or one stroke."""
+    """Add options for a recorded shot, or for a scene with a file of strokes or one stroke."""
+    add_scene_argument(parser, 'pool', ', or a recorded shot (.json)')
     parser.add_argument(
-        'shot',
-        nargs='?',
-        type=Path,
-        metavar='SHOT',
-        help='a recorded shot (.json), or a list of strokes (.yaml)',
-    )
-    parser.add_argument(
-        '--scene', help='scene of the strokes: bundled scene or YAML file (default: pool)'
-    )
-    parser.add_argument(
+        '-t',
         '--tolerance',
         type=float,
         metavar='M',
-        help='largest error of the trajectories of strokes, in metres (default: 1e-4)',
+        help=f'largest error of the trajectories, in metres (default: {DEFAULT_TOLERANCE:g})',
     )
     add_stroke_arguments(parser)
+    add_work_arguments(parser)
+
+
+def scene_name(options: argparse.Namespace) -> str:
+    """
+    Name or path of the scene.
+
+    A file with a list of strokes in the place of the scene is taken as --strokes.
+    """
+    first, named = options.scene, options.scene_option
+    if (
+        first
+        and hasattr(options, 'strokes')
+        and Path(first).suffix in ('.yaml', '.yml')
+        and isinstance(read_yaml(Path(first)), list)
+    ):
+        if strokes_given(options):
+            raise ValueError('--strokes: is not allowed together with a stroke by other options')
+        options.strokes, first = Path(first), None
+    if first and named:
+        raise ValueError(f'--scene: is not allowed together with scene {first}')
+    name = first or named or options.default_scene
+    if name is None:
+        raise ValueError(
+            f'SCENE: missing; it must be a YAML file or one of {", ".join(scene_names())}'
+        )
+    return str(name)
 
 
 def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
     """Shots by name; ValueError if none is given, or if they are given in two ways."""
-    if options.shot:
+    if options.scene and Path(options.scene).suffix == '.json':
+        path = Path(options.scene)
         if strokes_given(options):
-            raise ValueError(
-                f'SHOT: {options.shot} is not allowed together with a stroke by other options'
-            )
-        if options.shot.suffix == '.json':
-            for name in ('scene', 'tolerance'):
-                if getattr(options, name) is not None:
-                    raise ValueError(
-                        f'--{name}: is not allowed together with a recorded shot, which has one'
-                    )
-            return {options.shot.stem: load_shot(options.shot)}
-        options.strokes = options.shot
-    scene = Scene.load(options.scene or 'pool')
-    tolerance = 1e-4 if options.tolerance is None else options.tolerance
+            raise ValueError(f'SCENE: {path} is not allowed together with a stroke')
+        for name, value in (('scene', options.scene_option), ('tolerance', options.tolerance)):
+            if value is not None:
+                raise ValueError(
+                    f'--{name}: is not allowed together with a recorded shot, which has one'
+                )
+        return {path.stem: load_shot(path)}
+    scene = Scene.load(scene_name(options))
+    tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     strokes = strokes_of(options, scene)
-    return {name: predict(scene, stroke, tolerance) for name, stroke in strokes.items()}
+    work = partial(predict, scene, tolerance=tolerance)
+    shots = mapped(options, work, list(strokes.values()))
+    return dict(zip(strokes, shots, strict=True))
 
 
 def of_each(path: Path, name: str, shots: dict[str, Shot]) -> Path:

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="name of the table's frame, such as cell1/table (default: %(default)s)",
     )
     parser.add_argument(
-        '--output', type=Path, metavar='FILE', help='output file (default: standard output)'
+        '-o', '--output', type=Path, metavar='FILE', help='output file (default: standard output)'
     )
 
 

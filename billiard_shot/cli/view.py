@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
+from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of
 from billiard_shot.pictures.view import write_page
 
 HELP = 'write a shot as one HTML file: 3-D table, rotating balls, time slider'
@@ -13,6 +13,7 @@ HELP = 'write a shot as one HTML file: 3-D table, rotating balls, time slider'
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""
     parser.add_argument(
+        '-o',
         '--output',
         '--to',  # its former name
         type=Path,
@@ -25,17 +26,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the pages and print their paths; 1 if a stroke was refused."""
+    """Write the pages and print their paths; 1 if a stroke was refused, which has no page."""
     shots = shots_of(options)
     for name, shot in shots.items():
+        if shot.status.refused:
+            print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
+            continue
         path = of_each(options.output, name, shots)
         write_page(shot, path, options.title or _title(name, options))
         print(path)
-        if shot.status.refused:
-            print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
 
 
 def _title(name: str, options: argparse.Namespace) -> str:
     """Name of the shot if it has one, else of the scene."""
-    return name if options.shot or options.strokes else options.scene or 'pool'
+    recorded = options.scene and Path(options.scene).suffix == '.json'
+    return name if recorded or options.strokes else scene_name(options)

@@ -1,6 +1,7 @@
 """Executors of long commands: this process, several processes, or a Dask cluster."""
 
-from collections.abc import Iterator
+import argparse
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 import logging
@@ -8,9 +9,42 @@ from multiprocessing import active_children, get_context, parent_process
 import os
 import signal
 from threading import Thread
-from typing import Any
+from typing import Any, TypeVar
 
 LOCAL = 'local'
+T = TypeVar('T')
+R = TypeVar('R')
+
+
+def add_work_arguments(parser: argparse.ArgumentParser, workers: int = 1) -> None:
+    """Add --workers and --dask; `workers` is the default."""
+    work = parser.add_argument_group('work')
+    work.add_argument(
+        '--workers',
+        type=int,
+        default=workers,
+        metavar='N',
+        help='number of worker processes (default: %(default)d)',
+    )
+    work.add_argument(
+        '--dask',
+        metavar='ADDRESS',
+        help=f'address of a Dask scheduler, or {LOCAL} for a cluster of this run',
+    )
+
+
+def mapped(options: argparse.Namespace, work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
+    """
+    Do work for each item, where the options want it, and yield the results in order.
+
+    Raises
+    ------
+    ValueError
+        If the options are invalid, or there is no scheduler at the address.
+
+    """
+    with working(options.workers, options.dask) as executor:
+        yield from map(work, items) if executor is None else executor.map(work, items)
 
 
 @contextmanager
@@ -36,6 +70,8 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
         If Dask is not installed, or there is no scheduler at the address.
 
     """
+    if workers < 1:
+        raise ValueError(f'--workers: {workers} is not allowed; it must be at least 1')
     if dask is not None:
         with _dask(workers, dask) as executor:
             yield executor

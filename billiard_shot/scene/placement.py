@@ -9,7 +9,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
-UNPLACED = "; ball 'cue' has no position, so that it lies at [0, 0]: give balls.cue"
+UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:

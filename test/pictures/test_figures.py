@@ -220,5 +220,12 @@ def test_command_says_what_is_wrong(tmp_path, capsys):
     assert "NAME: 'brake' is not allowed; it must be one of impulse-plane" in (
         capsys.readouterr().err
     )
-    assert main(['figures', '--to', str(tmp_path / 'none')]) == 2
-    assert 'it must be a folder' in capsys.readouterr().err
+    (tmp_path / 'file').write_text('')
+    assert main(['figures', '--to', str(tmp_path / 'file')]) == 2
+    assert '--output: ' in capsys.readouterr().err
+
+
+def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(['figures', 'ping-pong']) == 0
+    assert (tmp_path / capsys.readouterr().out.strip()).read_bytes().startswith(b'\x89PNG')

@@ -150,6 +150,7 @@ def test_command(tmp_path, capsys):
         main([*options, '--a', '0.99', '--b', '0.9', '--speed', '1', '--output', str(page)]) == 1
     )
     assert 'MISS' in capsys.readouterr().err
+    assert '<title>T</title>' in page.read_text()  # the page of before
     assert main([*options, '--speed', '1', '--to', str(tmp_path / 'no' / 'page.html')]) == 2
     assert 'No such file' in capsys.readouterr().err
 

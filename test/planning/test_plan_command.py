@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from billiard_shot import plan, Scene
+from billiard_shot import load_shot, plan, Scene
 from billiard_shot.cli import main
 
 FAST = ['--budget', '1500']
@@ -15,9 +15,24 @@ def test_ranking(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith('OK: ')
     assert '95 % CI' in lines[0]
-    assert lines[1].split()[:2] == ['kind', 'success']
+    assert lines[1].split()[:2] == ['success', '95']
+    assert lines[1].endswith('kind')
     assert lines[3].startswith('1  ')
+    assert lines[3].endswith('  combination')
+    assert any(line.startswith('1, played exactly: 8 into foot left') for line in lines)
     assert 'strokes simulated in' in lines[-1]
+    assert max(map(len, lines)) <= 80
+
+
+def test_files_of_any_rank(tmp_path, capsys):
+    shot, page = tmp_path / 'shot.json', tmp_path / 'shot.html'
+    command = ['plan', 'frozen_combination', '--pot', '8', *FAST, '--json']
+    assert main([*command, '--rank', '2', '-o', str(shot), '--view', str(page)]) == 0
+    ranking = json.loads(capsys.readouterr().out)['ranking']
+    assert load_shot(shot).stroke.velocity == pytest.approx(ranking[1]['velocity'])
+    assert ranking[1]['message'] in page.read_text()
+    assert main([*command, '--rank', '99', '-o', str(shot)]) == 2
+    assert '--rank: 99 is not allowed; there are ' in capsys.readouterr().err
 
 
 def test_json_says_what_plan_says(capsys):

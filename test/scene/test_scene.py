@@ -197,7 +197,10 @@ def test_a_name_is_accepted_wherever_a_scene_is():
     assert Scene.load(scene) is scene
     assert 'pool_table' in Scene.names()
     stroke = Stroke.from_offsets(b=0.1, elevation_deg=6, speed=1)
-    rows, moving = ([stroke.normal], [stroke.velocity]), {'cue': BallState((0, 0, 0.0286), (1, 0, 0))}
+    rows, moving = (
+        ([stroke.normal], [stroke.velocity]),
+        {'cue': BallState((0, 0, 0.0286), (1, 0, 0))},
+    )
     assert predict('pool_table', stroke).message == predict(scene, stroke).message
     for call, *arguments in (
         (predict_batch, *rows),
@@ -216,9 +219,7 @@ def test_a_name_is_accepted_wherever_a_scene_is():
 
 def test_a_ball_on_a_cue_ball_that_has_no_place():
     data = {'like': 'pool', 'balls': {'8': [0.01, 0]}}
-    with pytest.raises(
-        ValueError, match=r"ball 'cue' has no position, so that it lies at \[0, 0\]"
-    ):
+    with pytest.raises(ValueError, match=r"ball 'cue' has no position, so it lies at \[0, 0\]"):
         Scene.from_dict(data)
     placed = {**data, 'balls': {'8': [0.01, 0], 'cue': [0, 0]}}
     with pytest.raises(ValueError, match='overlaps') as refused:

@@ -168,7 +168,7 @@ def test_command(tmp_path, capsys):
     path, picture = tmp_path / 'a.csv', tmp_path / 'a.png'
     arguments = ['accuracy', '--normal', '-1', '-1', '0', '--velocity', '0.8', '0', '0']
     if_drawn = ['--picture', str(picture)] if find_spec('matplotlib') else []
-    assert main([*arguments, '--csv', str(path), *if_drawn]) == 0
+    assert main([*arguments, '--output', str(path), *if_drawn]) == 0
     out, err = capsys.readouterr()
     assert err == ''
     rows = list(csv.DictReader(path.open()))

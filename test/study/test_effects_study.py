@@ -1,6 +1,7 @@
 """What effects cost and change, and the command that shows it."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -89,22 +90,29 @@ def test_command_for_one_shot(capsys):
     assert main(['effects', 'pool', '--a', '0.4', '--speed', '2']) == 0
     out, err = capsys.readouterr()
     assert err == ''
-    title, head, units, *rows = out.splitlines()
+    title, head, units, *lines = out.splitlines()
     assert title == 'scene pool, 1 stroke'
-    assert head.split()[:3] == ['effect', 'simulated', 'cost']
-    assert units.split() == ['(us)', '(mm)', '(degrees)']
-    assert [row.split()[0] for row in rows] == NAMES
-    assert rows[NAMES.index('end_mass')].endswith('with 4.2 g of the cue')
-    assert rows[NAMES.index('flight')].split()[1] in ('yes', 'no')
+    assert head.split()[:3] == ['effect', 'on', 'cost']
+    assert units.split() == ['(us)', '(mm)', '(°)']
+    assert [line.split()[0] for line in lines if line[0] != ' '] == NAMES
+    assert max(map(len, lines)) <= 80
+    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2', '--json']) == 0
+    rows = {row['effect']: row for row in map(json.loads, capsys.readouterr().out.splitlines())}
+    assert list(rows) == NAMES
+    assert rows['end_mass']['why'].endswith('with 4.2 g of the cue')
+    assert rows['end_mass']['simulated'] is True
+    assert rows['roll']['position_change'] is None  # the ball would never rest
 
 
 def test_command_for_strokes_and_for_a_scene(capsys):
     assert main(['effects', str(STROKES), '--scene', 'paper']) == 0
     title, *rows = capsys.readouterr().out.splitlines()
     assert title == 'scene paper, 4 strokes'
-    assert rows[2 + NAMES.index('end_mass')].split()[1:4] == ['0', 'of', '4']
+    assert rows[2 + NAMES.index('end_mass')].split()[1] == '0'
     assert main(['effects', 'carom', '--count', '2']) == 0
-    assert capsys.readouterr().out.startswith('scene carom, 2 sample strokes\n')
+    out = capsys.readouterr().out
+    assert out.startswith('scene carom, 2 sample strokes\n')
+    assert max(map(len, out.splitlines())) <= 80
 
 
 @pytest.mark.parametrize(
