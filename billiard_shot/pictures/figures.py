@@ -55,21 +55,22 @@ def english() -> Shot:
     return predict(Scene.load('pool'), Stroke.from_offsets(0.3, -0.2, 0.15, 0.0, 3.0))
 
 
+def _draw(shot: Shot, path: Path, about: str) -> None:
+    """Draw a shot from above, under what it is and what happens."""
+    draw_shot(shot, path, f'{about}: {shot.message}')
+
+
 FIGURES: Mapping[str, Callable[[Path], None]] = {
     'impulse-plane': draw_impulse_plane,
     'two-balls': draw_two_balls,
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
-    'table-combination': lambda path: draw_shot(
-        combination(), path, 'A combination of two balls in touch, with follow and right side'
+    'table-combination': lambda path: _draw(
+        combination(), path, 'A combination of balls in touch'
     ),
-    'table-jump': lambda path: draw_shot(
-        jump(), path, 'A jump over ball 1: 3.2 m/s, 32 degrees steep'
-    ),
-    'table-masse': lambda path: draw_shot(
-        around(), path, 'A massé around ball 1: 2.36 m/s, 57 degrees steep'
-    ),
-    'table-break': lambda path: draw_shot(opening(), path, 'A break at eight-ball: 8 m/s'),
+    'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, 32° steep'),
+    'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, 57° steep'),
+    'table-break': lambda path: _draw(opening(), path, 'A break at eight-ball, 8 m/s'),
     'rack-gaps': draw_rack_gaps,
     'history': lambda path: draw_history(
         trails_of(combination()), path, 'The combination over time'

@@ -51,7 +51,7 @@ def test_values_of_former_keys_are_checked():
 def test_former_names_of_limits_and_targets():
     with (
         pytest.warns(FutureWarning, match='azimuth_half_range_deg'),
-        pytest.raises(ValueError, match='^constraints: azimuth_half_range_deg: -1'),
+        pytest.raises(ValueError, match=r'^constraints: azimuth_half_range_deg: -1'),
     ):
         plan(
             Scene.load('pool_table'),
