@@ -230,7 +230,9 @@ def test_every_mistake_of_a_goal_has_a_line_with_its_field():
     ]
     goal.use_noise = False
     task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
-    message = plan_conversions.in_fields(plan(SCENE, task.target).message, goal)
+    with pytest.raises(ValueError, match='2 mistakes') as refused:
+        plan(SCENE, task.target)
+    message = plan_conversions.in_fields(str(refused.value), goal)
     assert re.findall(r'^  ([\w.]+): ', message, re.MULTILINE) == [
         'target.within',
         'target.direction',
