@@ -14,6 +14,9 @@ from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
+from billiard_shot.planning.explain import why_missed
+from billiard_shot.shot.story import wrapped_fact
+from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'predict what a stroke does to all balls'
 
@@ -22,6 +25,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""
     add_shot_arguments(parser)
     add_format_arguments(parser)
+    parser.add_argument(
+        '--pot', metavar='BALL', help='say why this ball does not fall: thick or thin, and why'
+    )
+    parser.add_argument(
+        '--pocket',
+        action='append',
+        choices=POCKET_NAMES,
+        help='pocket for --pot, may be repeated (default: any)',
+    )
     files = parser.add_argument_group('files; FILE-NAME for each of several strokes')
     files.add_argument(
         '-o',
@@ -44,14 +56,23 @@ def run(options: argparse.Namespace) -> int:
     if options.picture or options.history or options.close_up:
         require_matplotlib()  # before the work, not after it
     shots = shots_of(options)
+    misses = {name: _why_missed(shot, options) for name, shot in shots.items()}
     if options.json:
         for name, shot in shots.items():
-            print(json.dumps(_as_json(name, shot), allow_nan=False, ensure_ascii=False))
+            said = _as_json(name, shot) | ({'miss': misses[name]} if options.pot else {})
+            print(json.dumps(said, allow_nan=False, ensure_ascii=False))
     elif options.csv:
         rows = [_as_row(name, shot) for name, shot in shots.items()]
         print_csv(rows, list(rows[0]))
     else:
-        print('\n'.join(_as_text(name, shot, len(shots)) for name, shot in shots.items()))
+        for name, shot in shots.items():
+            if len(shots) > 1:
+                print(f'stroke {name}')
+            print(shot)
+            if misses[name]:
+                print(wrapped_fact('missed', misses[name]))
+            if len(shots) > 1:
+                print()
     for name, shot in shots.items():
         if options.output:
             save_shot(shot, of_each(options.output, name, shots))
@@ -123,5 +144,13 @@ def _as_row(name: str, shot: Shot) -> dict[str, Any]:
     }
 
 
-def _as_text(name: str, shot: Shot, count: int) -> str:
-    return str(shot) if count == 1 else f'stroke {name}\n{shot}\n'
+def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
+    """Explain why the ball of --pot does not fall; '' if it does, or is not asked for."""
+    if options.pot is None:
+        return ''
+    if options.pot not in shot.scene.balls or shot.scene.table is None:
+        raise ValueError(
+            f'--pot: there is no ball {options.pot!r} on a table with pockets; there are: '
+            + (', '.join(shot.scene.balls) or 'none')
+        )
+    return why_missed(shot, options.pot, options.pocket or POCKET_NAMES)

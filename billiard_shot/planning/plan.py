@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from billiard_shot import machine_code
+from billiard_shot.planning.explain import why_not_straight
 from billiard_shot.planning.limits import check_clearance, limits_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import NORMAL_BUDGET, search
 from billiard_shot.planning.statistics import chance_in_words
-from billiard_shot.planning.targets import Target, target_of
+from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import InputError
@@ -117,6 +118,8 @@ def plan(
         if finalist.successes
     )
     status, message = _outcome(ranking, penalty, cancelled, runner.simulations)
+    if status == Status.NO_PLAN and isinstance(wanted, Pot):
+        message = '; '.join(filter(None, [message, why_not_straight(scene, wanted)]))
     return PlanResult(status, message, ranking, runner.simulations, perf_counter() - begin, spread)
 
 

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any
 
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.statistics import chance_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
+from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
@@ -61,6 +65,14 @@ class RankedStroke:
         """Prediction of the stroke without errors; computed when first used."""
         return predict(self.scene, self.stroke)
 
+    def plot(self, path: str | Path | None = None) -> Any:
+        """Draw the stroke without errors, see `Shot.plot`."""
+        return self.shot.plot(path)
+
+    def view(self, path: str | Path | None = None) -> Path:
+        """Write the page of the stroke without errors, see `Shot.view`."""
+        return self.shot.view(path)
+
     @cached_property
     def kind(self) -> str:
         """What players call the shot: cut, bank, kick, massé ..."""
@@ -103,3 +115,41 @@ class PlanResult:
     def best(self) -> RankedStroke | None:
         """The best stroke, None if no stroke was found."""
         return self.ranking[0] if self.ranking else None
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each stroke, the best first; angles in radians.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        return data_frame(self._columns())
+
+    def _repr_html_(self) -> str:
+        columns = self._columns()
+        head = ''.join(f'<th>{escape(name)}</th>' for name in columns)
+        rows = ''.join(
+            '<tr>' + ''.join(f'<td>{_cell(value)}</td>' for value in row) + '</tr>'
+            for row in zip(*columns.values(), strict=True)
+        )
+        said = f'<p><b>{self.status.name}</b>: {escape(self.message)}</p>'
+        return f'{said}<table><tr>{head}</tr>{rows}</table>' if self.ranking else said
+
+    def _columns(self) -> dict[str, list[Any]]:
+        names = 'a', 'b', 'elevation', 'azimuth', 'speed'
+        strokes = [each.stroke.offsets for each in self.ranking]
+        return {
+            'kind': [each.kind for each in self.ranking],
+            'success': [each.success for each in self.ranking],
+            'low': [each.interval[0] for each in self.ranking],
+            'high': [each.interval[1] for each in self.ranking],
+            'trials': [each.trials for each in self.ranking],
+            **{name: [stroke[i] for stroke in strokes] for i, name in enumerate(names)},
+        }
+
+
+def _cell(value: object) -> str:
+    return f'{value:.4g}' if isinstance(value, float) else escape(str(value))

@@ -71,15 +71,18 @@ def facts(shot: Shot) -> dict[str, str]:
 def as_text(shot: Shot) -> str:
     """Write status, sentence and facts, in lines of at most 80 characters."""
     lines = textwrap.wrap(f'{shot.status.name}: {sentence(shot)}', WIDTH, subsequent_indent='    ')
-    for name, text in facts(shot).items():
-        lines += textwrap.wrap(
-            text,
-            WIDTH,
-            initial_indent=f'  {name:{LABEL}}',
-            subsequent_indent=' ' * (2 + LABEL),
-            break_on_hyphens=False,
-        )
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *(wrapped_fact(*fact) for fact in facts(shot).items())])
+
+
+def wrapped_fact(name: str, text: str) -> str:
+    """Write a fact below its sentence, in lines of at most 80 characters."""
+    return textwrap.fill(
+        text,
+        WIDTH,
+        initial_indent=f'  {name:{LABEL}}',
+        subsequent_indent=' ' * (2 + LABEL),
+        break_on_hyphens=False,
+    )
 
 
 def as_html(shot: Shot) -> str:

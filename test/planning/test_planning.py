@@ -317,3 +317,13 @@ def test_plans_say_what_they_are():
     assert repr(result).startswith(f'PlanResult(OK: {result.message}; strokes: ')
     assert repr(result.best).startswith(f'RankedStroke({result.best.kind}: success ')
     assert len(repr(result)) < 200
+    assert result._repr_html_().count('<tr>') == 1 + len(result.ranking)
+    assert result.message in result._repr_html_()
+
+
+def test_plans_for_pandas():
+    pytest.importorskip('pandas', reason='needs pandas, an extra')
+    result = plan(SCENE, {'pot': '8'}, budget=BUDGET)
+    frame = result.to_frame()
+    assert frame['success'].tolist() == [each.success for each in result.ranking]
+    assert frame.loc[0, 'speed'] == result.best.stroke.speed

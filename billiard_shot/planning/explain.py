@@ -1,0 +1,188 @@
+"""Why a shot misses a pot: the shot beside the ideal one, in the direction of the potted ball."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.targets import Pot
+from billiard_shot.scene import Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.refusals import least_elevation
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.words import ball_in_words, place_in_words
+
+CUE = 'cue'
+LEAST = math.radians(0.05)  # smaller deviations are not told
+FIRM = 2.0  # m/s, speed of a straight attempt
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """
+    Where a ball goes beside the pocket, and what turns it there.
+
+    Angles are in radians, positive if they make the cut thicker: the ball goes more along the way
+    of the cue ball. The causes add up to `thick`.
+
+    Attributes
+    ----------
+    ball, pocket : str
+    thick : float
+        Angle between the ideal direction, to the middle of the pocket, and the real one.
+    aim : float
+        What a cue ball would do that goes along the stroke, and balls without friction.
+    squirt : float
+        Because the cue ball leaves beside the stroke.
+    swerve : float
+        Because the way of the cue ball is not straight.
+    throw : float
+        Because the balls have friction.
+
+    """
+
+    ball: str
+    pocket: str
+    thick: float
+    aim: float
+    squirt: float
+    swerve: float
+    throw: float
+
+    def __str__(self) -> str:
+        causes = {name: getattr(self, name) for name in ('aim', 'squirt', 'swerve', 'throw')}
+        told = sorted((c for c in causes.items() if abs(c[1]) >= LEAST), key=lambda c: -abs(c[1]))
+        why = ', '.join(f'{name} {_side(angle)}' for name, angle in told)
+        where = f'{ball_in_words(self.ball)} beside {place_in_words(self.pocket)}'
+        return f'{where}: {_side(self.thick)}' + (f' ({why})' if why else '')
+
+
+def why_missed(shot: Shot, ball: str, pockets: Sequence[str] = POCKET_NAMES) -> str:
+    """
+    Say why a shot does not pot a ball; '' if it does.
+
+    Parameters
+    ----------
+    shot : Shot
+    ball : str
+        The ball that was meant to fall.
+    pockets : sequence of str
+        Into one of these.
+
+    """
+    if shot.status.refused:
+        return shot.message
+    if shot.pocketed.get(ball) in pockets:
+        return ''
+    if shot.first_contact is None:
+        return f'the cue ball passes {ball} at {1e3 * _gap(shot, ball):.0f} mm'
+    if shot.first_contact != ball:
+        return f'the cue ball meets {shot.first_contact} before {ball}'
+    found = deviation_of(shot, ball, pockets)
+    return str(found) if found else f'{ball} is not potted'
+
+
+def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | None:
+    """
+    Compare the direction of a ball after its first contact with the ideal one.
+
+    None if the cue ball never meets that ball, or meets a cushion or several balls at once before,
+    or if the nearest pocket is behind.
+    """
+    event = next((e for e in shot.events if {CUE, ball} <= {*e.balls}), None)
+    if event is None:
+        return None
+    earlier = (e.kind for e in shot.events if e.time < event.time and CUE in e.balls)
+    if event.kind != EventKind.BALL or EventKind.CUSHION in earlier:
+        return None
+    start = shot.trajectory.at(0.0)
+    before = shot.trajectory.at(np.nextafter(event.time, 0.0))
+    state = shot.run.at(event.time)[ball]
+    there, touch = state.position[:2], shot.trajectory.at(event.time).position[:2]
+    real = _angle(state.velocity)
+    holes = outline_of(shot.scene).holes
+    ideal = {pocket: _angle(holes[POCKET_NAMES.index(pocket), :2] - there) for pocket in pockets}
+    pocket = min(ideal, key=lambda name: abs(_turn(ideal[name], real)))
+    way = _angle(before.velocity)
+    # the side on which the ball leaves the way of the cue ball: turning away from it is thin
+    side = math.copysign(1.0, _turn(way, ideal[pocket]))
+    lines = [
+        _line_of_centres(start.position[:2], direction, there, 2.0 * shot.scene.ball.radius)
+        for direction in (_angle(np.array(shot.stroke.velocity)), _angle(start.velocity))
+    ]
+    steps = [ideal[pocket], *lines, _angle(there - touch), real]
+    if None in steps or abs(_turn(way, ideal[pocket])) > 0.5 * math.pi:
+        return None
+    aim, squirt, swerve, throw = (
+        -side * _turn(one, other)  # type: ignore[arg-type]
+        for one, other in pairwise(steps)
+    )
+    return Deviation(ball, pocket, aim + squirt + swerve + throw, aim, squirt, swerve, throw)
+
+
+def why_not_straight(scene: Scene, target: Pot) -> str:
+    """Say what is in the way of the straight pot that comes nearest; '' if one succeeds."""
+    reasons = []
+    for pocket in target.pocket:
+        shot = straight_attempt(scene, target.pot, pocket)
+        reason = why_missed(shot, target.pot, [pocket])
+        if not reason:
+            return ''
+        if shot.first_contact == target.pot:
+            found = deviation_of(shot, target.pot, [pocket])
+            if found:
+                reasons.append((abs(found.thick), f'a straight shot sends {found}'))
+        else:
+            reasons.append((math.pi, f'straight at {place_in_words(pocket)}, {reason}'))
+    return min(reasons)[1] if reasons else 'no pocket can be reached straight'
+
+
+def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
+    """Aim the centre of the cue ball at the ghost ball of a pot, as level as the cue has room."""
+    there = np.array(scene.balls[ball])
+    hole = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2]
+    ghost = there - 2.0 * scene.ball.radius * (hole - there) / math.dist(hole, there)
+    azimuth = _angle(ghost - np.array(scene.cue_ball[:2]))
+    elevation = min(least_elevation(scene, 0.0, 0.0, azimuth), 0.5 * math.pi)
+    return predict(scene, Stroke.from_offsets(0.0, 0.0, elevation, azimuth, FIRM))
+
+
+def _line_of_centres(start: Vector, way: float, there: Vector, apart: float) -> float | None:
+    """Direction from a ball that goes straight to one that it touches [rad]; None if it misses."""
+    along = np.array([math.cos(way), math.sin(way)])
+    away = there - start
+    ahead = float(away @ along)
+    beside = float(along[0] * away[1] - along[1] * away[0])
+    if ahead <= 0.0 or abs(beside) >= apart:
+        return None
+    return way + math.asin(beside / apart)
+
+
+def _gap(shot: Shot, ball: str) -> float:
+    """Smallest distance between the surfaces of the cue ball and another one [m]."""
+    path = shot.trajectory
+    places = path.at(np.linspace(0.0, path.duration, 2000)).position
+    return float(
+        np.hypot(*(places[:, :2] - shot.scene.balls[ball]).T).min() - 2.0 * shot.scene.ball.radius
+    )
+
+
+def _angle(vector: Vector) -> float:
+    return math.atan2(vector[1], vector[0])
+
+
+def _turn(one: float, other: float) -> float:
+    """Angle from one direction to another, -pi to pi."""
+    return (other - one + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def _side(angle: float) -> str:
+    return f'{"thick" if angle > 0.0 else "thin"} by {math.degrees(abs(angle)):.1f}°'
