@@ -6,14 +6,16 @@ from pathlib import Path
 
 from billiard_shot.study.laws import Discontinuity, ParameterSweep
 from billiard_shot.study.problem import Vector
+from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
 COLUMNS = 3
 STYLES = {
-    'bistiffness': ('tab:blue', '-'),
-    'energetic': ('tab:red', '-'),
-    'pairwise': ('tab:green', '--'),
-    'newton': ('tab:gray', ':'),
+    'bistiffness': (BLUE, '-'),
+    'energetic': (VERMILION, '-'),
+    'pairwise': (GREEN, '--'),
+    'newton': (GREY, ':'),
 }
+SEARCHED = ('bistiffness', 'energetic')  # laws in which discontinuities are looked for
 
 
 def draw(
@@ -48,7 +50,7 @@ def draw(
                     linewidth=1.2,
                     label=way,
                 )
-        for way in ('bistiffness', 'energetic'):
+        for way in SEARCHED:
             for discontinuity in discontinuities.get((sweep.name, way), ()):
                 axes.axvline(discontinuity.place, color=STYLES[way][0], linewidth=0.6, alpha=0.6)
         if sweep.values[0] > 0.0 and sweep.values[-1] > 50.0 * sweep.values[0]:
@@ -57,7 +59,12 @@ def draw(
         axes.tick_params(labelsize='small')
         axes.grid(alpha=0.3)
     figure.supylabel('distance from start to rest (m)', fontsize='medium')
-    figure.suptitle(f'{about}; thin lines: discontinuities', fontsize='medium')
+    count = {
+        way: sum(len(discontinuities.get((sweep.name, way), ())) for sweep in sweeps)
+        for way in SEARCHED
+    }
+    findings = ', '.join(f'{way} jumps {number} times' for way, number in count.items())
+    figure.suptitle(f'{about}: {findings} (thin lines)', fontsize='medium')
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'

@@ -102,8 +102,8 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
 
     limits = 0.95 * math.sqrt(max(1.0 - b * b, 0.0)), 0.95 * math.sqrt(max(1.0 - a * a, 0.0))
     yield ParameterSweep('stiffness ratio', np.geomspace(0.1, 10.0, count), with_ratio)
-    yield ParameterSweep('offset a', np.linspace(-limits[0], limits[0], count), varied(0))
-    yield ParameterSweep('offset b', np.linspace(-limits[1], limits[1], count), varied(1))
+    yield ParameterSweep('offset a (radii)', np.linspace(-limits[0], limits[0], count), varied(0))
+    yield ParameterSweep('offset b (radii)', np.linspace(-limits[1], limits[1], count), varied(1))
     yield ParameterSweep('elevation (rad)', np.linspace(0.0, 1.5, count), varied(2))
     yield ParameterSweep('speed (m/s)', np.geomspace(0.05, 10.0, count), varied(4))
 
