@@ -50,6 +50,8 @@ def test_refused_strokes_are_said_on_stderr(capsys):
     assert main(['predict', '--a', '0.9', '--b', '0.9', '--speed', '1', '--json']) == 1
     out, err = capsys.readouterr()
     assert json.loads(out)['status'] == 'MISS'
+    assert main(['predict', '--a', '0.9', '--b', '0.9', '--speed', '1']) == 1
+    assert capsys.readouterr() == ('', err)  # in text, only there
     assert 'stroke 1: MISS: a, b: (0.9, 0.9) is not allowed' in err
 
 
@@ -285,6 +287,6 @@ def test_text_has_80_columns(words, capsys):
 
 def test_the_elevation_of_a_stroke_is_at_most_90_degrees(capsys):
     assert main(['predict', '-e', '95', '-s', '1']) == 2
-    assert 'elevation_deg: 95.0 is not allowed; it must be -90 to 90' in capsys.readouterr().err
+    assert 'elevation_deg: 95.0 is not allowed; it must be 0 to 90' in capsys.readouterr().err
     assert main(['predict', '-e', '-5', '-s', '1']) == 1
     assert 'its elevation, -5 degrees, must be 0 to 90' in capsys.readouterr().err

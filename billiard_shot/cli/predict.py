@@ -66,6 +66,8 @@ def run(options: argparse.Namespace) -> int:
         print_csv(rows, list(rows[0]))
     else:
         for name, shot in shots.items():
+            if shot.status.refused:
+                continue  # it is told below
             if len(shots) > 1:
                 print(f'stroke {name}')
             print(shot)

@@ -89,7 +89,8 @@ class Stroke:
         a, b : float
             Where the tip hits, to the right and up as seen along the stroke, in ball radii.
         elevation : float
-            Angle by which the stroke points down [rad], -pi/2 to pi/2; 0 by default.
+            Angle by which the stroke points down [rad], at most pi/2; 0 by default. `predict`
+            refuses a stroke that points up.
         azimuth : float
             Direction of its horizontal part, counter-clockwise from +x [rad], -2 pi to 2 pi; 0 by
             default.
@@ -106,8 +107,8 @@ class Stroke:
         """
         for name, value in (('a', a), ('b', b)):
             _number(name, value)
-        elevation = _angle('elevation', elevation, elevation_deg, 0.5 * math.pi)
-        azimuth = _angle('azimuth', azimuth, azimuth_deg, 2.0 * math.pi)
+        elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
+        azimuth = _angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
             raise ValueError('speed: missing; it must be above 0 (m/s)')
         _positive('speed', speed, 'm/s')
@@ -247,20 +248,26 @@ def _number(name: str, value: object) -> float:
     return float(value)
 
 
-def _angle(name: str, radians: float | None, degrees: float | None, limit: float) -> float:
-    """Read an angle [rad] given in one of two units; 0 by default, at most `limit` [rad]."""
+def _angle(
+    name: str, radians: float | None, degrees: float | None, least: float, most: float
+) -> float:
+    """
+    Read an angle [rad] given in one of two units; 0 by default.
+
+    The message for one above `most` in size names the range that strokes can have.
+    """
     if radians is not None and degrees is not None:
         raise ValueError(f'{name}: is not allowed together with {name}_deg')
     if degrees is not None:
-        angle, largest = math.radians(_number(f'{name}_deg', degrees)), math.degrees(limit)
-        allowed = f'{name}_deg: {degrees!r} is not allowed; it must be {-largest:g} to {largest:g}'
-        hint = ' (degrees)'
+        angle = math.radians(_number(f'{name}_deg', degrees))
+        given = f'{name}_deg: {degrees!r}'
+        allowed = f'{math.degrees(least):g} to {math.degrees(most):g} (degrees)'
     else:
         angle = 0.0 if radians is None else _number(name, radians)
-        allowed = f'{name}: {radians!r} is not allowed; it must be {-limit:.4g} to {limit:.4g}'
-        hint = f' (rad); for degrees, give {name}_deg={radians!r}'
-    if abs(angle) > limit:
-        raise ValueError(allowed + hint)
+        given = f'{name}: {radians!r}'
+        allowed = f'{least:.4g} to {most:.4g} (rad); for degrees, give {name}_deg={radians!r}'
+    if abs(angle) > most:
+        raise ValueError(f'{given} is not allowed; it must be {allowed}')
     return angle
 
 
