@@ -93,7 +93,7 @@ def test_what_is_imported_is_declared():
         for tag in ('exec_depend', 'test_depend')
     }
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
-    extras = {'distributed', 'matplotlib', 'mujoco', 'numba'}
+    extras = {'distributed', 'matplotlib', 'mujoco', 'numba', 'pandas', 'shtab'}
     needed = imported(*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py')) - extras
     assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
     programs = {'robot_state_publisher', 'rviz2'}

@@ -1,8 +1,6 @@
 """`billiard-shot completion`: completion of commands and options by the shell."""
 
 import argparse
-from importlib import import_module
-from typing import Any
 
 HELP = 'print a script that completes commands and options in bash or zsh'
 
@@ -20,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the script."""
     try:
-        shtab: Any = import_module('shtab')
+        import shtab
     except ImportError:
         raise ValueError(
             "completion: needs shtab, an extra: pip install 'billiard_shot[completion]'"
