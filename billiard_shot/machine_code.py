@@ -43,6 +43,7 @@ ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
     'billiard_shot.table.event_loop:simulate_tables',
     'billiard_shot.shot.strike:finish_strikes',
+    'billiard_shot.planning.score:score_tables',
     'billiard_shot.shot.strike:prepare_strikes',
 )
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.planning.targets import Hit, Pot, Target
+from billiard_shot.planning.targets import ANY, Hit, Pot, Target
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
 from billiard_shot.table.trajectory import EventKind
@@ -27,11 +27,12 @@ def kind_of(shot: Shot, target: Target) -> str:
     if any(_cushion(event, CUE) and event.time < time for event in events):
         words.append('kick')
     if isinstance(target, Pot) and collision:
-        if target.pot not in collision.balls:
+        ball = _potted(shot, target, collision)
+        if ball not in collision.balls:
             words.append('combination')
-        if any(_cushion(event, target.pot) for event in events):
+        if any(_cushion(event, ball) for event in events):
             words.append('bank')
-        elif target.pot in collision.balls and _deflection(shot, collision, target.pot) > STRAIGHT:
+        elif ball in collision.balls and _deflection(shot, collision, ball) > STRAIGHT:
             words.append('cut')
         if target.leave is not None:
             words.append('position')
@@ -42,6 +43,15 @@ def kind_of(shot: Shot, target: Target) -> str:
     ):
         words.append('cut')
     return ', '.join(word for word in words if word) or 'direct'
+
+
+def _potted(shot: Shot, target: Pot, collision: TableEvent) -> str:
+    """Find the ball that the stroke pots; if it pots none, the one that is met first."""
+    assert shot.table is not None
+    wanted = set(target.pot) if ANY not in target.pot else set(shot.table.names) - {CUE}
+    fell = (ball for ball, pocket in shot.table.pocketed.items() if pocket in target.pocket)
+    met = (ball for ball in collision.balls if ball != CUE)
+    return next((ball for ball in (*fell, *met) if ball in wanted), target.pot[0])
 
 
 def _cushion(event: TableEvent, ball: str) -> bool:

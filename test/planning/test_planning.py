@@ -19,6 +19,7 @@ from billiard_shot.planning.limits import (
 )
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.runner import CHUNK
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
@@ -140,7 +141,7 @@ def test_cancel_gives_the_best_so_far():
     result = plan(SCENE, {'hit': '8'}, cancel=cancel)
     assert result.status == Status.CANCELLED
     assert len(asked) == 61
-    assert result.simulations < 61 * 96
+    assert result.simulations < 61 * CHUNK
     late = []
 
     def cancel_late():
@@ -160,7 +161,7 @@ def test_progress_goes_up_to_the_end():
     counts = [each.simulations for each in seen]
     assert counts == sorted(counts)
     assert counts[-1] == result.simulations
-    assert max(np.diff(counts)) <= 96
+    assert max(np.diff(counts)) <= CHUNK
     assert seen[-1].budget == 2000
     assert 0.0 <= seen[-1].success <= 1.0
 

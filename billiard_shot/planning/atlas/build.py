@@ -144,7 +144,7 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
     """Plan a pot from one layout, on the calling thread alone."""
     result = plan(
         scene_at(scene, layout),
-        Pot(layout.ball, request.pocket),
+        Pot((layout.ball,), request.pocket),
         request.noise,
         request.budget,
         _seed(request.seed, layout),
