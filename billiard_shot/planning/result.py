@@ -94,7 +94,8 @@ class PlanResult:
     message : str
         The same in one line; for an invalid request, what to change.
     ranking : tuple of RankedStroke
-        Ordered by the lower end of the interval of their success.
+        First the winner of a race under common errors, in which held-out trials have no part; then
+        the others by the lower end of the interval of their success.
     simulations : int
         Number of simulated strokes.
     wall_time : float

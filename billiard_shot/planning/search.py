@@ -66,7 +66,7 @@ class Finalist(NamedTuple):
 class Found(NamedTuple):
     """What a search found."""
 
-    finalists: list[Finalist]  # by the lower end of the interval of their success
+    finalists: list[Finalist]  # the winner of the race, the others by the lower end of intervals
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
     converged: bool  # two searches from different random numbers agree on the success
@@ -299,7 +299,9 @@ def _race(
         success = _success(problem, runner, stroke[np.newaxis], noise, final=True)
         if success.size:
             found.append(Finalist(stroke, int(success.sum()), success.size))
-    return sorted(found, key=lambda each: -wilson_interval(each.successes, each.trials)[0])
+    # The race alone decides the first place: the best of several held-out results is too good.
+    others = sorted(found[1:], key=lambda each: -wilson_interval(each.successes, each.trials)[0])
+    return found[:1] + others
 
 
 def _still_racing(wins: Array, trials: int) -> int:
