@@ -17,7 +17,7 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
-from billiard_shot.planning.targets import Target, target_of
+from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import InputError
@@ -96,10 +96,12 @@ def plan(
         _whole('seed', seed, 0)
         _check_time_limit(time_limit)
         check_clearance(scene, limits)
+        problem = problem_of(scene, wanted, limits, spread)
+        if isinstance(wanted, Pot) and not problem.balls:
+            raise ValueError('constraints: keep: all balls of the target must stay on the table')
     except ValueError as error:
         return PlanResult(Status.INVALID_REQUEST, str(error), (), 0, 0.0, scene.noise)
     machine_code.require()
-    problem = problem_of(scene, wanted, limits, spread)
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
         runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit)
