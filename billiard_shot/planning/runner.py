@@ -118,18 +118,20 @@ class Runner:
             self.poll()
         return maps.motions(strokes)
 
-    def evaluate(self, strokes: Array, *, final: bool = False) -> Outcomes:
+    def evaluate(
+        self, strokes: Array, *, exact: bool = False, to_the_end: bool = False
+    ) -> Outcomes:
         """
         Evaluate strokes (n, 5), or the first of them if the budget does not allow all.
 
-        `final` strokes are exact, and are simulated until their success is decided for sure.
-        Others take maps of the strike where these are good enough.
+        Strokes that need not be `exact` take maps of the strike where these are good enough.
+        Unless they are followed `to_the_end`, a ball that has missed does not fall by chance.
         """
         self.poll()
         strokes = strokes[: self.left]
         starts = range(0, len(strokes), self._chunk)
-        motions = None if final else self._motions(strokes)
-        work = partial(self._work, to_the_end=final)
+        motions = None if exact else self._motions(strokes)
+        work = partial(self._work, to_the_end=to_the_end)
         futures = [
             self._executor.submit(
                 work,

@@ -278,7 +278,7 @@ def _race(
         if len(strokes) < 2 or race < 8:
             break
         noise = sample_execution_noise(problem, draws, race)
-        success = _success(problem, runner, strokes, noise)
+        success = _success(problem, runner, strokes, noise, exact=False)
         if len(success) < len(strokes):
             break  # the time is up
         wins += success.sum(axis=1)
@@ -296,7 +296,7 @@ def _race(
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
         noise = sample_execution_noise(problem, draws, count)
-        success = _success(problem, runner, stroke[np.newaxis], noise, final=True)
+        success = _success(problem, runner, stroke[np.newaxis], noise, exact=True)
         if success.size:
             found.append(Finalist(stroke, int(success.sum()), success.size))
     # The race alone decides the first place: the best of several held-out results is too good.
@@ -325,11 +325,11 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
 
 
 def _success(
-    problem: Problem, runner: Runner, strokes: Array, noise: Array, *, final: bool = False
+    problem: Problem, runner: Runner, strokes: Array, noise: Array, *, exact: bool
 ) -> NDArray[np.bool_]:
     """Find whether each stroke (n, 5) succeeds with each of the errors (m, 5): (n, m)."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    success = runner.evaluate(tried, final=final).success
+    success = runner.evaluate(tried, exact=exact, to_the_end=True).success
     if len(strokes) == 1:
         return success[np.newaxis]
     complete = len(success) // max(1, len(noise))

@@ -9,7 +9,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
-ROUNDED = 0.004  # m: so much nearer comes a ball to the ends of noses, which are rounded
+ROUNDED = 0.002  # m: so much nearer comes a ball to the ends of noses, which are rounded
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
