@@ -54,7 +54,6 @@ VARIANTS = {
     'without curved paths': {'_curved_candidates': nothing},
     'without cushions': {'CUSHIONS_BELOW': -1.0},
     'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
-    'without screening under noise': {'SCREENED': 0},
     'one round': {'MAX_ROUNDS': 1},
     'all kinds at once': {'DETOURS_BELOW': 2.0, 'CUSHIONS_BELOW': 2.0},
 }

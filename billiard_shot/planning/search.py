@@ -34,7 +34,6 @@ MIN_EFFORT = 0.3  # share of these numbers for a small budget
 CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share of the budget
 MAX_ROUTES = 24  # of each kind of route
 CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
-SCREENED, SCREENING_TRIALS = 300, 12  # candidates of a stage that are tried under noise; trials
 REFINED = 40  # candidates of a stage that are refined
 RACERS, FINALISTS = 8, 4  # strokes that race; strokes that get held-out trials
 RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
@@ -100,7 +99,9 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             first, runner.best = len(found), 0.0
             for stage in _simulated(problem, runner, stages, makers):
                 nearest = min(nearest, float(stage.penalty.min()))
-                population = _screened(problem, runner, stage, draws, effort)
+                count = max(4, round(effort * REFINED))
+                chosen = _choose(stage.candidates, stage.penalty, count, draws)
+                population = population_of(stage.candidates.take(chosen), stage.penalty[chosen])
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
@@ -171,30 +172,6 @@ def _simulated(
         if len(candidates.route):
             stages.append(Stage(candidates, runner.evaluate(candidates.strokes).penalty))
             yield stages[-1]
-
-
-def _screened(
-    problem: Problem, runner: Runner, stage: Stage, draws: np.random.Generator, effort: float
-) -> Population:
-    """Choose candidates to refine: by their success under noise, and from all routes."""
-    count = max(4, round(effort * REFINED))
-    trials = max(4, round(effort * SCREENING_TRIALS))
-    tried = min(max(4, round(effort * SCREENED)), runner.left // (2 * trials))
-    chosen = _choose(stage.candidates, stage.penalty, max(tried, count), draws)
-    candidates, penalty = stage.candidates.take(chosen), stage.penalty[chosen]
-    if tried <= count or penalty[0] > 0.0:
-        return population_of(candidates.take(np.arange(len(chosen))[:count]), penalty[:count])
-    noise = sample_execution_noise(problem, draws, trials)
-    outcomes = runner.evaluate((candidates.strokes[:, np.newaxis] + noise).reshape(-1, 5))
-    success = outcomes.success.reshape(-1, trials).mean(axis=1)
-    # one in two by success alone, the others from routes that have none so far
-    order = np.lexsort((penalty, -success))
-    best, rest = order[: count // 2], order[count // 2 :]
-    share = np.bincount(candidates.route[best], minlength=int(candidates.route.max()) + 1)
-    rest = rest[np.argsort(share[candidates.route[rest]] > 0, kind='stable')]
-    kept = np.concatenate([best, rest[: count - len(best)]])
-    population = population_of(candidates.take(kept), penalty[kept])
-    return population._replace(success=success[kept], samples=np.full(len(kept), trials))
 
 
 def _cushion_candidates(
