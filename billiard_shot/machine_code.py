@@ -43,8 +43,10 @@ ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
     'billiard_shot.table.event_loop:simulate_tables',
     'billiard_shot.shot.strike:finish_strikes',
+    'billiard_shot.planning.score:score_tables',
     'billiard_shot.shot.strike:prepare_strikes',
 )
+COMPILED = ('numerics', 'impact', 'table', 'shot', 'planning', 'study')  # layers with entries
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
 COMPILING_PAYS = 5.0  # s and after which it compiles
 POLL = 0.1  # s
@@ -222,7 +224,7 @@ def _key() -> str:
     here = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(here.glob('*/**/*.py')) + sorted(here.glob('*.py')):
-        if path.parent.name in ('numerics', 'impact', 'table', 'shot', 'study', here.name):
+        if path.parent.name in (*COMPILED, here.name):
             digest.update(path.read_bytes())
             # numba looks at the time of the file, and compiles again if it has changed
             digest.update(f'{path} {path.stat().st_mtime_ns}'.encode())

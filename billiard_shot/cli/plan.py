@@ -20,6 +20,7 @@ from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
+from billiard_shot.planning.limits import BALLS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.scene import Robot
@@ -47,8 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for scene, target, limits, noise, budget and output."""
     add_scene_argument(parser)
     target = parser.add_argument_group('target: one of these')
-    for name, text in (('pot', 'ball to be potted'), ('hit', 'ball to be hit first')):
-        target.add_argument(f'--{name}', metavar='BALL', help=text)
+    target.add_argument(
+        '--pot', nargs='+', metavar='BALL', help='ball to be potted, several, or any'
+    )
+    target.add_argument('--hit', metavar='BALL', help='ball to be hit first')
     for name, text in (
         ('rest', 'point at which the cue ball has to rest (m)'),
         ('pass', 'point that the cue ball has to pass (m)'),
@@ -85,12 +88,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='largest deviation from --direction',
     )
     limits = parser.add_argument_group('limits that replace those of the scene')
-    limits.add_argument('--first-contact', metavar='BALL', help='ball to be hit first')
+    limits.add_argument(
+        '--first-contact', nargs='+', metavar='BALL', help='balls of which one must be hit first'
+    )
+    limits.add_argument('--keep', nargs='+', metavar='BALL', help='balls that must not be potted')
     for field in fields(Robot):
         names = [field.name, *(field.metadata[key] for key in (FORMER,) if key in field.metadata)]
         options = (f'--{name.replace("_", "-")}' for name in names)
         limits.add_argument(*options, type=float, metavar='NUMBER')
     add_search_arguments(parser, NORMAL_BUDGET, '')
+    parser.add_argument(
+        '--time-limit', type=float, metavar='S', help='end the search after this time (s)'
+    )
     add_format_arguments(parser)
     add_work_arguments(parser)
     files = parser.add_argument_group('files')
@@ -137,6 +146,7 @@ def run(options: argparse.Namespace) -> int:
             _constraints(options),
             progress=lambda now: report(now.simulations),
             executor=executor,
+            time_limit=options.time_limit,
         )
     if options.json:
         print(json.dumps(_as_json(result), allow_nan=False))
@@ -193,7 +203,7 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _constraints(options: argparse.Namespace) -> dict[str, Any]:
-    names = ('first_contact', *asdict(Robot()))
+    names = (*BALLS, *asdict(Robot()))
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 

@@ -26,7 +26,7 @@ SPEED_SIGMA = 0.2  # relative: of their speeds
 ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
 # Of each iteration: scale of the candidates' sigmas (0: execution noise alone), share of the
 # population that is kept, and samples of each stroke.
-SCHEDULE = ((1.0, 0.6, 24), (0.5, 0.6, 32), (0.2, 0.6, 40), (0.0, 0.6, 64), (0.0, 1.0, 96))
+SCHEDULE = ((1.0, 0.5, 24), (0.5, 0.5, 48), (0.2, 0.5, 96), (0.0, 0.8, 256), (0.0, 1.0, 512))
 
 
 class Population(NamedTuple):
@@ -92,6 +92,8 @@ def _iteration(
     tried = population.strokes[:, np.newaxis] + sigma[:, np.newaxis] * normal
     flat = tried.reshape(-1, 5)
     outcomes = runner.evaluate(problem.limits.clip(flat) if sigma_scale > 0.0 else flat)
+    if len(outcomes.success) < len(flat):
+        return population  # the time is up
     penalty = outcomes.penalty.reshape(count, samples)
     success = outcomes.success.reshape(count, samples)
     moved = np.empty_like(population.strokes)

@@ -5,11 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.evaluate import simulate_strokes
+from billiard_shot.planning.evaluate import penalties_of, simulate_strokes
+from billiard_shot.planning.paths import paths_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.score import score
-from billiard_shot.planning.segments import segments_of
 from billiard_shot.planning.statistics import sample_execution_noise
 from billiard_shot.planning.strikes import Array
 from billiard_shot.scene import Noise
@@ -45,13 +44,8 @@ def sample_outcomes(planned: RankedStroke, noise: Noise, count: int, seed: int =
     draw = np.random.default_rng(seed)
     errors = sample_execution_noise(problem, draw, count)
     recording, usable = simulate_strokes(problem, stroke + errors)
-    segments = segments_of(recording)
-    success, _ = score(problem, recording, segments)
+    penalties = penalties_of(problem, recording)
     final = recording.balls['position'][:, :, :2].copy()
     final[recording.balls['motion'] >= POCKETED] = np.nan
-    moved = np.zeros(final.shape[:2], np.bool_)
-    lasting = segments.duration > 0.0
-    moved[segments.table[lasting], segments.ball[lasting]] = True
-    cue = segments.of(segments.ball == 0)
-    paths = tuple(cue.corners[cue.table == i].reshape(-1, 2) for i in range(count))
-    return Dispersion(problem.names, final, moved, paths, success & usable)
+    paths = paths_of(recording)
+    return Dispersion(problem.names, final, paths.moved, paths.cue, (penalties == 0.0) & usable)

@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.score import score
-from billiard_shot.planning.segments import segments_of
+from billiard_shot.planning.score import score_tables
 from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.on_table import states_of, strike_frozen
-from billiard_shot.shot.strike import strike_batch
+from billiard_shot.shot.strike import refusals, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import BatchRecording, run_recorded
 
@@ -19,6 +18,9 @@ TOLERANCE = 1e-3  # m, of trajectories: well below the effect of execution noise
 # A planned stroke may end with these. MISCUE is not among them: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
+# Straight cushions that a ball to be potted may meet in the search. With more it may still fall,
+# by chance: trials of finished plans count that.
+SOUGHT_CUSHIONS = 2
 
 
 class Outcomes(NamedTuple):
@@ -28,26 +30,88 @@ class Outcomes(NamedTuple):
     # (n,) 0 if the target was reached; below 1 if only the last step is missing, then about the
     # remaining distance in m; one more for every earlier step that is missing
     penalty: Array
-    final_position: Array  # (n, 2) m, of the cue ball
 
 
-def evaluate_strokes(problem: Problem, strokes: Array) -> Outcomes:
-    """Simulate strokes (n, 5): a, b, elevation, azimuth, speed; see `vectors_of`."""
-    recording, usable = simulate_strokes(problem, strokes)
-    segments = segments_of(recording)
-    success, penalty = score(problem, recording, segments)
-    success &= usable
-    penalty = np.where(usable, penalty, INFEASIBLE_PENALTY)
-    return Outcomes(success, penalty, recording.balls['position'][:, 0, :2])
+def evaluate_strokes(
+    problem: Problem, strokes: Array, motions: Array | None = None, *, to_the_end: bool = True
+) -> Outcomes:
+    """
+    Simulate strokes and find their penalties.
+
+    Parameters
+    ----------
+    problem : Problem
+    strokes : (n, 5) float array
+        a, b, elevation, azimuth, speed; see `vectors_of`.
+    motions : (n, 6) float array, optional
+        Of the ball after the strike, see `Maps.motions`; strikes whose motion is NaN are solved.
+    to_the_end : bool
+        Whether a ball that has missed its pocket is followed further.
+
+    """
+    rules = problem.rules
+    if not to_the_end:
+        rules = rules.copy()
+        rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
+    recording, usable = simulate_strokes(problem, strokes, motions, rules)
+    penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
+    return Outcomes(penalty == 0.0, penalty)
 
 
-def simulate_strokes(problem: Problem, strokes: Array) -> tuple[BatchRecording, NDArray[np.bool_]]:
-    """Simulate strokes on the table; return the recording, and whether each strike is usable."""
+def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
+    """Find the penalty (n,) of each recorded table, see `Outcomes`."""
+    run = score_tables.current()
+    array = run.storage.array
+    penalties = run.storage.zeros(len(recording.tables))
+    run(
+        problem.goal,
+        problem.rules,
+        array(problem.wanted),
+        array(problem.places),
+        array(problem.holes),
+        recording.balls.ravel(),
+        recording.tables,
+        recording.segments,
+        run.storage.zeros(len(problem.places)),
+        run.storage.zeros(len(recording.segments)),
+        penalties,
+    )
+    return np.asarray(penalties)
+
+
+def simulate_strokes(
+    problem: Problem,
+    strokes: Array,
+    motions: Array | None = None,
+    rules: NDArray[np.void] | None = None,
+) -> tuple[BatchRecording, NDArray[np.bool_]]:
+    """
+    Simulate strokes on the table; return the recording, and whether each strike is usable.
+
+    Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
+    """
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
+    around = surroundings_of(scene)
     normals, velocities = vectors_of(strokes)
-    played = strike_batch(model, normals, velocities, centre, TOLERANCE, surroundings_of(scene))
-    states = states_of(scene, centre, played.strikes)
-    strike_frozen(model, problem.table, states, normals, velocities, played.strikes)
-    usable = np.isin(played.strikes['status'], USABLE_STATUSES)
-    return run_recorded(model.surface, problem.table, states, 0.25 * TOLERANCE), usable
+    mapped = np.zeros(len(strokes), np.bool_)
+    if motions is not None:
+        mapped = ~np.isnan(motions[:, 0])
+    played = strike_batch(
+        model, normals[~mapped], velocities[~mapped], centre, TOLERANCE, around
+    ).strikes
+    strikes = np.zeros(len(strokes), played.dtype)
+    strikes[~mapped] = played
+    if motions is not None:
+        strikes['velocity'][mapped] = motions[mapped, :3]
+        strikes['spin'][mapped] = motions[mapped, 3:]
+        refused = refusals(model, around, normals[mapped], velocities[mapped], centre)
+        strikes['status'][mapped] = refused
+    states = states_of(scene, centre, strikes)
+    strike_frozen(model, problem.table, states, normals, velocities, strikes)
+    usable = np.isin(strikes['status'], USABLE_STATUSES)
+    if rules is not None:
+        states[~usable, :, 3:] = 0.0
+    return run_recorded(
+        model.surface, problem.table, states, 0.25 * TOLERANCE, rules=rules
+    ), usable

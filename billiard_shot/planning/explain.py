@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, product
 import math
 
 import numpy as np
@@ -131,13 +131,14 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 def why_not_straight(scene: Scene, target: Pot) -> str:
     """Say what is in the way of the straight pot that comes nearest; '' if one succeeds."""
     reasons = []
-    for pocket in target.pocket:
-        shot = straight_attempt(scene, target.pot, pocket)
-        reason = why_missed(shot, target.pot, [pocket])
+    wanted = [each for each in scene.balls if each != CUE and target.wants(each)]
+    for ball, pocket in product(wanted, target.pocket):
+        shot = straight_attempt(scene, ball, pocket)
+        reason = why_missed(shot, ball, [pocket])
         if not reason:
             return ''
-        if shot.first_contact == target.pot:
-            found = deviation_of(shot, target.pot, [pocket])
+        if shot.first_contact == ball:
+            found = deviation_of(shot, ball, [pocket])
             if found:
                 reasons.append((abs(found.thick), f'a straight shot sends {found}'))
         else:

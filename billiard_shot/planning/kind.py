@@ -28,12 +28,13 @@ def kind_of(shot: Shot, target: Target) -> str:
     if any(_cushion(event, CUE) and event.time < time for event in events):
         words.append('kick')
     if isinstance(target, Pot) and collision:
-        touched = _touches(shot, collision, target.pot)
+        ball = _potted(shot, target, collision)
+        touched = _touches(shot, collision, ball)
         if not touched:
             words.append('combination')
-        if any(_cushion(event, target.pot) for event in events):
+        if any(_cushion(event, ball) for event in events):
             words.append('bank')
-        elif touched and _deflection(shot, collision, target.pot) > STRAIGHT:
+        elif touched and _deflection(shot, collision, ball) > STRAIGHT:
             words.append('cut')
         if target.leave is not None:
             words.append('position')
@@ -44,6 +45,16 @@ def kind_of(shot: Shot, target: Target) -> str:
     ):
         words.append('cut')
     return ', '.join(word for word in words if word) or 'direct'
+
+
+def _potted(shot: Shot, target: Pot, collision: TableEvent) -> str:
+    """Find the ball that the stroke pots; if it pots none, the one that is met first."""
+    assert shot.table is not None
+    fell = (ball for ball, pocket in shot.table.pocketed.items() if pocket in target.pocket)
+    met = (ball for ball in collision.balls if ball != CUE)
+    return next(
+        (ball for ball in (*fell, *met) if ball != CUE and target.wants(ball)), target.pot[0]
+    )
 
 
 def _touches(shot: Shot, collision: TableEvent, ball: str) -> bool:

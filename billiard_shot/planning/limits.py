@@ -17,6 +17,7 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
+BALLS = ('first_contact', 'keep')  # constraints that name balls
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # Clearance of a planned cue, in standard deviations of its errors.
 MARGIN_SIGMAS = 3.5
@@ -33,15 +34,19 @@ class Limits:
     Parameters
     ----------
     robot : Robot
-    first_contact : str, optional
-        The ball that the cue ball must meet before any other, as the rules of many games demand.
+    first_contact : tuple of str
+        One of these balls must be met before any other, as the rules of many games demand; empty:
+        any may be.
+    keep : tuple of str
+        Balls that must not be pocketed.
     elevation_margin : float
         Margin of the elevation above the lowest one at which the cue has clearance [rad].
 
     """
 
     robot: Robot
-    first_contact: str | None
+    first_contact: tuple[str, ...]
+    keep: tuple[str, ...]
     elevation_margin: float
 
     @property
@@ -88,18 +93,14 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         math.radians(noise.elevation_deg), noise.b / max(scene.cue.length, scene.ball.radius)
     )
     if isinstance(constraints, Robot):
-        return Limits(constraints, None, elevation_margin)
+        return Limits(constraints, (), (), elevation_margin)
     data = dict(with_present_keys(Robot, constraints or {}))
-    first = data.pop('first_contact', None)
-    mistakes = []
-    others = [name for name in scene.balls if name != 'cue']
-    if first is not None and str(first) not in others:
-        there = ', '.join(others) or 'none'
-        mistakes.append(Mistake(('first_contact',), f'there is no ball {first!r}; of {there}'))
+    mistakes: list[Mistake] = []
+    chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALLS}
     known = asdict(scene.robot)
     for key in data:
         if key not in known:
-            mistakes.append(Mistake((str(key),), unknown(str(key), [*known, 'first_contact'])))
+            mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALLS])))
     robot = scene.robot
     try:
         robot = read(Robot, {**known, **{key: data[key] for key in data if key in known}})
@@ -107,7 +108,18 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         mistakes += found_in(error)
     if mistakes:
         raise InputError(mistakes, 'constraints')
-    return Limits(robot, None if first is None else str(first), elevation_margin)
+    return Limits(robot, chosen['first_contact'], chosen['keep'], elevation_margin)
+
+
+def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
+    """Read the name of a ball, or several; add what is wrong with them to the mistakes."""
+    names = () if value is None else tuple(value) if isinstance(value, tuple | list) else (value,)
+    others = [name for name in scene.balls if name != 'cue']
+    for name in names:
+        if str(name) not in others:
+            there = ', '.join(others) or 'none'
+            mistakes.append(Mistake((key,), f'there is no ball {name!r}; of {there}'))
+    return tuple(map(str, names))
 
 
 def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:

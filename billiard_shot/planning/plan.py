@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
+import math
 import os
 from time import perf_counter
 from typing import Any
@@ -16,7 +17,7 @@ from billiard_shot.planning.limits import check_clearance, limits_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
-from billiard_shot.planning.search import NORMAL_BUDGET, search
+from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.statistics import chance_in_words
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
@@ -26,6 +27,7 @@ from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
 # Noise of the computer pool tournaments, see `Noise`; no noise at all.
+FEW_TRIALS = 100  # the message states fewer as they are, not in per cent
 NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
 
@@ -39,6 +41,7 @@ def plan(
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
     executor: Executor | SupportsSubmit | None = None,
+    time_limit: float | None = None,
 ) -> PlanResult:
     """
     Find the stroke most likely to reach a target, given execution noise, limits and obstacles.
@@ -54,8 +57,8 @@ def plan(
     target : mapping or Target
         `{'rest': (x, y), 'radius': r}`, `{'pass': (x, y), 'radius': r}`,
         `{'gate': ((x1, y1), (x2, y2))}`, `{'hit': ball}` with an optional `direction` or `at`,
-        `{'pot': ball, 'pocket': name, list or 'any'}` with an optional `leave` and `radius`; or an
-        object of the classes in targets.py. In m, frame `table`.
+        `{'pot': name, list or 'any', 'pocket': name, list or 'any'}` with an optional `leave` and
+        `radius`; or an object of the classes in targets.py. In m, frame `table`.
     noise : str, Noise or mapping, optional
         `tournament`, `none`, or the standard deviations of a `Noise`; by default those of the
         scene.
@@ -65,8 +68,9 @@ def plan(
     seed : int
         Of all random numbers, at least 0.
     constraints : mapping or Robot, optional
-        Fields that replace those of the scene's section `robot`, and `first_contact`: the ball
-        that the cue ball must meet first.
+        Fields that replace those of the scene's section `robot`; `first_contact`: the ball that
+        the cue ball must meet first, or a list of balls of which it must meet one first; `keep`:
+        a ball that must not be pocketed, or a list.
     progress : callable, optional
         Called with a `Progress` every few milliseconds.
     cancel : callable, optional
@@ -75,6 +79,9 @@ def plan(
     executor : optional
         Evaluates the strokes; it has the method `submit` of the executors of
         `concurrent.futures`. By default threads on all cores.
+    time_limit : float, optional
+        Time after which the search ends with its best result [s], above 0. A search that it ends
+        is not reproducible.
 
     Returns
     -------
@@ -95,13 +102,16 @@ def plan(
     limits = limits_of(scene, constraints, spread)
     _whole('budget', budget, 1)
     _whole('seed', seed, 0)
+    _check_time_limit(time_limit)
     check_clearance(scene, limits)
-    machine_code.require()
     problem = problem_of(scene, wanted, limits, spread)
+    if isinstance(wanted, Pot) and not problem.balls:
+        raise ValueError('constraints: keep: all balls of the target must stay on the table')
+    machine_code.require()
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
-        runner = Runner(problem, budget, executor or threads, progress, cancel)
-        finalists, penalty, cancelled = search(problem, runner, seed)
+        runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit)
+        found = search(problem, runner, seed)
     finally:
         # after a cancellation, tasks that are running are not waited for
         threads.shutdown(wait=False, cancel_futures=True)
@@ -114,13 +124,21 @@ def plan(
             finalist.successes,
             finalist.trials,
         )
-        for finalist in finalists
+        for finalist in found.finalists
         if finalist.successes
     )
-    status, message = _outcome(ranking, penalty, cancelled, runner.simulations)
+    status, message = _outcome(ranking, found, runner.simulations)
     if status == Status.NO_PLAN and isinstance(wanted, Pot):
         message = '; '.join(filter(None, [message, why_not_straight(scene, wanted)]))
-    return PlanResult(status, message, ranking, runner.simulations, perf_counter() - begin, spread)
+    return PlanResult(
+        status,
+        message,
+        ranking,
+        runner.simulations,
+        perf_counter() - begin,
+        spread,
+        found.converged,
+    )
 
 
 def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:
@@ -148,21 +166,43 @@ def _whole(name: str, value: object, minimum: int) -> None:
         )
 
 
+def _check_time_limit(value: object) -> None:
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise ValueError(
+            f'time_limit: {value!r} is not allowed; it must be finite and above 0 (s)'
+        )
+
+
 def _outcome(
-    ranking: tuple[RankedStroke, ...], penalty: float, cancelled: bool, simulations: int
+    ranking: tuple[RankedStroke, ...], found: Found, simulations: int
 ) -> tuple[Status, str]:
-    if cancelled:
+    if found.cancelled:
         so_far = _summary(ranking[0]) if ranking else 'no stroke was found so far'
         return Status.CANCELLED, f'cancelled after {simulations} simulations: {so_far}'
     if ranking:
-        return Status.OK, _summary(ranking[0])
+        best = ranking[0]
+        notes = [_summary(best)]
+        if best.warning:
+            notes.append(best.warning)
+        if not found.converged:
+            notes.append('not converged: a larger budget may find a better stroke')
+        return Status.OK, '; '.join(notes)
     detail = ''
-    if penalty == 0.0:
+    if found.penalty == 0.0:
         detail = '; strokes that reached it did not repeat under noise'
-    elif penalty <= 1.0:
-        detail = f'; the nearest stroke misses by {1e3 * penalty:.0f} mm'
+    elif found.penalty <= 1.0:
+        detail = f'; the nearest stroke misses by {1e3 * found.penalty:.0f} mm'
     return Status.NO_PLAN, f'no stroke reaches the target in {simulations} simulations{detail}'
 
 
 def _summary(best: RankedStroke) -> str:
-    return f'{best.kind}: success {chance_in_words(best.success, best.interval)}'
+    low, high = best.interval
+    share = chance_in_words(best.success, best.interval)
+    if best.trials < FEW_TRIALS or best.successes == best.trials:
+        share = (
+            f'in {best.successes} of {best.trials} trials '
+            f'(95 % CI {100.0 * low:.0f} to {100.0 * high:.0f} %)'
+        )
+    return f'{best.kind}: success {share}'

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import Limits
+from billiard_shot.planning.score import Goal, Kind, POCKETS
 from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest, Target
+from billiard_shot.records import ROWS
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
@@ -18,6 +22,7 @@ from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import layout_of, Table
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.simulation_state import BallRule
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,9 +38,12 @@ class Problem:
     layout: Table
     names: tuple[str, ...]  # of all balls, the cue ball first
     places: Array  # (balls, 2) m
-    ball: int  # index of the ball of the target, 0 for the cue ball
-    first: int  # index of the ball that must be met first, 0 if any may be
-    pockets: NDArray[np.int64]  # pockets into which the ball may fall
+    balls: tuple[int, ...]  # indices of the balls to be potted, or of the one to be hit
+    pockets: NDArray[np.int64]  # pockets into which the balls may fall
+    goal: NDArray[np.void]  # (1,) Goal
+    rules: NDArray[np.void]  # (balls,) BallRule; none is `sought`
+    wanted: Array  # (balls, POCKETS) above 0: the ball may fall into the pocket
+    holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
 
     @property
@@ -54,10 +62,9 @@ class Problem:
         numbers = self.layout.numbers
         return numbers.centre_half_length, numbers.centre_half_width
 
-    def hole(self, pocket: int) -> Array:
-        """Return the centre of a pocket's hole (2,) [m]."""
-        hole = self.layout.pockets[pocket]
-        return np.array([hole.hole_x, hole.hole_y])
+    def may_meet(self, ball: int) -> bool:
+        """Whether the cue ball may meet a ball before any other."""
+        return not self.rules['barred'][ball]
 
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
@@ -65,14 +72,26 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
     names = names_of(scene)
     places = np.array([scene.cue_ball[:2], *(scene.balls[name] for name in names[1:])])
     params, table = params_on_table(scene)
-    ball, pockets = 0, np.empty(0, np.int64)
+    layout = layout_of(params, table)
+    rules: NDArray[np.void] = ROWS.records(BallRule, len(names))
+    rules['must_stay'] = [name == names[0] or name in limits.keep for name in names]
+    if limits.first_contact:
+        rules['barred'] = [name not in limits.first_contact for name in names]
+    balls: tuple[int, ...] = ()
+    pockets = np.empty(0, np.int64)
+    wanted = np.zeros((len(names), POCKETS))
     match target:
         case Pot():
-            ball = names.index(target.pot)
+            free = np.flatnonzero(~rules['must_stay']).tolist()
+            balls = tuple(i for i in free if target.wants(names[i]))
             pockets = np.array([POCKET_NAMES.index(pocket) for pocket in target.pocket])
+            for i in balls:
+                wanted[i, pockets] = 1.0
         case Hit():
-            ball = names.index(target.hit)
-    first = names.index(limits.first_contact) if limits.first_contact else 0
+            balls = (names.index(target.hit),)
+    holes = np.zeros((POCKETS, 2))
+    if layout.pockets:
+        holes[:] = [(hole.hole_x, hole.hole_y) for hole in layout.pockets]
     sigmas = np.array(
         [
             noise.a / scene.ball.radius,
@@ -89,14 +108,47 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         noise,
         model_of(scene),
         table,
-        layout_of(params, table),
+        layout,
         names,
         places,
-        ball,
-        first,
+        balls,
         pockets,
+        _goal(target, params.radius, balls, must_meet=bool(limits.first_contact)),
+        rules,
+        wanted,
+        holes,
         sigmas,
     )
+
+
+def _goal(
+    target: Target, radius: float, balls: tuple[int, ...], *, must_meet: bool
+) -> NDArray[np.void]:
+    """Write a target as numbers."""
+    goals: NDArray[np.void] = ROWS.records(Goal, 1)
+    goal: Any = goals[0]
+    goal.ball_radius, goal.must_meet = radius, must_meet
+    match target:
+        case Rest():
+            goal.kind, (goal.x, goal.y), goal.radius = Kind.REST, target.rest, target.radius
+        case Pass():
+            goal.kind, (goal.x, goal.y), goal.radius = Kind.PASS, target.passing, target.radius
+        case Gate():
+            goal.kind, ((goal.x, goal.y), (goal.u, goal.v)) = Kind.GATE, target.gate
+        case Hit():
+            goal.kind, goal.ball = Kind.HIT, balls[0]
+            if target.direction is not None:
+                goal.kind, (goal.x, goal.y) = Kind.HIT_DIRECTION, target.direction
+                goal.radius = math.radians(target.direction_tolerance_deg)
+            elif target.at is not None:
+                goal.kind, (goal.x, goal.y) = Kind.HIT_AT, target.at
+                goal.radius = target.radius
+        case Pot():
+            goal.kind = Kind.POT
+            if target.leave is not None:
+                goal.kind, (goal.x, goal.y) = Kind.POT_AND_LEAVE, target.leave
+                goal.radius = target.radius
+    return goals
 
 
 def point_of(target: Target) -> tuple[float, float] | None:

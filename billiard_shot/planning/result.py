@@ -10,6 +10,7 @@ from typing import Any
 
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
+from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.statistics import chance_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
@@ -74,6 +75,24 @@ class RankedStroke:
         return self.shot.view(path)
 
     @cached_property
+    def warning(self) -> str:
+        """What the stroke does wrong even without errors; empty if it reaches its target."""
+        problem = problem_of(self.scene, self.target, self.limits, self.scene.noise)
+        shot = self.shot
+        if shot.table is None:
+            return ''
+        faults = [
+            f'ball {ball!r} falls into a pocket'
+            for ball in shot.table.pocketed
+            if problem.rules['must_stay'][problem.names.index(ball)]
+        ]
+        met = shot.table.first_met.get(problem.names[0])
+        if met is not None and not problem.may_meet(problem.names.index(met)):
+            faults.append(f'the cue ball meets ball {met!r} first')
+        faults += [f'ball {ball!r} leaves the table' for ball in shot.table.off_table]
+        return f'without errors {" and ".join(faults)}' if faults else ''
+
+    @cached_property
     def kind(self) -> str:
         """What players call the shot: cut, bank, kick, massé ..."""
         return kind_of(self.shot, self.target)
@@ -91,13 +110,16 @@ class PlanResult:
     message : str
         The same in one line.
     ranking : tuple of RankedStroke
-        The best first; the others by success.
+        First the winner of a race under common errors, in which held-out trials have no part; then
+        the others by the lower end of the interval of their success.
     simulations : int
         Number of simulated strokes.
     wall_time : float
         [s]
     noise : Noise
         Execution noise under which the success was estimated.
+    converged : bool
+        Whether two searches from different random numbers agree on the success of the best stroke.
 
     """
 
@@ -107,6 +129,7 @@ class PlanResult:
     simulations: int
     wall_time: float
     noise: Noise
+    converged: bool = False
 
     def __repr__(self) -> str:
         return f'PlanResult({self.status.name}: {self.message}; strokes: {len(self.ranking)})'

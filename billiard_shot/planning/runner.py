@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from time import perf_counter
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes
 from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
+from billiard_shot.shot.frozen import touches
 
-RESERVE = 0.2  # part of the budget that is kept to evaluate the best strokes
+T = TypeVar('T')
+
+RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
-CHUNK = 64  # strokes of one task of the executor, some 7 ms of work
+CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
+# The same if the cue ball touches others: such strikes are solved one by one.
+FROZEN_CHUNK = 16
+FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
 
 
 class SupportsSubmit(Protocol):
@@ -49,16 +57,29 @@ class Runner:
         executor: Executor | SupportsSubmit,
         progress: Callable[[Progress], object] | None,
         cancel: Callable[[], bool] | None,
+        time_limit: float | None = None,
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
-        self._work, self._executor = partial(evaluate_strokes, problem), executor
+        self._maps = Maps(problem.model, bounds_of(problem.sigmas))
+        self._executor = executor
+        self._work = partial(evaluate_strokes, problem)
         self._progress, self._cancel = progress, cancel
+        self._begin, self._time_limit = perf_counter(), time_limit
+        places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
+        frozen = touches(problem.table, problem.radius, places)
+        self._chunk = FROZEN_CHUNK if frozen else CHUNK
 
     @property
     def left(self) -> int:
         """Number of strokes that may still be evaluated, without the reserved ones."""
-        return max(self.budget - self.simulations - self.reserved, 0)
+        left = self.budget - self.simulations - self.reserved
+        if self._time_limit is not None:
+            gone = perf_counter() - self._begin
+            share = 1.0 - RESERVE if self.reserved else 1.0
+            rate = self.simulations / gone if self.simulations else FIRST_RATE
+            left = min(left, int(rate * (share * self._time_limit - gone)))
+        return max(left, 0)
 
     def poll(self) -> None:
         """Report progress; raise StoppedError if the search is cancelled."""
@@ -67,32 +88,61 @@ class Runner:
         if self._cancel and self._cancel():
             raise StoppedError
 
-    def _result(self, future: Future[Outcomes]) -> Outcomes:
+    def _result(self, future: Future[T]) -> T:
         """Wait for a task; raise StoppedError if the search is cancelled before."""
-        while True:
+        # The task may end between a wait that timed out and a look at `done`: only a task that is
+        # done says whether it raised TimeoutError itself.
+        while not future.done():
             try:
                 return future.result(timeout=POLL_S)
             except TimeoutError:
-                if future.done():
-                    raise
                 self.poll()
+        return future.result()
 
-    def evaluate(self, strokes: Array) -> Outcomes:
-        """Evaluate strokes (n, 5), or the first of them if the budget does not allow all."""
-        self.poll()
-        strokes = strokes[: self.left]
-        parts = [strokes[i : i + CHUNK] for i in range(0, len(strokes), CHUNK)]
-        futures = [self._executor.submit(self._work, part) for part in parts]
-        results = []
+    def _results(self, futures: list[Future[T]]) -> Iterator[T]:
+        """Wait for tasks in turn; cancel the others if one fails or the search is cancelled."""
         try:
-            for part, future in zip(parts, futures, strict=True):
-                results.append(self._result(future))
-                self.simulations += len(part)
-                self.poll()
-        except BaseException:
+            for future in futures:
+                yield self._result(future)
+        finally:
             for future in futures:
                 future.cancel()
-            raise
-        if not results:
-            return Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty((0, 2)))
+
+    def _motions(self, strokes: Array) -> Array:
+        """Map strokes to motions of the ball, fitting the cells that are missing."""
+        maps = self._maps
+        missing = maps.missing(strokes)
+        futures = [self._executor.submit(fit_cell, maps.model, cell) for cell in missing]
+        for cell, fit in zip(missing, self._results(futures), strict=True):
+            maps.fits[cell] = fit
+            self.poll()
+        return maps.motions(strokes)
+
+    def evaluate(
+        self, strokes: Array, *, exact: bool = False, to_the_end: bool = False
+    ) -> Outcomes:
+        """
+        Evaluate strokes (n, 5), or the first of them if the budget does not allow all.
+
+        Strokes that need not be `exact` take maps of the strike where these are good enough.
+        Unless they are followed `to_the_end`, a ball that has missed does not fall by chance.
+        """
+        self.poll()
+        strokes = strokes[: self.left]
+        starts = range(0, len(strokes), self._chunk)
+        motions = None if exact else self._motions(strokes)
+        work = partial(self._work, to_the_end=to_the_end)
+        futures = [
+            self._executor.submit(
+                work,
+                strokes[i : i + self._chunk],
+                None if motions is None else motions[i : i + self._chunk],
+            )
+            for i in starts
+        ]
+        results = [Outcomes(np.empty(0, np.bool_), np.empty(0))]
+        for outcomes in self._results(futures):
+            results.append(outcomes)
+            self.simulations += len(outcomes.success)
+            self.poll()
         return Outcomes(*(np.concatenate(columns) for columns in zip(*results, strict=True)))

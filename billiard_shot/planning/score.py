@@ -1,128 +1,333 @@
-"""Penalties of simulated strokes: how far they are from reaching the target."""
+"""
+Penalties of simulated strokes: how far they are from reaching the target.
 
-import numpy as np
-from numpy.typing import NDArray
+Each missing step towards the target costs `STEP`. The remaining distance [m] is added; it is less
+than a step, so that a stroke that comes a step farther has the smaller penalty. Paths are
+approximated by straight lines, `PIECES` to a segment.
+"""
 
-from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.segments import FAR, Segments
-from billiard_shot.planning.strikes import Array
-from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
-from billiard_shot.table.motion import OFF_TABLE, POCKETED
-from billiard_shot.table.simulate import BatchRecording
+from enum import IntEnum
+import math
+from typing import Any
 
-BoolArray = NDArray[np.bool_]
-# Penalty of each missing step towards the target. The remaining distance [m] is added; it is less
-# than a step, so that a stroke that comes a step farther has the smaller penalty.
+from billiard_shot.compiled import entry, inner
+from billiard_shot.records import Floats, record, Storage, Vector
+from billiard_shot.table.event_loop import BallOutcome, TableOutcome
+from billiard_shot.table.motion import BALL, CLUSTER, NOTHING, OFF_TABLE, POCKETED, Segment
+from billiard_shot.table.simulation_state import BallRule
+
 STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
+NO_SUCCESS = 1e-6  # m: least penalty of what was not reached
+PIECES = 6
+POCKETS = 6
+FAR = 1e3  # m: stands for "no distance"
 
 
-def score(
-    problem: Problem, recording: BatchRecording, segments: Segments
-) -> tuple[BoolArray, Array]:
-    """Success (n,) and penalty (n,) of each table, see `Outcomes`."""
-    cue = segments.of(segments.ball == 0)
-    match problem.target:
-        case Rest():
-            away = recording.balls['position'][:, 0, :2] - problem.target.rest
-            penalty = _distance_penalty(np.hypot(*away.T) - problem.target.radius)
-        case Pass():
-            near = cue.nearest(np.array(problem.target.passing))
-            penalty = _distance_penalty(near - problem.target.radius)
-        case Gate():
-            penalty = _gate(cue, np.array(problem.target.gate))
-        case Hit():
-            penalty = _hit(problem, problem.target, recording, segments, cue)
-        case Pot():
-            penalty = _pot(problem, problem.target, recording, segments)
-    lost = recording.balls['motion'][:, 0] >= POCKETED
-    off = (recording.balls['motion'] == OFF_TABLE).any(axis=1)
-    foul = lost | off
-    if problem.first:
-        foul |= recording.balls['first_contact'][:, 0] != problem.first
-    penalty = penalty + STEP * foul
-    return penalty == 0.0, penalty
+class Kind(IntEnum):
+    """What a goal asks for; the classes of targets.py."""
+
+    REST = 0
+    PASS = 1
+    GATE = 2
+    HIT = 3
+    HIT_DIRECTION = 4
+    HIT_AT = 5
+    POT = 6
+    POT_AND_LEAVE = 7
 
 
-def _distance_penalty(gap: Array) -> Array:
-    return np.clip(gap, 0.0, MAX_DISTANCE_PENALTY)
+REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE = map(int, Kind)
 
 
-def _gate(cue: Segments, ends: Array) -> Array:
-    """Distance of the path from the line between two points; 0 if the path crosses it."""
-    begin, after = cue.corners[:, :-1], cue.corners[:, 1:]
-    line = ends[1] - ends[0]
+@record
+class Goal:
+    """A target in numbers."""
 
-    def side(points: Array) -> Array:
-        away = points - ends[0]
-        across: Array = line[0] * away[..., 1] - line[1] * away[..., 0]
-        return across
-
-    first, second = side(begin), side(after)
-    with np.errstate(invalid='ignore', divide='ignore'):
-        part = first / (first - second)
-        along = ((begin + part[..., np.newaxis] * (after - begin)) - ends[0]) @ line
-        within = (along >= 0.0) & (along <= line @ line) & (first * second <= 0.0)
-    crossed = cue.minimum(np.where(within.any(axis=1), 0.0, FAR))
-    nearest = cue.nearest(ends.mean(axis=0))
-    return np.where(crossed == 0.0, 0.0, np.clip(nearest, 1e-6, MAX_DISTANCE_PENALTY))
+    kind: int  # Kind
+    x: float  # m: the point, the first end of the gate, or the direction
+    y: float
+    u: float  # m: the second end of the gate
+    v: float
+    radius: float  # m, around the point; rad, of the direction
+    ball: int  # to be hit
+    must_meet: bool  # a stroke without a collision is a foul
+    ball_radius: float  # m
 
 
-def _hit(
-    problem: Problem, target: Hit, recording: BatchRecording, segments: Segments, cue: Segments
-) -> Array:
+@inner
+def distance_penalty(gap: float) -> float:
+    """Penalty of a distance [m] that is missing."""
+    return min(max(gap, 0.0), MAX_DISTANCE_PENALTY)
+
+
+@inner
+def piece_distance(px: float, py: float, qx: float, qy: float) -> float:
+    """Square of the distance [m^2] of the line from p to q from the origin."""
+    dx, dy = qx - px, qy - py
+    square = dx * dx + dy * dy
+    part = 0.0
+    if square > 0.0:
+        part = min(max(-(px * dx + py * dy) / square, 0.0), 1.0)
+    x, y = px + part * dx, py + part * dy
+    return x * x + y * y
+
+
+@inner
+def nearest(segment: Segment, lasting: float, x: float, y: float) -> float:
+    """Smallest horizontal distance [m] of a segment that lasts so long [s] from a point."""
+    p, v, a = segment.position, segment.velocity, segment.acceleration
+    px, py = p[0] - x, p[1] - y
+    least = px * px + py * py
+    if lasting <= 0.0:
+        return math.sqrt(least)
+    for i in range(1, PIECES + 1):
+        t = lasting * i / PIECES
+        qx = p[0] - x + t * (v[0] + 0.5 * t * a[0])
+        qy = p[1] - y + t * (v[1] + 0.5 * t * a[1])
+        least = min(least, piece_distance(px, py, qx, qy))
+        px, py = qx, qy
+    return math.sqrt(least)
+
+
+@inner
+def crosses(segment: Segment, lasting: float, goal: Goal) -> bool:
+    """Whether a segment crosses the line between the ends of a gate."""
+    p, v, a = segment.position, segment.velocity, segment.acceleration
+    lx, ly = goal.u - goal.x, goal.v - goal.y
+    px, py = p[0] - goal.x, p[1] - goal.y
+    for i in range(1, PIECES + 1):
+        t = lasting * i / PIECES
+        qx = p[0] - goal.x + t * (v[0] + 0.5 * t * a[0])
+        qy = p[1] - goal.y + t * (v[1] + 0.5 * t * a[1])
+        one, two = lx * py - ly * px, lx * qy - ly * qx
+        if one * two <= 0.0 and one != two:
+            part = one / (one - two)
+            along = (px + part * (qx - px)) * lx + (py + part * (qy - py)) * ly
+            if 0.0 <= along <= lx * lx + ly * ly:
+                return True
+        px, py = qx, qy
+    return False
+
+
+@inner
+def is_foul(goal: Goal, rules: list[BallRule], balls: list[BallOutcome], first: int) -> bool:
+    """Whether a ball left the table, one that must stay fell, or the wrong one was met first."""
+    for i in range(len(rules)):
+        motion = balls[first + i].motion
+        if motion == OFF_TABLE or (motion == POCKETED and rules[i].must_stay):
+            return True
+    met = balls[first].first_contact
+    if met == NOTHING:
+        return goal.must_meet
+    return rules[met].barred
+
+
+@inner
+def has_hit(segment: Segment) -> bool:
+    """Whether a segment starts with a collision of balls."""
+    return (segment.cause == BALL or segment.cause == CLUSTER) and segment.motion < POCKETED
+
+
+@inner
+def pot_penalty(
+    goal: Goal,
+    wanted: Floats,
+    places: Floats,
+    holes: Floats,
+    balls: list[BallOutcome],
+    segments: list[Segment],
+    ends: Vector,
+    first: int,
+    begin: int,
+    end: int,
+) -> float:
+    """Penalty if no wanted ball fell: how near to its pocket one came, or to one of them."""
+    met = False
+    for i in range(len(places)):
+        if balls[first + i].first_contact != NOTHING:
+            for pocket in range(POCKETS):
+                met = met or wanted[i][pocket] > 0.0
+    least = FAR
+    for k in range(begin, end):
+        segment = segments[k]
+        if ends[k - begin] <= segment.time:
+            continue
+        lasting = ends[k - begin] - segment.time
+        own = segment.ball
+        for i in range(len(places)):
+            sought = False
+            for pocket in range(POCKETS):
+                if wanted[i][pocket] > 0.0:
+                    sought = True
+                    if met and own == i:
+                        gap = nearest(segment, lasting, holes[pocket][0], holes[pocket][1])
+                        least = min(least, max(gap, NO_SUCCESS))
+            if sought and not met and own != i:
+                gap = nearest(segment, lasting, places[i][0], places[i][1])
+                least = min(least, gap - 2.0 * goal.ball_radius)
+    return distance_penalty(least) if met else STEP + distance_penalty(least)
+
+
+@inner
+def hit_penalty(
+    goal: Goal,
+    places: Floats,
+    balls: list[BallOutcome],
+    segments: list[Segment],
+    ends: Vector,
+    first: int,
+    begin: int,
+    end: int,
+) -> float:
     """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
-    ball = problem.places[problem.ball]
-    reached = recording.balls['first_contact'][:, 0] == problem.ball
-    before = cue.of(cue.time < segments.met(0)[cue.table])
-    penalty = STEP * ~reached + np.where(
-        reached,
-        0.0,
-        np.clip(before.nearest(ball) - 2.0 * problem.radius, 1e-6, MAX_DISTANCE_PENALTY),
+    x, y = places[goal.ball][0], places[goal.ball][1]
+    extra = 0.0 if goal.kind == HIT else STEP
+    if balls[first].first_contact != goal.ball:
+        least = FAR
+        for k in range(begin, end):
+            if segments[k].ball == 0:
+                if has_hit(segments[k]):
+                    break
+                least = min(least, nearest(segments[k], ends[k - begin] - segments[k].time, x, y))
+        gap = least - 2.0 * goal.ball_radius
+        return STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
+    if goal.kind == HIT:
+        return 0.0
+    beyond = MAX_DISTANCE_PENALTY
+    mover = goal.ball if goal.kind == HIT_DIRECTION else 0
+    for k in range(begin, end):
+        segment = segments[k]
+        if segment.ball == mover and has_hit(segment):
+            if goal.kind == HIT_DIRECTION:
+                heading = math.atan2(segment.velocity[1], segment.velocity[0])
+                turn = abs(heading - math.atan2(goal.y, goal.x))
+                beyond = (min(turn, 2.0 * math.pi - turn) - goal.radius) / math.pi
+            else:
+                px, py = segment.position[0] - x, segment.position[1] - y
+                u, v = goal.x - x, goal.y - y
+                one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
+                px, py = px / one - u / two, py / one - v / two
+                beyond = goal.ball_radius * math.sqrt(px * px + py * py) - goal.radius
+            break
+    return distance_penalty(beyond)
+
+
+@inner
+def path_penalty(goal: Goal, segments: list[Segment], ends: Vector, begin: int, end: int) -> float:
+    """Penalty of a cue ball that has to pass a point or a gate."""
+    x, y = goal.x, goal.y
+    if goal.kind == GATE:
+        x, y = 0.5 * (goal.x + goal.u), 0.5 * (goal.y + goal.v)
+    least = FAR
+    for k in range(begin, end):
+        segment = segments[k]
+        if segment.ball == 0:
+            lasting = ends[k - begin] - segment.time
+            least = min(least, nearest(segment, lasting, x, y))
+            if goal.kind == GATE and lasting > 0.0 and crosses(segment, lasting, goal):
+                return 0.0
+    if goal.kind == GATE:
+        return min(max(least, NO_SUCCESS), MAX_DISTANCE_PENALTY)
+    return distance_penalty(least - goal.radius)
+
+
+@inner
+def has_potted(wanted: Floats, balls: list[BallOutcome], first: int) -> bool:
+    """Whether a ball fell into a pocket into which it may."""
+    for i in range(len(wanted)):
+        pocket = balls[first + i].pocket
+        if pocket != NOTHING and wanted[i][pocket] > 0.0:
+            return True
+    return False
+
+
+@inner
+def write_ends(
+    segments: list[Segment], begin: int, end: int, stop: float, following: Floats, ends: Floats
+) -> None:
+    """Write when each segment of a table ends: at the next one of its ball, or at the stop [s]."""
+    for i in range(len(following)):
+        following[i] = stop
+    for back in range(end - begin):
+        k = end - 1 - back
+        segment = segments[k]
+        ends[k - begin] = max(following[segment.ball], segment.time)
+        following[segment.ball] = segment.time
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    zeros = storage.zeros
+    return (
+        storage.records(Goal, 1),
+        storage.records(BallRule, 1),
+        zeros(1, POCKETS),
+        zeros(1, 2),
+        zeros(POCKETS, 2),
+        storage.records(BallOutcome, 1),
+        storage.records(TableOutcome, 1),
+        storage.records(Segment, 1),
+        zeros(1),
+        zeros(1),
+        zeros(1),
     )
-    if target.direction is None and target.at is None:
-        return penalty
-    # The first segment of the ball, and of the cue ball, after their collision.
-    own = segments.of((segments.ball == problem.ball) & segments.after_ball)
-    first = _first_segment(own)
-    beyond = np.full(segments.tables, MAX_DISTANCE_PENALTY)
-    if target.direction is not None:
-        wanted = np.arctan2(target.direction[1], target.direction[0])
-        heading = np.arctan2(own.velocity[first, 1], own.velocity[first, 0])
-        turn = np.abs(np.remainder(heading - wanted + np.pi, 2.0 * np.pi) - np.pi)
-        beyond[own.table[first]] = (turn - np.radians(target.direction_tolerance_deg)) / np.pi
-    elif target.at is not None:
-        struck = cue.of(cue.after_ball)
-        there = struck.place[_first_segment(struck), :2] - ball
-        touched = problem.radius * there / np.hypot(*there.T)[:, np.newaxis]
-        wanted = np.array(target.at) - ball
-        wanted *= problem.radius / np.hypot(*wanted)
-        beyond[struck.table[_first_segment(struck)]] = (
-            np.hypot(*(touched - wanted).T) - target.radius
-        )
-    return penalty + STEP * ~reached + np.where(reached, _distance_penalty(beyond), 0.0)
 
 
-def _first_segment(segments: Segments) -> NDArray[np.int64]:
-    """Index of the first segment of each table that has one; all segments are of one ball."""
-    first: NDArray[np.int64] = np.unique(segments.table, return_index=True)[1]
-    return first
+@entry(_example)
+def score_tables(
+    goals: list[Goal],
+    rules: list[BallRule],
+    wanted: Floats,
+    places: Floats,
+    holes: Floats,
+    balls: list[BallOutcome],
+    tables: list[TableOutcome],
+    segments: list[Segment],
+    following: Floats,
+    ends: Floats,
+    penalties: Floats,
+) -> None:
+    """
+    Find the penalty of each table.
 
+    Parameters
+    ----------
+    goals : 1 Goal
+    rules : n BallRule
+    wanted : (n, POCKETS) floats
+        Above 0 if the ball may fall into the pocket to reach the target.
+    places, holes : (n, 2), (POCKETS, 2) floats
+        Of the balls at first, and of the holes of pockets [m].
+    balls, tables, segments : tables n BallOutcome, tables TableOutcome, Segments
+        As recorded.
+    following, ends : (n,), (segments,) floats
+        Scratch.
+    penalties : (tables,) floats, written
+        0 if the target is reached, see `Outcomes`.
 
-def _pot(problem: Problem, target: Pot, recording: BatchRecording, segments: Segments) -> Array:
-    """Penalty for a ball that is not touched or not potted, or for a wrong leave."""
-    own = segments.of(segments.ball == problem.ball)
-    touched = np.isfinite(segments.met(problem.ball))
-    others = segments.of((segments.ball != problem.ball) & (segments.duration > 0.0))
-    near = others.nearest(problem.places[problem.ball]) - 2.0 * problem.radius
-    to_pocket = np.min([own.nearest(problem.hole(pocket)) for pocket in problem.pockets], axis=0)
-    into = recording.balls['pocket'][:, problem.ball]
-    potted = np.isin(into, problem.pockets)
-    penalty = np.where(
-        touched, np.clip(to_pocket, 1e-6, MAX_DISTANCE_PENALTY), STEP + _distance_penalty(near)
-    )
-    penalty = np.where(potted, 0.0, penalty)
-    if target.leave is not None:
-        away = np.hypot(*(recording.balls['position'][:, 0, :2] - target.leave).T) - target.radius
-        penalty = np.where(potted, _distance_penalty(away), STEP + penalty)
-    return penalty
+    """
+    goal, count, begin = goals[0], len(rules), 0
+    for table in range(len(tables)):
+        end, first = tables[table].segments, table * count
+        x, y = balls[first].position[0] - goal.x, balls[first].position[1] - goal.y
+        away = math.sqrt(x * x + y * y) - goal.radius
+        if goal.kind == REST:
+            penalty = distance_penalty(away)
+        elif (goal.kind == POT or goal.kind == POT_AND_LEAVE) and has_potted(wanted, balls, first):
+            penalty = distance_penalty(away) if goal.kind == POT_AND_LEAVE else 0.0
+        else:
+            write_ends(segments, begin, end, tables[table].duration, following, ends)
+            if goal.kind == POT or goal.kind == POT_AND_LEAVE:
+                penalty = pot_penalty(
+                    goal, wanted, places, holes, balls, segments, ends, first, begin, end
+                )
+                if goal.kind == POT_AND_LEAVE:
+                    penalty += STEP
+            elif goal.kind == PASS or goal.kind == GATE:
+                penalty = path_penalty(goal, segments, ends, begin, end)
+            else:
+                penalty = hit_penalty(goal, places, balls, segments, ends, first, begin, end)
+        if is_foul(goal, rules, balls, first):
+            penalty += STEP
+        penalties[table] = penalty
+        begin = end

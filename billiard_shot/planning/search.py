@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from operator import attrgetter
 from typing import NamedTuple
@@ -27,19 +27,24 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
 from billiard_shot.planning.strikes import Array
-from billiard_shot.planning.waypoints import Waypoint, waypoints
+from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 
-NORMAL_BUDGET = 20_000  # simulations to which the numbers below apply
-CANDIDATE_SHARE = 0.3  # of the budget, for the candidates of a stage
+NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
+MIN_EFFORT = 0.3  # share of these numbers for a small budget
+CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share of the budget
 MAX_ROUTES = 24  # of each kind of route
 CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
-REFINED = 36  # candidates of a stage that are refined
+REFINED = 40  # candidates of a stage that are refined
 RACERS, FINALISTS = 8, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS, MAX_RACES = 128, 6  # trials of each stroke in a race; races
+RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
-WINNER_TRIALS, OTHER_TRIALS = 800, 200  # held-out trials of the winner; of each other
-# Below these success probabilities: routes by one cushion; routes by more, and random strokes.
-CUSHIONS_BELOW, RANDOM_BELOW = 0.5, 0.1
+WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
+# Searches of which two must agree: at least so many if a stroke is good, or if none is; at most.
+ROUNDS, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
+PROMISING = 0.1  # of success below the best: stages so much worse are not searched again
+# Below these success probabilities: combinations and curved paths; routes by one cushion; routes
+# by more, and random strokes.
+DETOURS_BELOW, CUSHIONS_BELOW, RANDOM_BELOW = 0.6, 0.5, 0.1
 
 cost_of = attrgetter('cost')
 
@@ -57,80 +62,116 @@ class Finalist(NamedTuple):
     trials: int
 
 
-def search(problem: Problem, runner: Runner, seed: int) -> tuple[list[Finalist], float, bool]:
+class Found(NamedTuple):
+    """What a search found."""
+
+    finalists: list[Finalist]  # the winner of the race, the others by the lower end of intervals
+    penalty: float  # smallest of all candidates, see `Outcomes`
+    cancelled: bool  # then the finalists have the estimates so far
+    converged: bool  # two searches from different random numbers agree on the success
+
+
+@dataclass(slots=True)
+class Stage:
+    """Candidates of one kind, simulated without errors."""
+
+    candidates: Candidates
+    penalty: Array
+    success: float = 0.0  # of its best stroke so far
+
+
+def search(problem: Problem, runner: Runner, seed: int) -> Found:
     """
-    Search until the budget is spent, the best stroke is clear, or the search is cancelled.
+    Search until two rounds agree, the budget is spent, or the search is cancelled.
 
-    Returns
-    -------
-    finalists : list of Finalist
-        The best first. If the search was cancelled, with the estimates so far.
-    penalty : float
-        Smallest penalty of all candidates, see `Outcomes`.
-    cancelled : bool
-
+    Each round refines other candidates with other random numbers. Its stages go from straight
+    paths to complicated ones, and end as soon as a stroke is good enough.
     """
     draws = np.random.default_rng(seed)
-    effort = min(1.0, max(0.25, runner.budget / NORMAL_BUDGET))
+    effort = min(1.0, max(MIN_EFFORT, runner.budget / NORMAL_BUDGET))
+    stages: list[Stage] = []
+    makers = _stages(problem, runner)
     found: list[Population] = []
-    nearest = np.inf
+    winners: list[float] = []  # success of the best stroke of each round
+    nearest, converged = np.inf, False
     try:
-        for stage in _stages(problem, runner):
-            candidates = stage()
-            candidates = candidates.take(np.arange(len(candidates.route))[: runner.left])
-            if not len(candidates.route):
-                continue
-            penalty = runner.evaluate(candidates.strokes).penalty
-            nearest = min(nearest, float(penalty.min()))
-            chosen = _choose(candidates, penalty, max(4, round(effort * REFINED)), draws)
-            found.append(population_of(candidates.take(chosen), penalty[chosen]))
-            for better in refine(problem, runner, found[-1], draws, effort):
-                found[-1] = better
-            if runner.left <= 0:
+        for number in range(MAX_ROUNDS):
+            first, runner.best = len(found), 0.0
+            for stage in _simulated(problem, runner, stages, makers):
+                nearest = min(nearest, float(stage.penalty.min()))
+                count = max(4, round(effort * REFINED))
+                chosen = _choose(stage.candidates, stage.penalty, count, draws)
+                population = population_of(stage.candidates.take(chosen), stage.penalty[chosen])
+                found.append(population)
+                for better in refine(problem, runner, population, draws, effort):
+                    found[-1] = better
+                stage.success = max(stage.success, float(found[-1].success.max(initial=0.0)))
+                if runner.left <= 0:
+                    break
+            best = _best(found[first:])
+            if not len(best.strokes):
                 break
+            winners.append(float(best.success[0]))
+            samples = int(best.samples[0])
+            sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
+            rounds = ROUNDS if max(winners) >= DETOURS_BELOW else HARD_ROUNDS
+            converged = sure or (number + 1 >= rounds and _agree(winners, samples))
+            if converged or runner.left <= 0:
+                break
+        runner.best = max(winners, default=0.0)
         runner.reserved = 0
-        return _race(problem, runner, _best(found), draws, effort), nearest, False
+        finalists = _race(problem, runner, _best(found), draws, effort)
+        return Found(finalists, nearest, cancelled=False, converged=converged)
     except StoppedError:
         best = _best(found)
         best = best.take(_distinct(problem, best.strokes)[:FINALISTS])
         known = zip(best.strokes, best.success, best.samples.tolist(), strict=True)
-        return [Finalist(stroke, round(part * n), n) for stroke, part, n in known], nearest, True
+        finalists = [Finalist(stroke, round(part * n), n) for stroke, part, n in known]
+        return Found(finalists, nearest, cancelled=True, converged=False)
 
 
-def _stages(problem: Problem, runner: Runner) -> Iterator[Callable[[], Candidates]]:
-    """Yield the stages of the search, each a function that makes candidates."""
-    capacity = max(1, round(CANDIDATE_SHARE * min(runner.budget, NORMAL_BUDGET)))
+def _agree(winners: list[float], samples: int) -> bool:
+    """Whether the two best rounds found strokes with the same success."""
+    second, first = sorted(winners)[-2:]
+    return wilson_interval(second * samples, samples)[1] >= first
 
-    def usual() -> Candidates:
-        points = waypoints(problem, 0)
-        routes = [routes_to(problem, point, 0) for point in points]
+
+def _stages(problem: Problem, runner: Runner) -> Iterator[Candidates]:
+    """Yield the candidates of the stages, as far as they are needed."""
+    points = waypoints(problem, 0)
+    routes = [routes_to(problem, point, 0) for point in points]
+    direct = sorted(chain.from_iterable(routes), key=cost_of)[:MAX_ROUTES]
+    yield spread_azimuth(candidates_along(problem, direct))
+    if runner.best < DETOURS_BELOW:
         blocked = [point for point, found in zip(points, routes, strict=True) if not found]
-        direct = sorted(chain.from_iterable(routes), key=cost_of)[:MAX_ROUTES]
-        parts = [spread_azimuth(candidates_along(problem, direct))]
-        return _thinned(
-            concatenate([*parts, *_curved_candidates(problem, runner, blocked)]), capacity
-        )
-
-    def cushions() -> Candidates:
-        return _thinned(
-            _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES), capacity
-        )
-
-    def more() -> Candidates:
-        return _thinned(
-            _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES), capacity
-        )
-
-    yield usual
-    if problem.scene.table is not None:
-        if runner.best < CUSHIONS_BELOW:
-            yield cushions
+        pushed = [
+            route for point in combinations(problem) for route in routes_to(problem, point, 0)
+        ]
+        pushed = sorted(pushed, key=cost_of)[:MAX_ROUTES]
+        parts = [spread_azimuth(candidates_along(problem, pushed))]
+        yield concatenate([*parts, *_curved_candidates(problem, runner, blocked)])
+    if problem.scene.table is not None and runner.best < CUSHIONS_BELOW:
+        yield _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES)
         if runner.best < RANDOM_BELOW:
-            yield more
-    tried = 0
+            yield _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
+    tried, capacity = 0, min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)))
     while runner.left > 0 and runner.best < RANDOM_BELOW:
-        yield partial(random_candidates, problem, capacity, tried)
+        yield random_candidates(problem, capacity, tried)
         tried += capacity
+
+
+def _simulated(
+    problem: Problem, runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
+) -> Iterator[Stage]:
+    """Yield the best stages of earlier rounds, and then those that are needed beyond them."""
+    best = max((stage.success for stage in stages), default=0.0)
+    yield from [stage for stage in stages if stage.success >= best - PROMISING]
+    for candidates in makers:
+        capacity = min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)), runner.left)
+        candidates = _thinned(candidates, capacity)
+        if len(candidates.route):
+            stages.append(Stage(candidates, runner.evaluate(candidates.strokes).penalty))
+            yield stages[-1]
 
 
 def _cushion_candidates(
@@ -214,7 +255,10 @@ def _race(
         if len(strokes) < 2 or race < 8:
             break
         noise = sample_execution_noise(problem, draws, race)
-        wins += _count_successes(problem, runner, strokes, noise)
+        success = _success(problem, runner, strokes, noise, exact=False)
+        if len(success) < len(strokes):
+            break  # the time is up
+        wins += success.sum(axis=1)
         trials += race
         order = np.argsort(-wins, kind='stable')
         strokes, wins = strokes[order], wins[order]
@@ -226,12 +270,15 @@ def _race(
     runner.reserved = 0
     found = []
     for place, stroke in enumerate(strokes[:FINALISTS]):
-        count = min(round(effort * (OTHER_TRIALS if place else WINNER_TRIALS)), runner.left)
-        if count:
-            noise = sample_execution_noise(problem, draws, count)
-            successes = int(_count_successes(problem, runner, stroke[np.newaxis], noise)[0])
-            found.append(Finalist(stroke, successes, count))
-    return found[:1] + sorted(found[1:], key=lambda each: -each.successes / each.trials)
+        share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
+        count = min(max(1, round(effort * share)), runner.left)
+        noise = sample_execution_noise(problem, draws, count)
+        success = _success(problem, runner, stroke[np.newaxis], noise, exact=True)
+        if success.size:
+            found.append(Finalist(stroke, int(success.sum()), success.size))
+    # The race alone decides the first place: the best of several held-out results is too good.
+    others = sorted(found[1:], key=lambda each: -wilson_interval(each.successes, each.trials)[0])
+    return found[:1] + others
 
 
 def _still_racing(wins: Array, trials: int) -> int:
@@ -254,8 +301,13 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
     return np.array(chosen, np.int64)
 
 
-def _count_successes(problem: Problem, runner: Runner, strokes: Array, noise: Array) -> Array:
-    """Count the successes of each stroke under the same errors."""
+def _success(
+    problem: Problem, runner: Runner, strokes: Array, noise: Array, *, exact: bool
+) -> NDArray[np.bool_]:
+    """Find whether each stroke (n, 5) succeeds with each of the errors (m, 5): (n, m)."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    success = runner.evaluate(tried).success.reshape(len(strokes), len(noise))
-    return success.sum(axis=1).astype(float)
+    success = runner.evaluate(tried, exact=exact, to_the_end=True).success
+    if len(strokes) == 1:
+        return success[np.newaxis]
+    complete = len(success) // max(1, len(noise))
+    return success[: complete * len(noise)].reshape(complete, len(noise))

@@ -52,6 +52,19 @@ def pocket_field() -> Any:
     return dataclasses.field(default=ANY, metadata={TAKES: convert})
 
 
+def balls_field() -> Any:
+    """Make a field for the name of a ball, a list of names, or `any`; its value is a tuple."""
+    one = name().metadata[TAKES]
+
+    def convert(value: object) -> tuple[str, ...]:
+        names = tuple(value) if isinstance(value, tuple | list) else (value,)
+        if not names:
+            raise refused(value, "a name, such as '8', a list of names, or any")
+        return tuple(dict.fromkeys(one(each) for each in names))
+
+    return dataclasses.field(metadata={TAKES: convert})
+
+
 @dataclass(frozen=True, slots=True)
 class Rest:
     """
@@ -156,12 +169,12 @@ class Hit:
 @dataclass(frozen=True, slots=True)
 class Pot:
     """
-    A ball has to fall into a pocket, and the cue ball has to stay on the table.
+    One of some balls has to fall into a pocket, and the cue ball has to stay on the table.
 
     Parameters
     ----------
-    pot : str
-        Name of the ball.
+    pot : str or sequence of str
+        Name of the ball, or of several; `any`: all but the cue ball and the balls to be kept.
     pocket : str or sequence of str
         `any`, or one or several names from `POCKET_NAMES`.
     leave : (x, y), optional
@@ -171,13 +184,17 @@ class Pot:
 
     """
 
-    pot: str = name()
+    pot: tuple[str, ...] = balls_field()
     pocket: tuple[str, ...] = pocket_field()
     leave: Point | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.1)
 
     def __post_init__(self) -> None:
         check(self)
+
+    def wants(self, ball: str) -> bool:
+        """Whether a ball, other than the cue ball, is one of those to be potted."""
+        return ANY in self.pot or ball in self.pot
 
 
 Target: TypeAlias = Rest | Pass | Gate | Hit | Pot
@@ -263,7 +280,11 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
             if target.at is not None:
                 yield from _on_table(scene, 'at', target.at)
         case Pot():
-            yield from _ball(scene, 'pot', target.pot)
+            for ball in target.pot:
+                if ball != ANY:
+                    yield from _ball(scene, 'pot', ball)
+            if not set(scene.balls) - {CUE_BALL}:
+                yield Mistake(('pot',), 'the scene has no balls but the cue ball')
             if scene.table is None or not scene.table.pockets:
                 yield Mistake(('pocket',), 'the scene has no pockets; it needs a table with some')
             if target.leave is not None:
@@ -295,7 +316,7 @@ def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
 
 
 def _place(
-    scene: Scene, key: str, place: Point, radius: float, gone: str = ''
+    scene: Scene, key: str, place: Point, radius: float, gone: tuple[str, ...] = ()
 ) -> Iterator[Mistake]:
     """Mistakes of a point from which the centre of the cue ball may be at most `radius` away."""
     off = list(_on_table(scene, key, place))
@@ -308,8 +329,10 @@ def _place(
     yield from off
     for other, there in lying(scene).items():
         apart = math.dist(place, there)
-        if other not in (CUE_BALL, gone) and (
-            apart < scene.ball.radius or 2.0 * scene.ball.radius - apart > radius
+        if (
+            other not in (CUE_BALL, *gone)
+            and ANY not in gone
+            and (apart < scene.ball.radius or 2.0 * scene.ball.radius - apart > radius)
         ):
             yield Mistake(
                 (key,),

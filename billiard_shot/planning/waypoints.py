@@ -35,45 +35,50 @@ class Waypoint(NamedTuple):
 
 def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     """List waypoints of the target; a ball to be potted meets at most `cushions` cushions."""
-    ball, radius = problem.ball, problem.radius
     point = point_of(problem.target)
     if point is not None:
         return [Waypoint(np.array(point), np.zeros(2), 0, 0.0)]
-    there = problem.places[ball]
     if isinstance(problem.target, Hit):
+        ball = problem.balls[0]
+        there = problem.places[ball]
         return [
-            Waypoint(there - 2.0 * radius * push, push, ball, float(order))
-            for order, push in enumerate(_pushes(problem, problem.target))
+            Waypoint(there - 2.0 * problem.radius * push, push, ball, float(order))
+            for order, push in enumerate(_pushes(problem, problem.target, there))
         ]
-    found = []
-    for pocket in problem.pockets:
-        hole = problem.hole(pocket)
-        for via in sequences(cushions):
-            path = mirror_path(problem, there, hole, via)
-            if path is None or not is_clear(problem, path, (0, ball)):
-                continue
-            push = _unit(path[1] - path[0])
-            after = _length(path) * (1.0 + 2.0 * len(via))
-            ghost = there - 2.0 * radius * push
-            if problem.first in (0, ball):
-                found.append(Waypoint(ghost, push, ball, after))
-            if not via:
-                found += _combinations(problem, ghost, push, after)
-    return found
+    return [each for each in _ghosts(problem, cushions) if problem.may_meet(each.struck)]
 
 
-def _combinations(problem: Problem, ghost: Array, push: Array, after: float) -> Iterator[Waypoint]:
-    """Waypoints at another ball, which then pushes the wanted ball in its direction."""
+def _ghosts(problem: Problem, cushions: int) -> Iterator[Waypoint]:
+    """Ghost balls of all balls to be potted, for all their ways into pockets."""
+    for ball in problem.balls:
+        there = problem.places[ball]
+        for pocket in problem.pockets:
+            for via in sequences(cushions):
+                path = mirror_path(problem, there, problem.holes[pocket], via)
+                if path is not None and is_clear(problem, path, (0, ball)):
+                    push = _unit(path[1] - path[0])
+                    after = _length(path) * (1.0 + 2.0 * len(via))
+                    yield Waypoint(there - 2.0 * problem.radius * push, push, ball, after)
+
+
+def combinations(problem: Problem) -> list[Waypoint]:
+    """List waypoints at balls that push a ball to be potted into a pocket."""
+    if isinstance(problem.target, Hit) or point_of(problem.target) is not None:
+        return []
+    return [each for ghost in _ghosts(problem, 0) for each in _pushed_by(problem, ghost)]
+
+
+def _pushed_by(problem: Problem, wanted: Waypoint) -> Iterator[Waypoint]:
+    """Waypoints at another ball, which then takes the place of the cue ball at a waypoint."""
+    ghost, push, ball, after = wanted
     for other in range(1, len(problem.places)):
         there = problem.places[other]
-        if other == problem.ball or problem.first not in (0, other):
+        if other == ball or not problem.may_meet(other):
             continue
         distance = float(np.hypot(*(ghost - there)))
         line = _unit(ghost - there) if distance > NEAR * problem.radius else push
         cut = float(line @ push)
-        if cut > MIN_CUT_COSINE and is_clear(
-            problem, np.array([there, ghost]), (0, other, problem.ball)
-        ):
+        if cut > MIN_CUT_COSINE and is_clear(problem, np.array([there, ghost]), (0, other, ball)):
             yield Waypoint(
                 there - 2.0 * problem.radius * line,
                 line,
@@ -82,10 +87,9 @@ def _combinations(problem: Problem, ghost: Array, push: Array, after: float) -> 
             )
 
 
-def _pushes(problem: Problem, target: Hit) -> list[Array]:
+def _pushes(problem: Problem, target: Hit, there: Array) -> list[Array]:
     if target.direction is not None:
         return [_unit(np.array(target.direction))]
-    there = problem.places[problem.ball]
     if target.at is not None:
         return [_unit(there - target.at)]
     ahead = there - problem.cue_ball

@@ -66,6 +66,7 @@ class PlanRequest:
     constraints: dict[str, Any]
     budget: int
     seed: int
+    time_limit: float | None = None  # s
 
 
 def plan_request_of(
@@ -95,8 +96,10 @@ def plan_request_of(
     if goal.use_limits:
         constraints = {name: getattr(goal, name) for name in LIMITS if name not in ANGLES}
         constraints |= {limit: math.degrees(getattr(goal, name)) for name, limit in ANGLES.items()}
+        if 'keep' in default.constraints:
+            constraints['keep'] = default.constraints['keep']
     if goal.first_contact:
-        constraints['first_contact'] = goal.first_contact
+        constraints['first_contact'] = names_in(goal.first_contact)
     noise = default.noise
     if goal.use_noise:
         try:
@@ -111,7 +114,13 @@ def plan_request_of(
             raise ValueError(_renamed(str(error), NOISE_FIELDS)) from None
     target = target_of(goal.target) or default.target
     return PlanRequest(
-        scene, target, noise, constraints, goal.budget or default.budget, goal.seed or default.seed
+        scene,
+        target,
+        noise,
+        constraints,
+        goal.budget or default.budget,
+        goal.seed or default.seed,
+        default.time_limit,
     )
 
 
@@ -181,7 +190,7 @@ def target_of(target: Target) -> dict[str, Any] | None:
             if target.use_point:
                 found['at'] = point
         case Target.POT:
-            found = {'pot': target.ball, 'pocket': list(target.pockets) or 'any'}
+            found = {'pot': names_in(target.ball), 'pocket': list(target.pockets) or 'any'}
             if target.use_point:
                 found['leave'] = point
         case _:
@@ -189,6 +198,12 @@ def target_of(target: Target) -> dict[str, Any] | None:
     if target.radius:
         found['radius'] = target.radius
     return found
+
+
+def names_in(text: str) -> list[str] | str:
+    """Read names of balls with commas between them; a single name stays as it is."""
+    names = [name.strip() for name in text.split(',')]
+    return names if len(names) > 1 else text
 
 
 def target_message(target: Mapping[str, Any]) -> Target:
@@ -221,10 +236,10 @@ def target_message(target: Mapping[str, Any]) -> Target:
                 use_direction=direction is not None,
                 within=math.radians(direction_tolerance_deg),
             )
-        case targets.Pot(ball, pockets, point, radius):
+        case targets.Pot(balls, pockets, point, radius):
             return Target(
                 kind=Target.POT,
-                ball=ball,
+                ball=', '.join(balls),
                 pockets=pockets,
                 point=_flat(Point, point),
                 use_point=point is not None,

@@ -43,9 +43,21 @@ PLANNER = (
     ),
     Parameter(
         'budget',
-        20_000,
+        60_000,
         'Largest number of simulated strokes, if the goal does not give one.',
         limits=(1, 10_000_000),
+    ),
+    Parameter(
+        'time_limit',
+        0.0,
+        'Time after which a search ends with its best stroke; 0: none.',
+        unit='s',
+        limits=(0.0, 3600.0),
+    ),
+    Parameter(
+        'keep',
+        '',
+        'Names of balls that must not be pocketed, with commas between them.',
     ),
     Parameter(
         'seed',

@@ -70,6 +70,7 @@ class Search:
                 request.constraints,
                 self._on_progress,
                 lambda: self.stop.is_set() or not rclpy.ok(),
+                time_limit=request.time_limit,
             )
         except ValueError as error:
             self.result = PlanResult(
@@ -122,13 +123,17 @@ class Planner(Node):
         scene = Scene.load(self.get_parameter('scene').value)
         limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
         own = asdict(Robot())
+        constraints = {name: value for name, value in limits.items() if value != own[name]}
+        if keep := self.get_parameter('keep').value:
+            constraints['keep'] = plan_conversions.names_in(keep)
         self._default = PlanRequest(
             scene,
             yaml.safe_load(self.get_parameter('target').value),
             scene.noise.times(self.get_parameter('noise_scale').value),
-            {name: value for name, value in limits.items() if value != own[name]},
+            constraints,
             self.get_parameter('budget').value,
             self.get_parameter('seed').value,
+            self.get_parameter('time_limit').value or None,
         )
 
     def _keep_table(self, message: TableState) -> None:

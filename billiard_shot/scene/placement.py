@@ -1,7 +1,7 @@
 """Positions of balls: not in each other, not in a cushion, not over a pocket."""
 
-from collections.abc import Iterator
-from itertools import combinations
+from collections.abc import Iterator, Mapping
+from itertools import combinations, count
 import math
 from typing import Any
 
@@ -10,6 +10,7 @@ from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
+ROUNDED = 0.002  # m: so much nearer comes a ball to the ends of noses, which are rounded
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
@@ -43,8 +44,20 @@ def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
                 yield Mistake(('balls', name), f'{[x, y]} is not allowed; {why}')
 
 
+def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
+    """Find the free place of the head string that is nearest to its middle (x, y) [m]."""
+    x = -0.25 * scene.table.length if scene.table is not None else 0.0
+    step, apart = 0.25 * scene.ball.radius, 2.0 * scene.ball.radius
+    tried = (sign * i * step for i in count() for sign in (1.0, -1.0))
+    return next(
+        (x, y) for y in tried if all(math.dist((x, y), place) > apart for place in others.values())
+    )
+
+
 def no_place(table: Any, x: float, y: float, radius: float) -> str:
     """Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth."""
+    # a nose is higher than the centre of a ball, which touches it nearer than by its radius
+    standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
     # Distance of the ball from the mouth of the pocket, outwards, and from its middle, sideways.
     corner = (beyond[0] + beyond[1] + table.corner.mouth * math.sqrt(0.5)) * math.sqrt(0.5)
@@ -55,10 +68,8 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
     for pocket, out, aside in pockets if table.pockets else ():
         if math.hypot(out - pocket.shelf - pocket.radius, aside) < pocket.radius:
             return 'a ball there is over a pocket'
-        if 0.0 <= out <= pocket.shelf and aside <= 0.5 * pocket.mouth - radius:
+        if -radius <= out <= pocket.shelf and _between_noses(pocket, out, aside, standoff):
             return ''
-    # a nose is higher than the centre of a ball, which touches it nearer than by its radius
-    standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
     if max(beyond) <= rounding.PLACE - standoff:
         return ''
     along, across = 0.5 * table.length - standoff, 0.5 * table.width - standoff
@@ -66,3 +77,11 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
         f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
         f'to {across:.4g} (m)'
     )
+
+
+def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:
+    """Whether a ball, at a distance [m] out of a mouth and beside its middle, clears its noses."""
+    room = 0.5 * pocket.mouth - aside
+    if out > 0.0:
+        return room >= standoff - ROUNDED
+    return room >= 0.0 and math.hypot(room, out) >= standoff - ROUNDED

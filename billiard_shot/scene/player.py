@@ -4,12 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar
+import math
+from typing import Any, ClassVar, Protocol, Self, TypeVar
+
+import numpy as np
 
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
+
+POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
+SLOWEST = 1e-3  # m/s, of a stroke with errors
+
+
+class Offsets(Protocol):
+    """A stroke; see `billiard_shot.Stroke`, which is above this layer."""
+
+    @property
+    def offsets(self) -> tuple[float, float, float, float, float]:
+        """Return the arguments of `from_offsets`."""
+
+    @classmethod
+    def from_offsets(
+        cls, a: float, b: float, elevation: float, azimuth: float, speed: float
+    ) -> Self:
+        """Make a stroke."""
+
+
+S = TypeVar('S', bound=Offsets)
 
 
 def _limits_in_order(robot: Any) -> Iterator[Mistake]:
@@ -88,6 +111,36 @@ class Noise:
 
     def __post_init__(self) -> None:
         check(self)
+
+    def perturb(
+        self, stroke: S, rng: np.random.Generator, ball_radius: float = POOL_BALL_RADIUS
+    ) -> S:
+        """
+        Draw a stroke as the player executes it.
+
+        Parameters
+        ----------
+        stroke : Stroke
+            As it is planned.
+        rng : numpy.random.Generator
+        ball_radius : float
+            [m]; by default that of pool balls.
+
+        Returns
+        -------
+        Stroke
+            With independent normal errors. Its speed is at least 1 mm/s.
+
+        """
+        a, b, elevation, azimuth, speed = stroke.offsets
+        errors = rng.standard_normal(5)
+        return type(stroke).from_offsets(
+            a + float(errors[0]) * self.a / ball_radius,
+            b + float(errors[1]) * self.b / ball_radius,
+            elevation + float(errors[2]) * math.radians(self.elevation_deg),
+            azimuth + float(errors[3]) * math.radians(self.azimuth_deg),
+            max(speed + float(errors[4]) * self.speed, SLOWEST),
+        )
 
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
 from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.double_hit import first_double_hit
@@ -205,6 +205,27 @@ class Shot:
     def evaluations(self) -> int:
         """Steps that the impact took."""
         return int(self._strike['steps'])
+
+    def after(self) -> Scene:
+        """
+        Return the scene after the shot: the balls where they rest.
+
+        Balls in pockets and off the table are gone. If the cue ball is, it lies at the free place
+        of the head string that is nearest to the middle (`ball in hand`).
+        """
+        balls = dict(self.scene.balls)
+        if self.table is None:
+            x, y, _ = self.trajectory.final_position.tolist()
+            return replace(self.scene, balls={**balls, CUE_BALL: (x, y)})
+        gone = {*self.table.pocketed, *self.table.off_table}
+        balls = {
+            name: (float(place[0]), float(place[1]))
+            for name, place in self.table.final_position.items()
+            if name not in gone
+        }
+        if CUE_BALL in gone:
+            balls[CUE_BALL] = in_hand(self.scene, balls)
+        return replace(self.scene, balls=balls)
 
     @cached_property
     def sensitivity(self) -> NDArray[np.float64]:

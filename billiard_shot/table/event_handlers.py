@@ -184,6 +184,8 @@ def separate(
 def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
     n, lies = table.numbers, ball.position[2] == table.params.radius
+    if feature < FACINGS:
+        ball.cushions += 1
     p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
     if lies and abs(shift) <= APART:  # rounding; or pressed in by its motion on the cloth
         ball.position[0] += p

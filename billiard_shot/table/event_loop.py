@@ -30,6 +30,8 @@ from billiard_shot.table.motion import (
     CLUSTER,
     NOTHING,
     OFF_TABLE,
+    POCKETED,
+    REST,
     Segment,
     START,
     start_ball,
@@ -38,6 +40,7 @@ from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
+    BallRule,
     Event,
     never,
     predict_collisions,
@@ -86,9 +89,26 @@ def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
 
 
 @inner
+def is_decided(s: Simulation) -> bool:
+    """Whether a ball broke its rule, or all balls that were to be pocketed have missed."""
+    met = s.balls[0].first_contact
+    if met != NOTHING and s.rules[met].barred:
+        return True
+    missed, pending = False, False
+    for i in range(len(s.balls)):
+        ball, rule = s.balls[i], s.rules[i]
+        if ball.motion == OFF_TABLE or (ball.motion == POCKETED and rule.must_stay):
+            return True
+        if rule.sought > 0 and ball.first_contact != NOTHING:
+            over = ball.motion == REST or ball.cushions > rule.sought
+            missed, pending = missed or over, pending or not over
+    return missed and not pending
+
+
+@inner
 def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int]:
     """
-    Simulate until nothing moves, or only endlessly, or several bodies meet.
+    Simulate until nothing moves, or only endlessly, or several bodies meet, or all is decided.
 
     Return when that is [s], and the status: of the table, or CLUSTER_PENDING.
     """
@@ -115,6 +135,8 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
             return now, CLUSTER_PENDING
         if p.unsolved != OK:
             return now, p.unsolved
+        if len(s.rules) > 0 and is_decided(s):
+            return now, OK
         predict_collisions(table, s, i, now)
         if j != NOTHING and j != i:
             predict_collisions(table, s, j, now)
@@ -186,6 +208,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.records(Rebound, 1),
         storage.records(Segment, 0),
         storage.records(Event, 0),
+        storage.records(BallRule, 0),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
     )
@@ -206,6 +229,7 @@ def simulate_tables(
     rebound: list[Rebound],
     segments: list[Segment],
     events: list[Event],
+    rules: list[BallRule],
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
 ) -> int:
@@ -225,6 +249,7 @@ def simulate_tables(
         Of the present table; at first new, and `never`.
     segments, events : records, written
         Segments of all tables and events of the last one, as far as there is room.
+    rules : n BallRule, or none
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
 
     Returns
@@ -236,7 +261,7 @@ def simulate_tables(
     """
     table = Table(params, numbers[0], jaws, pockets)
     p, count, number = progress[0], len(balls), first
-    s = Simulation(balls, collisions, p, rebound[0], segments, events)
+    s = Simulation(balls, collisions, p, rebound[0], segments, events, rules)
     while number < len(states):
         outcome = table_outcomes[number]
         if p.pending or load_states(params, s, states[number]):

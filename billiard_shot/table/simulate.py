@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import math
 import os
 from time import perf_counter
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import as_rows
+from billiard_shot.records import as_rows, ROWS
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.status import Status
@@ -29,7 +29,7 @@ from billiard_shot.table.motion import Ball, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
-from billiard_shot.table.simulation_state import Event, never, Progress, Simulation
+from billiard_shot.table.simulation_state import BallRule, Event, never, Progress, Simulation
 from billiard_shot.table.words import count_in_words, plural
 
 T = TypeVar('T')
@@ -138,12 +138,17 @@ def run_recorded(
     tolerance: float,
     hop_tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
+    rules: NDArray[np.void] | None = None,
 ) -> BatchRecording:
-    """Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion."""
+    """
+    Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion.
+
+    With `rules`, a BallRule for each ball, each run ends as soon as it is decided.
+    """
     capacity = 8 * states.shape[0] * (2 + states.shape[1])
     while True:
         played = _simulate(
-            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0
+            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0, rules
         )
         needed = int(played.tables['segments'][-1]) if len(states) else 0
         if needed <= capacity:
@@ -160,6 +165,7 @@ def _simulate(
     max_events: int,
     segments: int,
     events: int,
+    rules: NDArray[np.void] | None = None,
 ) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
@@ -173,6 +179,7 @@ def _simulate(
     )
     ball_outcomes = storage.records(BallOutcome, tables * count)
     table_outcomes = storage.records(TableOutcome, tables)
+    kept: Any = ROWS.records(BallRule, 0) if rules is None else rules
     numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
     edges, given = edges_of(storage, table, params.radius), storage.array(states)
     collisions = never(storage, count)
@@ -194,6 +201,7 @@ def _simulate(
                 rebound,
                 segment_records,
                 event_records,
+                kept,
                 ball_outcomes,
                 table_outcomes,
             ),
@@ -203,7 +211,7 @@ def _simulate(
         if number != before:
             participants.clear()
         state = Simulation(
-            balls, collisions, progress[0], rebound[0], segment_records, event_records
+            balls, collisions, progress[0], rebound[0], segment_records, event_records, kept
         )
         resolve(layout_of(params, table), state, participants)
     end = int(progress[0].segments), int(progress[0].events)

@@ -56,6 +56,21 @@ class Progress:
     reach: float  # m: balls at so small distances take part
 
 
+@record
+class BallRule:
+    """
+    What a ball must do, or not, for a run that ends as soon as that is decided.
+
+    Ball 0 is the one that was struck.
+    """
+
+    must_stay: bool  # the run ends if it is pocketed
+    barred: bool  # the run ends if ball 0 meets it before any other ball
+    # It is to be pocketed: the run ends if all such balls that were met rest, or met more than
+    # this many straight cushions. 0: it need not be pocketed.
+    sought: int
+
+
 class Simulation(NamedTuple):
     """State of n balls."""
 
@@ -65,6 +80,7 @@ class Simulation(NamedTuple):
     rebound: Rebound  # room for a contact with a cushion
     segments: list[Segment]  # of all tables, as far as there is room
     events: list[Event]  # of this table, as far as there is room
+    rules: list[BallRule]  # of each ball, or none: the run goes on until all rest
 
 
 def never(storage: Storage, count: int) -> Any:

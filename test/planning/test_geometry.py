@@ -67,7 +67,7 @@ def test_cushions_are_mirrors(x, y, u, v, via):
 def test_ghost_balls_touch_and_push_to_the_pocket():
     problem = problem_in(SCENE, {'pot': '8', 'pocket': 'foot_left'})
     ghost = waypoints(problem, 0)[0]
-    ball, hole = problem.places[problem.ball], problem.hole(0)
+    ball, hole = problem.places[problem.balls[0]], problem.holes[0]
     assert np.hypot(*(ghost.place - ball)) == pytest.approx(2.0 * problem.radius)
     assert ghost.push == pytest.approx((hole - ball) / np.hypot(*(hole - ball)))
     (route,) = routes_to(problem, ghost, 0)

@@ -66,7 +66,7 @@ def test_a_cushion_counts_only_before_the_target(target, kind):
 def test_a_jump_flies_over_and_a_massé_goes_around():
     for kind in ('jump', 'massé', 'curve'):
         scene, target, limits, _ = KINDS[kind]
-        shot = plan(scene, target, constraints=limits, budget=6000).best.shot
+        shot = plan(scene, target, constraints=limits, budget=20000).best.shot
         met = next(e.time for e in shot.table.events if len(e.balls) > 1)
         path = shot.trajectory.at(np.linspace(0.0, met - 1e-6, 500)).position
         height = path[:, 2].max() - scene.ball.radius

@@ -1,6 +1,7 @@
 """plan(): it reaches its targets, says how surely, and is the same again."""
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 import pickle
 
 from layouts import table_with
@@ -18,6 +19,7 @@ from billiard_shot.planning.limits import (
 )
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.runner import CHUNK, Runner
 from billiard_shot.planning.statistics import chance_in_words, wilson_interval
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
@@ -139,7 +141,7 @@ def test_cancel_gives_the_best_so_far():
     result = plan(SCENE, {'hit': '8'}, cancel=cancel)
     assert result.status == Status.CANCELLED
     assert len(asked) == 61
-    assert result.simulations < 61 * 96
+    assert result.simulations < 61 * CHUNK
     late = []
 
     def cancel_late():
@@ -159,7 +161,7 @@ def test_progress_goes_up_to_the_end():
     counts = [each.simulations for each in seen]
     assert counts == sorted(counts)
     assert counts[-1] == result.simulations
-    assert max(np.diff(counts)) <= 96
+    assert max(np.diff(counts)) <= CHUNK
     assert seen[-1].budget == 2000
     assert 0.0 <= seen[-1].success <= 1.0
 
@@ -327,3 +329,83 @@ def test_plans_for_pandas():
     frame = result.to_frame()
     assert frame['success'].tolist() == [each.success for each in result.ranking]
     assert frame.loc[0, 'speed'] == result.best.stroke.speed
+
+
+def test_several_balls_share_one_search():
+    """More balls never make the result worse than that of the best of them alone."""
+    alone = [plan(SCENE, {'pot': ball}, seed=2).best for ball in ('8', '1')]
+    both = plan(SCENE, {'pot': ['8', '1']}, seed=2).best
+    every = plan(SCENE, {'pot': 'any'}, seed=2).best
+    for best in (both, every):
+        assert best.interval[1] >= max(each.interval[0] for each in alone)
+
+
+def test_balls_to_keep_stay():
+    """The 1 stands before a pocket on the way of the 8: without it, both fall at times."""
+    kept = plan(SCENE, {'pot': 'any'}, constraints={'keep': '8'}, budget=BUDGET)
+    assert kept.status == Status.OK
+    for each in kept.ranking:
+        assert '8' not in each.shot.table.pocketed
+    with pytest.raises(ValueError, match='keep'):
+        plan(SCENE, {'pot': '8'}, constraints={'keep': ['8']}, budget=500)
+
+
+def test_one_of_several_balls_is_met_first():
+    bound = plan(SCENE, {'pot': '8'}, budget=BUDGET, constraints={'first_contact': ['1', '8']})
+    free = plan(SCENE, {'pot': '8'}, budget=BUDGET)
+    assert bound.best.interval[1] >= free.best.interval[0]
+    assert bound.best.shot.table.first_met['cue'] in ('1', '8')
+
+
+def test_a_time_limit_ends_the_search():
+    target = {'pot': '8', 'leave': (0.6, 0.0), 'radius': 0.05}
+    free = plan(SCENE, target)
+    short = plan(SCENE, target, time_limit=0.02)
+    assert short.simulations < free.simulations
+    assert short.status in (Status.OK, Status.NO_PLAN)
+    for wrong in (0, -1.0, 'soon', float('nan'), float('inf')):
+        with pytest.raises(ValueError, match='time_limit'):
+            plan(SCENE, target, time_limit=wrong)
+
+
+def test_finalists_have_enough_trials_and_their_order_follows_a_rule():
+    result = plan(SCENE, {'pot': '8'})
+    assert all(each.trials >= 400 for each in result.ranking)
+    lows = [each.interval[0] for each in result.ranking[1:]]
+    assert lows == sorted(lows, reverse=True)
+
+
+def test_few_trials_are_stated_as_they_are():
+    result = plan(SCENE, {'hit': '8'}, budget=30)
+    if result.best and result.best.trials < 100:
+        assert f'{result.best.successes} of {result.best.trials} trials' in result.message
+
+
+def test_a_task_that_ends_late_is_not_a_timeout():
+    """The wait times out, and the task is done when one looks: its result counts."""
+
+    class Late(Future):
+        waits = 0
+
+        def result(self, timeout=None):
+            if timeout is not None:
+                self.waits += 1
+                self.set_result('done')
+                raise TimeoutError
+            return super().result()
+
+    problem = problem_of(
+        SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, SCENE.noise), SCENE.noise
+    )
+    runner = Runner(problem, 10, ThreadPoolExecutor(1), None, None)
+    late = Late()
+    assert runner._result(late) == 'done'
+    assert late.waits == 1
+
+
+def test_a_stroke_that_does_wrong_without_errors_says_so():
+    scene = table_with(cue=(0.45, -0.185), b8=(0.9, 0.265))
+    best = plan(scene, {'pot': '8', 'pocket': 'foot_left'}, budget=BUDGET).best
+    assert best.warning == ''
+    into_a_pocket = Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(-0.45, 0.82), 2.0)
+    assert "'cue' falls" in replace(best, stroke=into_a_pocket).warning

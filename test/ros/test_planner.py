@@ -116,16 +116,16 @@ def test_it_plans_for_its_parameters_as_it_starts(node, asking):
 
 def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     asking.feedback.clear()
-    status, result = asking.ask(target=POT, balls=OPEN, budget=3000, seed=4)
+    status, result = asking.ask(target=POT, balls=OPEN, budget=6000, seed=4)
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert result.status == Status.OK
     scene = plan_conversions.with_balls(SCENE, OPEN)
-    alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=3000, seed=4)
+    alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=6000, seed=4)
     assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
     assert result.found == len(alone.ranking) > 1
     assert len(result.plans[0].trajectory.times) <= conversions.MAX_KEY_TIMES
     _, longer = asking.ask(
-        target=POT, balls=OPEN, budget=3000, seed=4, plan_count=100, sample_count=50
+        target=POT, balls=OPEN, budget=6000, seed=4, plan_count=100, sample_count=50
     )
     assert [each.success for each in longer.plans] == [each.success for each in alone.ranking]
     assert all(len(each.trajectory.times) == 50 for each in longer.plans)

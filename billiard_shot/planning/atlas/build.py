@@ -145,7 +145,7 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
     try:
         result = plan(
             scene_at(scene, layout),
-            Pot(layout.ball, request.pocket),
+            Pot((layout.ball,), request.pocket),
             request.noise,
             request.budget,
             _seed(request.seed, layout),

@@ -1,0 +1,84 @@
+"""
+Stages of the planner: the success that each one contributes.
+
+Pots in bins of cut angle and distance, and crowded tables on which any ball may be potted. Each
+stage is switched off in turn; the success of each plan is that of its held-out trials.
+
+    python benchmarks/plan_stages.py [--full]
+"""
+
+import argparse
+from contextlib import contextmanager
+
+import numpy as np
+from tools.plan_scenes import can_lie, pot_scene, TOURNAMENT
+
+from billiard_shot import plan
+from billiard_shot.planning import search
+
+BALLS = 15  # of a crowded table
+
+
+def crowded(draw):
+    """Scene with the cue ball and others at random, and a target."""
+    while True:
+        names = ('cue', *map(str, range(1, BALLS)))
+        scene = can_lie(
+            {name: draw.uniform((-1.2, -0.58), (1.2, 0.58)).tolist() for name in names}
+        )
+        if scene:
+            return scene, {'pot': '8'}
+
+
+@contextmanager
+def without(**changes):
+    """Change names of the search for a while."""
+    before = {name: getattr(search, name) for name in changes}
+    for name, value in changes.items():
+        setattr(search, name, value)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(search, name, value)
+
+
+def nothing(*_):
+    """Make no candidates."""
+    return []
+
+
+VARIANTS = {
+    'all stages': {},
+    'without combinations': {'combinations': nothing},
+    'without curved paths': {'_curved_candidates': nothing},
+    'without cushions': {'CUSHIONS_BELOW': -1.0},
+    'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
+    'one round': {'MAX_ROUNDS': 1},
+    'all kinds at once': {'DETOURS_BELOW': 2.0, 'CUSHIONS_BELOW': 2.0},
+}
+
+
+def main():
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
+    parser.add_argument('--full', action='store_true')
+    count = 50 if parser.parse_args().full else 10
+    draw = np.random.default_rng(41)
+    groups = {
+        'pots': [pot_scene(draw, i % 5, i % 3) for i in range(count)],
+        'crowded tables': [crowded(draw) for _ in range(count)],
+    }
+    plan(*groups['pots'][0], budget=500)  # compiled, loaded
+    for name, scenes in groups.items():
+        print(f'{name}: {count}')
+        for variant, changes in VARIANTS.items():
+            with without(**changes):
+                results = [plan(*each, noise=TOURNAMENT, seed=i) for i, each in enumerate(scenes)]
+            success = [each.best.success if each.best else 0.0 for each in results]
+            strokes = np.median([each.simulations for each in results])
+            print(f'    {variant:42s} {100.0 * np.mean(success):5.1f} %  {strokes:7.0f} strokes')
+
+
+if __name__ == '__main__':
+    main()

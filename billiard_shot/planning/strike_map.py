@@ -1,0 +1,186 @@
+"""
+Local maps of the strike: cubic polynomials in place of solved impacts.
+
+As long as the contacts are linear and the cue strikes once, velocity and spin of the ball are
+proportional to the cue speed, and the azimuth only turns them. What remains is a function of the
+offsets a and b and of the elevation. A map divides these into cells, and fits a polynomial to
+exact strikes in each cell that is used. A cell counts only if other exact strikes, which had no
+part in the fit, agree with it: cells with miscues, kinks or jumps do not, and their strokes are
+solved exactly. The sign of a mirrors a strike.
+
+A map chooses strokes; the success that a plan states comes from exact strikes.
+"""
+
+from collections import Counter
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import strike_batch
+from billiard_shot.status import Status
+
+SIZES = np.array([0.1, 0.1, 0.04])  # of a cell: a and b (ball radii), elevation (rad)
+FITTED, HELD_OUT = 80, 30  # exact strikes in a cell
+FEWEST = 48  # strokes of a search in a cell: with fewer, exact strikes cost less than a fit
+SHARE = 0.2  # of the standard deviations of the player: errors of a map that do not matter
+USUAL_SPEED = 2.0  # m/s
+TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
+EXPONENTS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)])
+MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # of velocity and spin, if a changes sign
+MOTION = 6  # columns of a motion: velocity [m/s] and spin [rad/s]
+
+Cell: TypeAlias = tuple[int, int, int]
+
+
+class Fit(NamedTuple):
+    """The strikes of a cell at 1 m/s along +x."""
+
+    coefficients: Array  # (terms, 6) velocity and spin for the terms of `terms_of`
+    errors: Array  # (6,) root mean square in held-out strikes, spins times radius; or infinite
+
+
+class Maps:
+    """
+    The cells that one search uses.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    bounds : (6,) float array
+        Errors of velocity, and of spin times radius, that do not matter, see `bounds_of`.
+
+    """
+
+    def __init__(self, model: StrikeModel, bounds: Array) -> None:
+        self.model, self.bounds = model, bounds
+        self.fits = fits_of(model)
+        self._strokes: Counter[Cell] = Counter()  # of this search so far
+
+    def missing(self, strokes: Array) -> list[Cell]:
+        """List the cells that strokes (n, 5) need and that are not fitted yet; count strokes."""
+        if self.model.exponent != 1.0 or not self.bounds.any():
+            return []
+        cells, _, counts = _cells_of(strokes)
+        for cell, count in zip(map(_cell, cells), counts.tolist(), strict=True):
+            self._strokes[cell] += count
+        return [cell for cell in map(_cell, cells) if self._pays(cell) and cell not in self.fits]
+
+    def _pays(self, cell: Cell) -> bool:
+        """Whether a fit pays: this depends on this search alone, whatever is fitted already."""
+        return self._strokes[cell] >= FEWEST
+
+    def motions(self, strokes: Array) -> Array:
+        """
+        Map strokes to motions of the ball at the end of the strike.
+
+        Parameters
+        ----------
+        strokes : (n, 5) float array
+            Of which all `missing` cells are fitted.
+
+        Returns
+        -------
+        (n, 6) float array
+            Velocity [m/s] and spin [rad/s], frame `table`; NaN for strokes that are not mapped.
+
+        """
+        motions = np.full((len(strokes), MOTION), np.nan)
+        cells, owner, counts = _cells_of(strokes)
+        order = np.argsort(owner, kind='stable')
+        for indices, count, end in zip(cells, counts, np.cumsum(counts), strict=True):
+            cell = _cell(indices)
+            if self._pays(cell) and (self.fits[cell].errors <= self.bounds).all():
+                rows = order[end - count : end]
+                motions[rows] = _evaluate(self.fits[cell], indices, strokes[rows])
+        return motions
+
+
+@lru_cache(maxsize=8)
+def fits_of(model: StrikeModel) -> dict[Cell, Fit]:
+    """Return the fits that searches of this process have made so far."""
+    return {}
+
+
+def bounds_of(sigmas: Array) -> Array:
+    """
+    Find errors of a map that do not matter beside the errors of the player.
+
+    Parameters
+    ----------
+    sigmas : (5,) float array
+        Standard deviations of a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+
+    Returns
+    -------
+    (6,) float array
+        Of velocity, and of spin times radius, relative to the cue speed. An offset changes the
+        spin of a solid ball by 5/2 of the velocity.
+
+    """
+    along, spin = sigmas[4] / USUAL_SPEED, 2.5 * min(sigmas[0], sigmas[1])
+    return SHARE * np.array([along, sigmas[3], along, spin, spin, spin])
+
+
+def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
+    """Fit a polynomial to exact strikes in a cell, and find its error in others."""
+    draw = np.random.default_rng([index + 1000 for index in cell])
+    places = draw.uniform(-1.0, 1.0, (FITTED + HELD_OUT, 3))
+    strokes = np.zeros((len(places), 5))
+    strokes[:, :3] = (np.array(cell) + 0.5 + 0.5 * places) * SIZES
+    strokes[:, 4] = 1.0
+    radius = model.surface.radius
+    centre = np.array([0.0, 0.0, radius])
+    strikes = strike_batch(model, *vectors_of(strokes), centre, TOLERANCE).strikes
+    if (strikes['status'] != Status.OK).any():
+        return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
+    exact = np.concatenate([strikes['velocity'], strikes['spin']], axis=1)
+    terms = terms_of(places)
+    found = np.linalg.lstsq(terms[:FITTED], exact[:FITTED], rcond=None)[0]
+    errors = np.abs(terms[FITTED:] @ found - exact[FITTED:])
+    errors[:, 3:] *= radius
+    return Fit(found, np.sqrt((errors**2).mean(axis=0)))
+
+
+def terms_of(places: Array) -> Array:
+    """Terms (n, terms) of a cubic polynomial at places (n, 3) of a cell, -1 to 1."""
+    x, y, z = (np.stack([np.ones(len(places)), each, each**2, each**3]) for each in places.T)
+    i, j, k = EXPONENTS.T
+    terms: Array = (x[i] * y[j] * z[k]).T
+    return terms
+
+
+def _cells_of(strokes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Find the cells (cells, 3), the number of the cell of each stroke, and strokes in each."""
+    places = strokes[:, :3] / SIZES
+    places[:, 0] = np.abs(places[:, 0])
+    indices = np.floor(places).astype(np.int64)
+    keys = (indices[:, 0] * 4096 + indices[:, 1] + 2048) * 4096 + indices[:, 2] + 2048
+    _, first, owner, counts = np.unique(
+        keys, return_index=True, return_inverse=True, return_counts=True
+    )
+    return indices[first], owner, counts
+
+
+def _cell(indices: NDArray[np.int64]) -> Cell:
+    a, b, elevation = indices.tolist()
+    return a, b, elevation
+
+
+def _evaluate(fit: Fit, cell: NDArray[np.int64], strokes: Array) -> Array:
+    """Motions (n, 6) of strokes (n, 5) in a cell."""
+    places = strokes[:, :3] / SIZES
+    mirrored = places[:, 0] < 0.0
+    places[:, 0] = np.abs(places[:, 0])
+    motions: Array = terms_of(2.0 * (places - cell) - 1.0) @ fit.coefficients
+    motions[mirrored] *= MIRROR
+    motions *= strokes[:, 4:]
+    sine, cosine = np.sin(strokes[:, 3]), np.cos(strokes[:, 3])
+    for first in (0, 3):
+        x, y = motions[:, first].copy(), motions[:, first + 1].copy()
+        motions[:, first] = cosine * x - sine * y
+        motions[:, first + 1] = sine * x + cosine * y
+    return motions

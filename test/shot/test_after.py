@@ -1,0 +1,41 @@
+"""The scene after a shot: always one in which the next stroke can be played."""
+
+import numpy as np
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.scene import Noise
+
+
+def test_shots_follow_each_other():
+    """Every scene is accepted, and what fell is gone."""
+    first = scene = Scene.load('eight_ball')
+    draw = np.random.default_rng(3)
+    for _ in range(40):
+        azimuth, speed = draw.uniform(-3.1, 3.1), draw.uniform(1.0, 9.0)
+        shot = predict(scene, Stroke.from_offsets(0.0, 0.1, 0.3, azimuth, speed), tolerance=1e-3)
+        after = shot.after()
+        gone = {*shot.table.pocketed, *shot.table.off_table} - {'cue'}
+        assert set(after.balls) == set(scene.balls) - gone | {'cue'}
+        for name in set(after.balls) - {'cue'}:
+            assert np.allclose(after.balls[name], shot.table.final_position[name][:2])
+        scene = after if len(after.balls) > 4 else first
+
+
+def test_a_cue_ball_that_fell_is_in_hand():
+    data = Scene.load('pool_table').to_dict()
+    data['balls'] = {'cue': (1.0, 0.48), '1': (-0.635, 0.0)}
+    scene = Scene.from_dict(data)
+    shot = predict(scene, Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(0.115, 0.23), 2.0))
+    assert 'cue' in shot.table.pocketed
+    x, y = shot.after().balls['cue']
+    assert np.isclose(x, -0.25 * scene.table.length)
+    assert 0.0 < abs(y) < 0.1  # beside the ball on the head spot
+
+
+def test_perturbed_strokes_have_the_errors_of_the_player():
+    noise, draw = Noise(), np.random.default_rng(1)
+    stroke = Stroke.from_offsets(0.1, -0.1, 0.2, 1.0, 2.0)
+    played = np.array([noise.perturb(stroke, draw, 0.03).offsets for _ in range(4000)])
+    wanted = (noise.a / 0.03, noise.b / 0.03, np.radians(0.1), np.radians(0.125), 0.075)
+    assert np.allclose(played.std(axis=0), wanted, rtol=0.05)
+    assert np.allclose(played.mean(axis=0), stroke.offsets, atol=5e-3)
