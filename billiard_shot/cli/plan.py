@@ -210,7 +210,7 @@ def _constraints(options: argparse.Namespace) -> dict[str, Any]:
 def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     """Print the strokes, the best first, and what the best one does if it is played exactly."""
     if as_text(options):
-        print(f'{result.status.name}: {result.message}')
+        print(textwrap.fill(f'{result.status.name}: {result.message}', WIDTH))
     rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
     print_rows(COLUMNS, rows, options)
     if as_text(options) and result.best:

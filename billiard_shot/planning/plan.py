@@ -18,7 +18,7 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
-from billiard_shot.planning.statistics import chance_in_words
+from billiard_shot.planning.statistics import chance_in_words, interval_in_words
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
@@ -198,11 +198,7 @@ def _outcome(
 
 
 def _summary(best: RankedStroke) -> str:
-    low, high = best.interval
-    share = chance_in_words(best.success, best.interval)
-    if best.trials < FEW_TRIALS or best.successes == best.trials:
-        share = (
-            f'in {best.successes} of {best.trials} trials '
-            f'(95 % CI {100.0 * low:.0f} to {100.0 * high:.0f} %)'
-        )
-    return f'{best.kind}: success {share}'
+    if best.trials >= FEW_TRIALS and best.successes < best.trials:
+        return f'{best.kind}: success {chance_in_words(best.success, best.interval)}'
+    count = f'{best.successes} of {best.trials} trials'
+    return f'{best.kind}: success in {count} ({interval_in_words(best.interval)})'

@@ -169,8 +169,9 @@ def _simulated(
     for candidates in makers:
         capacity = min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)), runner.left)
         candidates = _thinned(candidates, capacity)
-        if len(candidates.route):
-            stages.append(Stage(candidates, runner.evaluate(candidates.strokes).penalty))
+        penalty = runner.evaluate(candidates.strokes).penalty
+        if len(penalty):  # fewer than there are candidates, if the time is up
+            stages.append(Stage(candidates.take(np.arange(len(penalty))), penalty))
             yield stages[-1]
 
 

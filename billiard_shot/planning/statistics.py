@@ -26,8 +26,13 @@ def wilson_interval(successes: float, trials: int, z: float = Z95) -> tuple[floa
 
 def chance_in_words(success: float, interval: tuple[float, float]) -> str:
     """Write a probability and its 95 % interval, such as `85 % (95 % CI 79 to 89 %)`."""
+    return f'{percent(success)} % ({interval_in_words(interval)})'
+
+
+def interval_in_words(interval: tuple[float, float]) -> str:
+    """Write a 95 % interval, such as `95 % CI 79 to 89 %`."""
     low, high = interval
-    return f'{percent(success)} % (95 % CI {percent(low)} to {percent(high)} %)'
+    return f'95 % CI {percent(low)} to {percent(high)} %'
 
 
 def percent(probability: float) -> str:
