@@ -27,6 +27,7 @@ COMMANDS = (
     'scene',
     'effects',
     'accuracy',
+    'tolerance',
     'laws',
     'paper',
     'measured',

@@ -1,0 +1,83 @@
+"""`billiard-shot tolerance`: error and cost of tolerances, for someone who has to choose one."""
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+import textwrap
+
+from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.text_table import (
+    add_format_arguments,
+    as_text,
+    Column,
+    print_rows,
+    WIDTH,
+)
+from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.study.tolerances import study_tolerances, TOLERANCES
+
+HELP = 'compare tolerances: true errors, times, and the success of a plan'
+
+
+def length(metres: float) -> str:
+    """Text of a length, in mm down to 0.1 mm, then in um or nm."""
+    for unit, name in ((1e-3, 'mm'), (1e-6, 'um'), (1e-9, 'nm')):
+        if metres >= 0.0999 * unit:
+            return f'{metres / unit:.2g} {name}'
+    return f'{metres / 1e-9:.1g} nm'
+
+
+def duration(seconds: float) -> str:
+    """Text of a duration."""
+    return f'{1e6 * seconds:.0f} us' if seconds < 1e-3 else f'{1e3 * seconds:.3g} ms'
+
+
+COLUMNS = (
+    Column('tolerance', 'tolerance', '', length),
+    Column('typical_error', 'typical', 'error', length),
+    Column('largest_error', 'largest', 'error', length),
+    Column('strike', 'strike', '', duration),
+    Column('shot', 'shot', '', duration),
+    Column('opening', 'break', '', duration),
+    Column('plan', 'plan', '', duration),
+    Column('success', 'success', 'of plan', '{:.1%}'.format),
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add options for the picture and the format."""
+    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw errors and times')
+    parser.add_argument(
+        '--count',
+        type=int,
+        default=100,
+        metavar='N',
+        help='random shots for each tolerance (default: %(default)d)',
+    )
+    add_format_arguments(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure, print, draw."""
+    if options.count < 1:
+        raise ValueError(f'--count: {options.count} is not allowed; it must be at least 1')
+    wait_for_machine_code()
+    if options.picture:
+        require_matplotlib()  # before the work, not after it
+    study = study_tolerances(shots=options.count, judged=10 * options.count)
+    studied = list(progress(study, 'tolerance', len(TOLERANCES)))
+    print_rows(COLUMNS, [asdict(each) for each in studied], options)
+    if as_text(options):
+        print()
+        text = (
+            'Errors: of the place of rest, on a table without other balls. Times: of a strike on '
+            'endless cloth, of a shot on that table, of a break at eight-ball, and of the '
+            f'{10 * options.count} strokes that judge a plan. Success: the part of them that '
+            'reach its target.'
+        )
+        print(textwrap.fill(text, WIDTH))
+    if options.picture:
+        from billiard_shot.pictures.tolerances import draw_tolerances
+
+        draw_tolerances(studied, options.picture)
+    return 0
