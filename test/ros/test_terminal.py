@@ -46,7 +46,7 @@ def test_a_prediction_is_short(scene, stroke):
 
 def test_a_plan_is_short_and_its_long_form_is_not():
     scene = replace(Scene.load('pool_table'), balls={'cue': (-0.4, 0.0), '8': (0.5, 0.2)})
-    result = plan(scene, {'pot': '8'}, budget=3000, seed=4)
+    result = plan(scene, {'pot': '8'}, budget=20000, seed=4)
     assert len(result.ranking) > 1
 
     def lines(**goal):
