@@ -91,7 +91,8 @@ def run(options: argparse.Namespace) -> int:
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
 
 
-def _as_json(name: str, shot: Shot) -> dict[str, Any]:
+def _strike(name: str, shot: Shot) -> dict[str, Any]:
+    """Make the part that JSON and CSV share."""
     return {
         'stroke': name,
         'status': shot.status.name,
@@ -99,6 +100,11 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
         'velocity': shot.velocity.tolist(),
         'spin': shot.spin.tolist(),
         'cue_speed': shot.cue_speed,
+    }
+
+
+def _as_json(name: str, shot: Shot) -> dict[str, Any]:
+    return _strike(name, shot) | {
         'phases': [list(phase.active) for phase in shot.impact.phases],
         'dissipated': shot.impact.dissipated.tolist(),
         'first_contact': shot.first_contact,
@@ -130,14 +136,8 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
 
 def _as_row(name: str, shot: Shot) -> dict[str, Any]:
     """Make the row of a shot for CSV."""
-    return {
-        'stroke': name,
-        'status': shot.status.name,
-        'message': shot.message,
-        'velocity': shot.velocity.tolist(),
-        'spin': shot.spin.tolist(),
+    return _strike(name, shot) | {
         'rest': shot.trajectory.final_position.tolist(),
-        'cue_speed': shot.cue_speed,
         'duration': shot.run.duration,
         'first_contact': shot.first_contact,
         'pocketed': ' '.join(shot.pocketed),

@@ -19,6 +19,7 @@ from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.reproduction import PRINTED
+from billiard_shot.study.tolerances import OPENING
 
 
 def combination() -> Shot:
@@ -41,8 +42,7 @@ def around() -> Shot:
 
 def opening() -> Shot:
     """Break the eight-ball rack."""
-    stroke = Stroke.from_offsets(a=0.0, b=0.1, elevation=0.08, azimuth=-0.106, speed=8.0)
-    return predict(Scene.load('eight_ball'), stroke)
+    return predict(Scene.load('eight_ball'), OPENING)
 
 
 def masse() -> Shot:

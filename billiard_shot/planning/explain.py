@@ -39,7 +39,7 @@ class Deviation:
     thick : float
         Angle between the ideal direction, to the middle of the pocket, and the real one.
     aim : float
-        What a cue ball would do that goes along the stroke, and balls without friction.
+        If the cue ball went along the stroke, and the balls had no friction.
     squirt : float
         Because the cue ball leaves beside the stroke.
     swerve : float

@@ -293,7 +293,7 @@ def test_other_shots_load_without_complaints(browser, tmp_path, name):
             Stroke.from_offsets(0, 0, 0.1, 0, 1),
         ),
     }[name]()
-    write_page(shot, tmp_path / 'shot.html', name)
+    (tmp_path / 'shot.html').write_text(page_of(shot, name), encoding='utf-8')
     browser.messages.clear()
     browser.open(tmp_path / 'shot.html')
     for view in ('corner', 'player', 'top'):
