@@ -283,7 +283,7 @@ def test_completion_names_what_is_missing(capsys, monkeypatch):
         ['scene', 'show', 'snooker'],
         ['paper'],
         ['laws', '--count', '5'],
-        ['hard-cases', 'cradle'],
+        ['hard-cases', 'cradle', '20', 'Hertz'],
         ['predict', 'eight_ball', '-e', '5', '-s', '8', '-z', '-6'],
     ],
 )

@@ -56,8 +56,16 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
         for j in range(size):
             reduced[i][j] = w[i][j]
             gain[i][j] = 0.0
-    if count == 0:
-        return
+    if count > 0:
+        eliminate(ws, count)
+    find_coupled(contacts, ws)
+
+
+@inner
+def eliminate(ws: Workspace, count: int) -> None:
+    """Eliminate the first `count` components that `ws.indices` names."""
+    w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
+    size = len(reduced)
     block, inverse = ws.matrix[0], ws.matrix[1]
     for a in range(count):
         for b in range(count):
@@ -79,6 +87,28 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
         for i in range(size):
             reduced[i][stuck[a]] = 0.0
             reduced[stuck[a]][i] = 0.0
+
+
+@inner
+def find_coupled(contacts: list[ContactState], ws: Workspace) -> None:
+    """List the contacts whose forces a contact feels: in a rack, a third of them at most."""
+    for i in range(len(contacts)):
+        found = 0
+        for j in range(len(contacts)):
+            if feels(ws, i, j):
+                ws.coupled[i][found] = j
+                found += 1
+        ws.coupled[i][found] = -1
+
+
+@inner
+def feels(ws: Workspace, i: int, j: int) -> bool:
+    """Whether any force at contact j accelerates contact i."""
+    for row in range(3 * i, 3 * i + 3):
+        for column in range(3 * j, 3 * j + 3):
+            if ws.reduced[row][column] != 0.0:
+                return True
+    return False
 
 
 @inner

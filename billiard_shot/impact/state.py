@@ -148,6 +148,7 @@ class Workspace(NamedTuple):
 
     delassus: Any  # (3 N, 3 N) W: contact velocities per contact impulse
     reduced: Any  # (3 N, 3 N) the same, with the friction of sticking contacts eliminated
+    coupled: Any  # (N, N + 1) the contacts whose forces `reduced` lets a contact feel, then -1
     stick_gain: Any  # (3 N, 3 N) friction of sticking contacts per other force
     matrix: Any  # (3, 2 N, 2 N) scratch
     newton: Any  # (STAGES N, STAGES N) scratch
@@ -170,6 +171,7 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
     return Workspace(
         delassus,
         reduced,
+        storage.array(np.zeros((count, count + 1), np.int64)),
         stick_gain,
         zeros(3, 2 * count, 2 * count),
         zeros(nodes, nodes),

@@ -129,7 +129,9 @@ def integrate_coefficients(
         c = contacts[i]
         row, row_1, row_2 = ws.reduced[3 * i], ws.reduced[3 * i + 1], ws.reduced[3 * i + 2]
         normal, first, second = 0.0, 0.0, 0.0
-        for j in range(len(contacts)):
+        for j in ws.coupled[i]:
+            if j < 0:
+                break
             d = contacts[j]
             if d.normal_mode == INACTIVE:
                 continue

@@ -2,6 +2,9 @@
 
 from math import inf, nan, sqrt
 
+import numpy as np
+from numpy.typing import NDArray
+
 from billiard_shot.compiled import inner
 from billiard_shot.records import Floats, Vector
 
@@ -30,6 +33,11 @@ def cross(a: Vector, b: Vector, product: Floats) -> None:
     product[0] = a[1] * b[2] - a[2] * b[1]
     product[1] = a[2] * b[0] - a[0] * b[2]
     product[2] = a[0] * b[1] - a[1] * b[0]
+
+
+def cross_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vector products of arrays (..., 3), for few of which np.cross takes three times as long."""
+    return a[..., (1, 2, 0)] * b[..., (2, 0, 1)] - a[..., (2, 0, 1)] * b[..., (1, 2, 0)]
 
 
 @inner

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.laws import LAWS
+from billiard_shot.numerics.vectors import cross_rows
 from billiard_shot.status import Status
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cushion import advance_free
@@ -65,8 +66,8 @@ def ball_contacts(table: Table, balls: list[Ball], reach: float, unit: float) ->
     first, second, distances = first[near], second[near], distances[near]
     normals = (places[first] - places[second]) / distances[:, np.newaxis]
     points = 0.5 * (places[first] + places[second])
-    slips = velocities[first] + np.cross(spins[first], points - places[first])
-    slips -= velocities[second] + np.cross(spins[second], points - places[second])
+    slips = velocities[first] + cross_rows(spins[first], points - places[first])
+    slips -= velocities[second] + cross_rows(spins[second], points - places[second])
     slips -= normals * (normals * slips).sum(axis=1, keepdims=True)
     frictions = n.friction_fast + n.friction_slow * np.exp(
         -n.friction_decay * np.linalg.norm(slips, axis=1)
