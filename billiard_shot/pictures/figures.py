@@ -10,6 +10,7 @@ from billiard_shot.pictures.impulse import (
     draw_two_balls,
 )
 from billiard_shot.pictures.paper_shots import draw_paper_shots
+from billiard_shot.pictures.planning_story import draw_planning_story
 from billiard_shot.pictures.rack_gaps import draw_rack_gaps
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
@@ -72,6 +73,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, 57° steep'),
     'table-break': lambda path: _draw(opening(), path, 'A break at eight-ball, 8 m/s'),
     'rack-gaps': draw_rack_gaps,
+    'planning-story': draw_planning_story,
     'history': lambda path: draw_history(
         trails_of(combination()), path, 'The combination over time'
     ),

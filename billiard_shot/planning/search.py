@@ -90,7 +90,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     draws = np.random.default_rng(seed)
     effort = min(1.0, max(MIN_EFFORT, runner.budget / NORMAL_BUDGET))
     stages: list[Stage] = []
-    makers = _stages(problem, runner)
+    makers = stage_candidates(problem, runner)
     found: list[Population] = []
     winners: list[float] = []  # success of the best stroke of each round
     nearest, converged = np.inf, False
@@ -100,7 +100,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             for stage in _simulated(problem, runner, stages, makers):
                 nearest = min(nearest, float(stage.penalty.min()))
                 count = max(4, round(effort * REFINED))
-                chosen = _choose(stage.candidates, stage.penalty, count, draws)
+                chosen = choose(stage.candidates, stage.penalty, count, draws)
                 population = population_of(stage.candidates.take(chosen), stage.penalty[chosen])
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
@@ -108,7 +108,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 stage.success = max(stage.success, float(found[-1].success.max(initial=0.0)))
                 if runner.left <= 0:
                     break
-            best = _best(found[first:])
+            best = best_of(found[first:])
             if not len(best.strokes):
                 break
             winners.append(float(best.success[0]))
@@ -120,10 +120,10 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 break
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
-        finalists = _race(problem, runner, _best(found), draws, effort)
+        finalists = run_race(problem, runner, best_of(found), draws, effort)
         return Found(finalists, nearest, cancelled=False, converged=converged)
     except StoppedError:
-        best = _best(found)
+        best = best_of(found)
         best = best.take(_distinct(problem, best.strokes)[:FINALISTS])
         known = zip(best.strokes, best.success, best.samples.tolist(), strict=True)
         finalists = [Finalist(stroke, round(part * n), n) for stroke, part, n in known]
@@ -136,7 +136,7 @@ def _agree(winners: list[float], samples: int) -> bool:
     return wilson_interval(second * samples, samples)[1] >= first
 
 
-def _stages(problem: Problem, runner: Runner) -> Iterator[Candidates]:
+def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
     """Yield the candidates of the stages, as far as they are needed."""
     points = waypoints(problem, 0)
     routes = [routes_to(problem, point, 0) for point in points]
@@ -210,7 +210,7 @@ def _thinned(candidates: Candidates, capacity: int) -> Candidates:
     return candidates.take(np.linspace(0, len(candidates.route) - 1, capacity).astype(np.int64))
 
 
-def _choose(
+def choose(
     candidates: Candidates, penalty: Array, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
     """
@@ -227,7 +227,7 @@ def _choose(
     return chosen
 
 
-def _best(found: list[Population]) -> Population:
+def best_of(found: list[Population]) -> Population:
     """Concatenate the populations of all stages, ordered by the lower bound of the success."""
     if not found:
         nothing = np.empty((0, 5)), np.empty((0, 5)), np.empty(0), np.empty(0)
@@ -238,7 +238,7 @@ def _best(found: list[Population]) -> Population:
     return population.take(np.lexsort((population.penalty, -surely)))
 
 
-def _race(
+def run_race(
     problem: Problem,
     runner: Runner,
     population: Population,

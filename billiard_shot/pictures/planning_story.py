@@ -1,0 +1,115 @@
+"""How the planner finds a stroke: what each stage tries, what errors leave of it, the winner."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.pictures.canvas import require_matplotlib, save
+from billiard_shot.pictures.table import draw_balls, draw_table
+from billiard_shot.pictures.trails import CUE, trails_of
+from billiard_shot.scene import Scene
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.study.planning_story import Stage, Story, tell
+from billiard_shot.table.colours import BLUE, GREEN, ORANGE
+from billiard_shot.table.outline import outline_of
+
+SCENE, BALL = 'blocked', '8'
+DRAWN = 60  # candidates of a stage, and executions of the winner
+FAILED = '#8d9a92'
+COLOURS = (ORANGE, BLUE)
+ITERATIONS = ('much wider\nthan errors', 'wider', 'a little\nwider', 'as errors\nspread', 'again')
+
+
+def draw_planning_story(path: Path) -> None:
+    """Draw a search that pots a blocked ball: stages, refinement, and the winner with errors."""
+    require_matplotlib()
+    from matplotlib.figure import Figure
+
+    story = tell(Scene.load(SCENE), BALL)
+    stages = [stage for stage in story.stages if len(stage.strokes)]
+    figure = Figure(figsize=(9.0, 6.2), layout='constrained')
+    panels = figure.subplots(2, 2).ravel()
+    for number, (panel, stage) in enumerate(zip(panels, stages[:2], strict=False), 1):
+        _draw_stage(panel, story.scene, stage, number)
+    _draw_refinement(panels[2], stages[:2])
+    _draw_winner(panels[3], story)
+    figure.suptitle(
+        f'Ball 1 hides ball {BALL}: without errors curves pot it, with errors a kick does'
+    )
+    save(figure, path)
+
+
+def _draw_stage(axes: Any, scene: Scene, stage: Stage, number: int) -> None:
+    """Draw some candidates of a stage without errors."""
+    reached = int(stage.reached.sum())
+    axes.set_title(
+        f'{number}. {stage.name}: {reached} of {len(stage.strokes)} pot it',
+        fontsize='medium',
+        loc='left',
+    )
+    shown = np.linspace(0, len(stage.strokes) - 1, DRAWN).astype(int)
+    shown = np.union1d(shown, np.flatnonzero(stage.reached)[:: max(1, reached * 3 // DRAWN)])
+    strokes = [Stroke.from_offsets(*stroke) for stroke in stage.strokes[shown].tolist()]
+    _draw_paths(axes, scene, strokes, stage.reached[shown].tolist())
+
+
+def _draw_winner(axes: Any, story: Story) -> None:
+    """Draw executions of the winner with errors."""
+    winner = story.finalists[0]
+    stroke, scene = Stroke.from_offsets(*winner.stroke.tolist()), story.scene
+    rng = np.random.default_rng(1)
+    strokes = [scene.noise.perturb(stroke, rng, scene.ball.radius) for _ in range(DRAWN)]
+    fell = [BALL in predict(scene, each).pocketed for each in strokes]
+    success = winner.successes / winner.trials
+    axes.set_title(
+        f'4. the winner with errors pots it in {success:.0%} of {winner.trials:,} trials',
+        fontsize='medium',
+        loc='left',
+    )
+    _draw_paths(axes, scene, strokes, fell)
+
+
+def _draw_paths(
+    axes: Any, scene: Scene, strokes: Iterable[Stroke], reached: Iterable[bool]
+) -> None:
+    """Draw the ways of the cue ball to its first contact, and of the ball to be potted."""
+    half = outline_of(scene).frame
+    axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal', xticks=[])
+    axes.set_yticks([])
+    draw_table(axes, scene)
+    for stroke, good in zip(strokes, reached, strict=True):
+        shot = predict(scene, stroke)
+        trails = trails_of(shot)
+        met = [e.time for e in shot.run.events if CUE in e.balls and len(e.balls) > 1]
+        look = {'color': GREEN if good else FAILED, 'alpha': 0.7 if good else 0.25}
+        look |= {'linewidth': 0.9 if good else 0.6, 'zorder': 3 if good else 2.5}
+        for name, until in ((CUE, min(met, default=np.inf)), (BALL, np.inf)):
+            for piece in trails.pieces(name):
+                seen = piece.times <= until
+                axes.plot(*piece.points[seen, :2].T, **look)
+    draw_balls(axes, scene, {CUE: scene.cue_ball, **scene.balls})
+
+
+def _draw_refinement(axes: Any, stages: Iterable[Stage]) -> None:
+    """Draw the success of the refined strokes after each iteration."""
+    axes.set_title('3. refinement: success among samples', fontsize='medium', loc='left')
+    for stage, colour in zip(stages, COLOURS, strict=False):
+        for step, population in enumerate(stage.refined):
+            axes.plot(
+                np.full(len(population.success), step), 100 * population.success, '.', color=colour
+            )
+        best = [100 * population.success.max() for population in stage.refined]
+        axes.plot(best, color=colour)
+        axes.annotate(
+            stage.name, (len(best) - 1, best[-1]), (0, 8), textcoords='offset points',
+            color=colour, ha='right', fontsize='small',
+        )  # fmt: skip
+    axes.set_xticks(range(len(ITERATIONS)), ITERATIONS, fontsize='small')
+    axes.set_ylabel('samples that pot it (%)')
+    axes.set_xlabel('spread of the samples')
+    axes.margins(y=0.15)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.3)
