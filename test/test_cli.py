@@ -189,11 +189,19 @@ def test_the_scene_is_in_the_same_place(capsys):
     assert 'SCENE: missing; it must be a YAML file or one of blocked, ' in capsys.readouterr().err
 
 
-def test_several_processes_give_the_same(capsys):
-    command = ['predict', str(PAPER), '--scene', 'paper', '--csv']
+@pytest.mark.parametrize(
+    'command',
+    [
+        ['predict', str(PAPER), '--scene', 'paper', '--csv'],
+        ['laws', '--random', '2', '--count', '5', '--csv'],
+    ],
+)
+def test_several_processes_give_the_same(command, capsys):
     assert main(command) == main([*command, '--workers', '2']) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[:5] == lines[5:]
+    half = len(lines) // 2
+    assert half > 1
+    assert lines[:half] == lines[half:]
     assert main([*command, '--workers', '0']) == 2
     assert '--workers: 0 is not allowed' in capsys.readouterr().err
 

@@ -1,12 +1,14 @@
 """`billiard-shot laws`: compare impact laws, and find their discontinuities."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'compare the outcomes of impact laws, and find where they are discontinuous'
@@ -47,11 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=0,
         metavar='N',
-        help='count the discontinuities around N random strokes instead',
+        help='count the discontinuities around N random strokes instead; uses --workers and --dask',
     )
     parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw the outcomes')
     add_stroke_arguments(parser)
     add_format_arguments(parser)
+    add_work_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -118,23 +121,33 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _around(scene: Scene, count: int, stroke: Stroke) -> tuple[int, list[tuple[str, bool, float]]]:
+    """Find the discontinuities around a stroke: number of sweeps; law, wedging, size of each."""
+    from billiard_shot.study import laws
+
+    sweeps = list(laws.sweeps(scene, stroke, count))
+    return len(sweeps), [
+        (law, laws.wedges(sweep.problem(each.place, law)), each.size)
+        for sweep in sweeps
+        for law in laws.LAWS
+        for each in laws.discontinuities(sweep.outcome(law), sweep.values)
+    ]
+
+
 def _count(scene: Scene, about: str, options: argparse.Namespace) -> int:
     from billiard_shot.study import laws
 
-    pairs = [
-        (sweep, law)
-        for stroke in laws.random_strokes(options.random, seed=1)
-        for sweep in laws.sweeps(scene, stroke, options.count)
-        for law in laws.LAWS
-    ]
+    strokes = laws.random_strokes(options.random, seed=1)
+    searches = mapped(options, partial(_around, scene, options.count), strokes)
     found = {law: [0, 0, 0.0] for law in laws.LAWS}
-    for sweep, law in progress(pairs, 'discontinuities'):
-        for discontinuity in laws.discontinuities(sweep.outcome(law), sweep.values):
+    sweeps = 0
+    for number, discontinuities in progress(searches, 'discontinuities', len(strokes)):
+        sweeps += number
+        for law, wedging, size in discontinuities:
             row = found[law]
             row[0] += 1
-            row[1] += laws.wedges(sweep.problem(discontinuity.place, law))
-            row[2] = max(row[2], discontinuity.size)
-    sweeps = len(pairs) // len(laws.LAWS)
+            row[1] += wedging
+            row[2] = max(row[2], size)
     if as_text(options):
         print(
             f'scene {about}: {sweeps} sweeps through {options.random} random strokes, '

@@ -10,7 +10,7 @@ from billiard_shot.cli.text_table import add_format_arguments, print_csv, table
 from billiard_shot.study.measured.comparison import compare, Comparison, Group
 from billiard_shot.study.measured.published import SOURCES
 
-HELP = 'compute what others measured or published, and print both with the deviation'
+HELP = 'compute values that others measured or published, and print both with the deviation'
 WIDTH = 80  # characters of a line
 LABEL = 40  # characters of the name of a row
 

@@ -18,7 +18,7 @@ from billiard_shot.planning.explain import why_missed
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'predict what a stroke does to all balls'
+HELP = 'predict the motion of all balls after a stroke'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -57,7 +57,7 @@ def english() -> Shot:
 
 
 def _draw(shot: Shot, path: Path, about: str) -> None:
-    """Draw a shot from above, under what it is and what happens."""
+    """Draw a shot from above; the title says what it is and what happened."""
     draw_shot(shot, path, f'{about}: {shot.message}')
 
 
@@ -75,12 +75,18 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,
     'history': lambda path: draw_history(
-        trails_of(combination()), path, 'The combination over time'
+        trails_of(combination()),
+        path,
+        'The combination: nearly half of the energy falls into the pocket with the 8',
     ),
     'strike-side': lambda path: draw_strike(
-        english(), path, "A player's cue: 3 m/s, right side and draw; law bistiffness"
+        english(),
+        path,
+        'Right side and draw, 3 m/s: the tip sticks; the cloth presses on when it has left',
     ),
     'strike-masse': lambda path: draw_strike(
-        masse(), path, "The paper's massé: 16.5 m/s, guided cue; law energetic"
+        masse(),
+        path,
+        "The paper's massé, 16.5 m/s, guided cue: the tip presses the ball three times",
     ),
 }

@@ -39,7 +39,9 @@ def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
         fontsize=9,
     )
     axes.plot([0.0, 2.0 * wide], [0.0, 2.0 * wide], 'o', color='black', markersize=4)
-    axes.set_title('Two balls on a table: where impulses can go', fontsize='medium')
+    axes.set_title(
+        'Two balls on a table: energy keeps the impulses inside the ellipse', fontsize='medium'
+    )
     axes.legend(loc='upper left', bbox_to_anchor=(1.0, 0.3), fontsize='small', frameon=False)
     save(figure, path)
 
@@ -55,7 +57,10 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     _curve(left, trace, states)
     _energies(right, trace, states)
     _table(figure, balls, trace, states)
+    kinetic = balls.kinetic_energy(impulses_of(trace)[[0, -1]])
     figure.suptitle(
+        f'Two balls on a table: states {" ".join(state.name for state in states)}, '
+        f'{kinetic[0] - kinetic[1]:.4f} J of {kinetic[0]:.4g} J are lost\n'
         f'm₁ = {balls.masses[0]:g} kg, m₂ = {balls.masses[1]:g} kg, k₂/k₁ = {balls.ratio:g}, '
         f'e₁² = {balls.restitution[0] ** 2:.3g}, e₂² = {balls.restitution[1] ** 2:.3g}, '
         f'v₀ = −{-balls.v0:g} m/s, law {balls.law}',
@@ -68,15 +73,23 @@ def draw_ping_pong(path: Path) -> None:
     """Write the velocities of two ping-pong balls after one falls on the other."""
     figure, axes = single_figure(6.4, 4.4)
     speeds = np.array([2.0, 4.0])
-    for law, dashes in (('energetic', '-'), ('bistiffness', '--')):
-        parts = TwoBalls(restitution=PING_PONG, v0=-1.0, law=law).outcome()
-        for part, colour, name in zip(parts, (BLUE, VERMILION), ('upper', 'lower'), strict=True):
-            axes.plot(
-                speeds,
-                part * speeds,
-                dashes,
+    laws = {'energetic': '-', 'bistiffness': '--'}
+    found = {law: TwoBalls(restitution=PING_PONG, v0=-1.0, law=law).outcome() for law in laws}
+    for ball, (name, colour) in enumerate((('upper', BLUE), ('lower', VERMILION))):
+        highest = max(parts[ball] for parts in found.values())
+        for law, parts in found.items():
+            part = parts[ball]
+            above = part == highest
+            axes.plot(speeds, part * speeds, laws[law], color=colour)
+            axes.annotate(
+                f'{name} ball, {law}: {part:.4f} |v₀|',
+                (3.0, 3.0 * part),
+                (-5, 5) if above else (5, -5),
+                textcoords='offset points',
+                ha='right' if above else 'left',
+                va='bottom' if above else 'top',
+                fontsize='small',
                 color=colour,
-                label=f'{name} ball, {law}: {part:.4f} |v₀|',
             )
     axes.set(
         xlabel='speed of the falling ball |v₀| (m/s)',
@@ -85,9 +98,11 @@ def draw_ping_pong(path: Path) -> None:
         ylim=(0.0, None),
     )
     axes.grid(alpha=0.3)
-    axes.legend(fontsize='small', frameon=False)
+    upper = ' or '.join(f'{parts[0]:.2f}' for parts in found.values())
     axes.set_title(
-        'Ping-pong balls on plexiglass: e₁ = .807755, e₂ = .846529, k₂/k₁ = 10', fontsize='medium'
+        f'Ping-pong balls on plexiglass: the upper ball flies off at {upper} |v₀|\n'
+        'e₁ = 0.807755, e₂ = 0.846529, k₂/k₁ = 10',
+        fontsize='medium',
     )
     save(figure, path)
 

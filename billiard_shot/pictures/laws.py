@@ -63,7 +63,10 @@ def draw(
         way: sum(len(discontinuities.get((sweep.name, way), ())) for sweep in sweeps)
         for way in SEARCHED
     }
-    findings = ', '.join(f'{way} jumps {number} times' for way, number in count.items())
+    findings = ', '.join(
+        f'{way} jumps {number} times' if number else f'{way} never jumps'
+        for way, number in count.items()
+    )
     figure.suptitle(f'{about}: {findings} (thin lines)', fontsize='medium')
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(

@@ -62,6 +62,10 @@ def draw_paper_shots(path: Path) -> None:
             fontsize='medium',
             loc='left',
         )
+    figure.suptitle(
+        'The paper’s Table 1: the printed velocities and spins do not follow from its model',
+        fontsize='medium',
+    )
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'

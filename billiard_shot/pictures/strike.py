@@ -46,7 +46,7 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
         panels[2].plot(time, trace.slip(j) * touching, label=name, **style)
         panels[3].plot(time, trace.energies[:, j] * touching, label=name, **style)
     panels[0].set(ylabel='force × length of\nthe strike (N s)', ylim=(0.0, None), xlim=(0.0, 1.0))
-    panels[1].set(ylabel='friction, in parts of\nμ × pressing force', ylim=(0.0, 1.1))
+    panels[1].set(ylabel='friction / (μ ×\npressing force)', ylim=(0.0, 1.1))
     panels[1].axhline(1.0, color=GREY, linewidth=0.8)
     for word, height in (('slides', 1.0), ('sticks', 0.5)):
         panels[1].annotate(
@@ -62,7 +62,7 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
     panels[3].set(
         ylabel='energy in\nthe contact (J)',
         ylim=(0.0, None),
-        xlabel='time, in parts of the strike',
+        xlabel='time / length of the strike',
     )
     for axes in panels:
         axes.grid(alpha=0.3)
@@ -74,7 +74,7 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
 
 
 def grip_of(trace: CollisionTrace, contact: int, friction: float) -> NDArray[np.float64]:
-    """Friction in parts of what the pressing force allows (n,): 1 where it slides, else NaN."""
+    """Friction relative to what the pressing force allows (n,): 1 where it slides, else NaN."""
     limit = friction * trace.forces[:, 3 * contact]
     enough = trace.active[:, contact] & (limit > 1e-6 * limit.max())
     return np.where(enough, trace.friction(contact) / np.where(enough, limit, 1.0), np.nan)

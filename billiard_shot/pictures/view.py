@@ -7,6 +7,7 @@ files in `page`, put together here.
 """
 
 from importlib.resources import files
+from itertools import cycle
 import json
 import math
 from pathlib import Path
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from billiard_shot.pictures.orientations import orientations, product, rotation
 from billiard_shot.pictures.trails import CUE, Trails, trails_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.colours import ball_colour, is_striped, ORANGE, SKY
+from billiard_shot.table.colours import ball_colour, BLACK, is_striped, ORANGE, PURPLE, SKY
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import segments_to_columns
@@ -32,10 +33,15 @@ SCRIPTS = (
     'renderer.js',
     'motion.js',
     'camera.js',
+    'labels.js',
+    'stroke.js',
+    'events.js',
     'player.js',
 )
-# Of paths on a dark green cloth, from the same palette as those of the pictures.
-COLOURS = {Motion.SLIDE: ORANGE, Motion.ROLL: SKY, Motion.FLIGHT: '#ffffff'}
+# Colours of the paths of balls: those of Okabe and Ito that stand out on a green cloth.
+YELLOW = '#f0e442'
+CUE_PATH, PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
+DRAWN = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
 SWING = 0.3  # m over which the cue is accelerated, at most
 LONGEST = 0.8  # s that it takes, at most
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -82,6 +88,7 @@ def open_page(shot: Shot) -> Path:
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
     """Collect all that the page shows, in SI units and the frame `table`."""
     trails = trails_of(shot)
+    colours = path_colours(trails)
     return {
         'title': title,
         'message': f'{shot.status.name}: {shot.message}',
@@ -89,20 +96,24 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
         'until': trails.until,
         'table': _table(shot),
         'cue': _cue(shot, trails),
-        'balls': [_ball(trails, name, number) for number, name in enumerate(trails.balls)],
-        'trails': [
-            {
-                'motion': piece.motion.name.lower(),
-                'colour': COLOURS[piece.motion],
-                'points': np.round(piece.points, 5).ravel().tolist(),
-            }
-            for name in trails.balls
-            for piece in trails.pieces(name)
-            if piece.motion in COLOURS
+        'stroke': _stroke(shot),
+        'balls': [
+            _ball(trails, name, number, colours.get(name))
+            for number, name in enumerate(trails.balls)
         ],
         'ghosts': [ghost.tolist() for ghost in trails.ghosts],
         'events': _events(shot),
     }
+
+
+def path_colours(trails: Trails) -> dict[str, str]:
+    """
+    Choose the colours of the paths of the balls that move.
+
+    The cue ball's is white. With more than five other balls, colours come again.
+    """
+    moving = [name for name in trails.balls if trails.moved(name) and name != CUE]
+    return {CUE: CUE_PATH} | dict(zip(moving, cycle(PATHS), strict=False))
 
 
 def _part(name: str) -> str:
@@ -142,13 +153,37 @@ def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
     }
 
 
-def _ball(trails: Trails, name: str, number: int) -> dict[str, Any]:
+def _stroke(shot: Shot) -> dict[str, Any]:
+    """Collect the numbers of the stroke, and where the tip and its axis meet the ball's face."""
+    ball = shot.scene.ball.radius
+    a, b, elevation, azimuth, speed = shot.stroke.offsets
+    touch = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / ball)
+    return {
+        'a': a,
+        'b': b,
+        'elevation_deg': math.degrees(elevation),
+        'azimuth_deg': math.degrees(azimuth),
+        'speed': speed,
+        'touch': touch.offsets[:2],
+    }
+
+
+def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str, Any]:
     ball = trails.balls[name]
     times, turns = orientations(ball, trails.until, _first(number))
     return {
         'name': name,
         'colour': ball_colour(name),
         'striped': is_striped(name),
+        'path': path,
+        'trails': [
+            {
+                'motion': piece.motion.name.lower(),
+                'points': np.round(piece.points, 5).ravel().tolist(),
+            }
+            for piece in trails.pieces(name)
+            if piece.motion in DRAWN
+        ],
         # time, motion, position, velocity, acceleration; and the spin with its change
         'segments': segments_to_columns(ball.rows)[:, :17].tolist(),
         'times': np.round(times, 6).tolist(),
@@ -169,6 +204,6 @@ def _events(shot: Shot) -> list[dict[str, Any]]:
     if shot.status.refused:
         return []
     return [
-        {'time': 0.0, 'kind': 'strike', 'text': 'cue strikes'},
-        *({'time': e.time, 'kind': e.kind, 'text': str(e)} for e in shot.events),
+        {'time': 0.0, 'kind': 'strike', 'balls': [CUE], 'text': 'cue strikes'},
+        *({'time': e.time, 'kind': e.kind, 'balls': e.balls, 'text': str(e)} for e in shot.events),
     ]

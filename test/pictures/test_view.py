@@ -212,11 +212,11 @@ def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
 def test_balls_are_drawn_where_they_are(page, tmp_path):
     """From above, the pixel at the cue ball's place is white or red; a while later it is cloth."""
     image = pytest.importorskip('PIL.Image', reason='needs Pillow')
-    page.run("view.look('top'); document.getElementById('paths').click()")
+    page.run("view.look('top'); ['paths', 'names'].map((x) => document.getElementById(x).click())")
     pixels = []
     for time in (0.0, 1.2):
         page.run(f'view.setTime({time})')
-        x, y = page.run("view.project(view.state('cue').position)")
+        x, y, _ = page.run("view.project(view.state('cue').position)")
         pixels.append((x, y))
         page.screenshot(tmp_path / f'{time}.png')
     assert np.hypot(*np.subtract(*pixels)) > 50
@@ -278,6 +278,159 @@ def test_events_are_listed_and_lead_to_their_times(page):
     page.settle()
     now = page.run("document.querySelector('#events .now').textContent")
     assert now == f'{events[5]["time"]:.3f}{events[5]["text"]}'
+
+
+def choose(browser, field, value):
+    browser.run(
+        f"(() => {{ const s = document.getElementById('{field}'); s.value = {value!r};"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+    browser.settle()
+
+
+def click(browser, x, y):
+    for kind in ('mousePressed', 'mouseReleased'):
+        browser.mouse(kind, x, y, button='left', buttons=1, clickCount=1)
+    browser.settle()
+
+
+@needs_browser
+def test_events_are_filtered_by_ball_and_by_kind(page):
+    events = view_data(COMBINATION, '')['events']
+    listed = "[...document.querySelectorAll('#events button')].map((b) => b.textContent)"
+    choose(page, 'ball', '8')
+    of_8 = [event for event in events if '8' in event['balls']]
+    assert 0 < len(of_8) < len(events)
+    assert len(page.run(listed)) == len(of_8)
+    choose(page, 'kind', 'pockets')
+    (falls,) = [event for event in of_8 if event['kind'] == 'pocket']
+    assert page.run(listed) == [f'{falls["time"]:.3f}{falls["text"]}']
+    assert page.run("document.querySelectorAll('#ticks i').length") == 1
+    page.run('view.setTime(0)')
+    page.press('PageDown')  # to the next event that is listed
+    assert page.run('view.time') == falls['time']
+
+
+@needs_browser
+def test_a_ball_that_is_clicked_is_followed(page):
+    page.run('view.setTime(0.3)')
+    x, y, _ = page.run("view.project(view.state('8').position)")
+    click(page, x, y)
+    assert page.run('view.followed') == '8'
+    assert page.run("document.querySelector('#readout dt').textContent") == '8'
+    for time in (0.5, 1.5):
+        page.run(f'view.setTime({time})')
+        area = page.run('view.freeArea()')
+        middle = [(area['left'] + area['right']) / 2, (area['top'] + area['bottom']) / 2]
+        at = page.run("view.project(view.state('8').position)")[:2]
+        assert at == pytest.approx(middle, abs=0.01)
+    click(page, 20, 20)
+    assert page.run('view.followed') is None
+
+
+@needs_browser
+def test_each_ball_has_its_name_beside_it(page):
+    page.run("view.look('top'); view.setTime(0.33)")
+    page.settle()
+    for i, name in enumerate(('cue', '1', '8')):
+        label = f"document.querySelectorAll('#labels span')[{i}]"
+        assert page.run(f'{label}.textContent') == name
+        assert page.run(f'{label}.style.visibility') == 'visible'
+        box = page.run(f'{label}.getBoundingClientRect().toJSON()')
+        x, y, _ = page.run(f"view.project(view.state('{name}').position)")
+        assert abs(x - (box['left'] + box['right']) / 2) < 40
+        assert abs(y - (box['top'] + box['bottom']) / 2) < 30
+    page.run('view.setTime(2)')  # the 8 has fallen
+    page.settle()
+    assert page.run(f'{label}.style.visibility') == 'hidden'
+    page.run('view.setTime(0.33)')
+    page.press('n')
+    page.settle()
+    assert page.run(f'{label}.style.visibility') == 'hidden'
+
+
+@needs_browser
+def test_the_stroke_is_told_and_the_tip_is_where_it_touches(page):
+    told = page.run("document.getElementById('stroke').innerText")
+    assert [line for line in told.splitlines() if line.strip()][1::2] == [
+        '3.00 m/s',
+        '5.7°',
+        '31.5°',
+        '0.20 right',
+        '0.30 above',
+    ]
+    a, b = COMBINATION.stroke.offsets[:2]
+    touch = page.run("['cx', 'cy'].map((k) => document.getElementById('touch').getAttribute(k))")
+    assert [float(number) for number in touch] == pytest.approx([a, -b])
+
+
+def test_an_axis_beside_the_centre_touches_a_rounded_tip_nearer_to_it():
+    scene = Scene.from_dict({'like': 'pool', 'cue': {'tip_curvature_radius': 0.01}})
+    radius = scene.ball.radius
+    stroke = Stroke.from_pose((-0.2, 0.3 * radius, radius), (0, 0, 0, 1), 1.0, (0, 0, radius))
+    data = view_data(predict(scene, stroke), '')['stroke']
+    assert data['a'] == pytest.approx(-0.3)
+    assert data['touch'] == pytest.approx((-0.3 / (1 + 0.01 / radius), 0.0))
+
+
+def test_each_ball_that_moves_has_a_colour_of_its_own():
+    shot = predict(Scene.load('blocked'), Stroke.from_offsets(0, 0, 0.1, 0, 4))
+    balls = view_data(shot, '')['balls']
+    moved = [ball for ball in balls if ball['trails']]
+    assert len(moved) == 3
+    assert len({ball['path'] for ball in moved}) == 3
+    assert all(ball['path'] is None for ball in balls if ball not in moved)
+
+
+@needs_browser
+def test_the_eye_stays_above_cloth_and_cushions(page):
+    table = view_data(COMBINATION, '')['table']
+    for view in ('corner', 'player', 'top'):
+        for distance in (0.12, 0.5, 2.0, 6.0):
+            page.run(
+                f"view.look('{view}');"
+                f'Object.assign(view.camera, {{ elevation: 0, distance: {distance} }})'
+            )
+            x, y, z = page.run('view.eye')
+            outside = (np.abs([x, y]) > np.array(table['size']) / 2).any()
+            assert z > (table['height'] if outside else 0) + 0.01
+
+
+@needs_browser
+def test_a_phone_shows_all_balls_and_all_controls(page):
+    def resize(width, height):
+        page.call(
+            'Emulation.setDeviceMetricsOverride',
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        page.settle()
+
+    size = 390, 844
+    resize(*size)
+    try:
+        for view in ('corner', 'top'):
+            page.run(f"view.look('{view}')")
+            area = page.run('view.freeArea()')
+            for name in COMBINATION.table.balls:
+                x, y, _ = page.run(f"view.project(view.state('{name}').position)")
+                assert area['left'] < x < area['right']
+                assert area['top'] < y < area['bottom']
+        shown = page.run(
+            "[...document.querySelectorAll('footer button, footer select, footer input, aside')]"
+            '.filter((e) => e.offsetWidth).map((e) => e.getBoundingClientRect().toJSON())'
+        )
+        assert len(shown) > 8
+        for box in shown:
+            assert box['left'] >= 0
+            assert box['right'] <= size[0]
+            assert box['bottom'] <= size[1]
+        for button in ('Corner', 'Cue', 'Above'):
+            assert button in page.run("document.querySelector('footer').innerText")
+    finally:
+        resize(1000, 600)
 
 
 @needs_browser

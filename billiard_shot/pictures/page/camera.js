@@ -1,8 +1,8 @@
 // From where the table is seen.
 
 const element = (id) => document.getElementById(id);
-const centre = data.balls.find(({ name }) => name === 'cue') || data.balls[0];
-const points = data.trails.flatMap(({ points: line }) => line);
+const cueBall = data.balls.find(({ name }) => name === 'cue') || data.balls[0];
+const points = data.balls.flatMap(({ trails }) => trails.flatMap(({ points: line }) => line));
 const range = (axis) => minmax([
   ...data.balls.map((ball) => ball.segments[0][2 + axis]),
   ...points.filter((_, i) => i % 3 === axis),
@@ -18,61 +18,115 @@ function minmax(values) { // Math.min(...values) has a limit
 
 const camera = { azimuth: 0, elevation: 0, distance: 1, target: [0, 0, 0] };
 const FIELD = 0.62; // rad, its angle of view from below to above
+const NEAR_CLOTH = 0.02; // m, the least height of the eye above the cloth, or above the frame
 
 // What has to be in view: corners of the table, or of all that moves on an endless cloth.
 const corners = [-1, 1].flatMap((i) => [-1, 1].map((j) => (data.table
   ? [i * data.table.frame[0], j * data.table.frame[1], 0]
   : [data.middle[0] + i * data.half[0], data.middle[1] + j * data.half[1], 0])));
 
+// A narrow window shows the table along its length.
+const OVERVIEWS = {
+  corner: { wide: [-1.8, 0.78], narrow: [Math.PI + 0.2, 0.9] },
+  top: { wide: [-Math.PI / 2, Math.PI / 2], narrow: [Math.PI, Math.PI / 2] },
+};
+
 function look(view) {
-  const [dx, dy, dz] = data.cue.direction;
-  const level = Math.hypot(dx, dy);
-  const middle = data.table ? [0, 0, 0] : [...data.middle, 0];
+  const { left, right, top, bottom } = freeArea();
   if (view === 'player') {
+    const [dx, dy, dz] = data.cue.direction;
+    const level = Math.hypot(dx, dy);
     const ahead = level > 1e-6 ? [dx / level, dy / level, 0] : [0, 0, 0];
+    follow(null);
     Object.assign(camera, {
       azimuth: level > 1e-6 ? Math.atan2(-dy, -dx) : Math.PI, distance: 1.9,
       elevation: clamp(Math.asin(-dz) + 0.2, 0.28, 1.2),
-      target: add(stateOf(centre, 0).position, ahead, 0.35),
+      target: add(stateOf(cueBall, 0).position, ahead, 0.35),
     });
   } else {
-    const angles = view === 'top' ? [-Math.PI / 2, Math.PI / 2] : [-1.95, 0.78];
-    Object.assign(camera, { azimuth: angles[0], elevation: angles[1], target: middle });
-    camera.distance = fitting(element('follow').checked);
+    const [azimuth, elevation] = OVERVIEWS[view][right - left < bottom - top ? 'narrow' : 'wide'];
+    Object.assign(camera, { azimuth, elevation, target: data.table ? [0, 0, 0] : [...data.middle, 0] });
+    camera.distance = followed ? CLOSE : fitting();
   }
   draw();
 }
 
-// The least distance from which all corners are seen; of something to follow, its surroundings.
-function fitting(follows) {
-  if (follows) return 1.8;
-  const { clientWidth, clientHeight } = element('canvas');
-  const room = [20, 20, clientWidth - panelWidth() - 20, clientHeight - 84];
+// The least distance from which all corners are seen.
+function fitting() {
+  const { left, right, top, bottom } = freeArea();
   for (camera.distance = 0.6; camera.distance < 60; camera.distance *= 1.02) {
     const seen = corners.map(project);
-    if (seen.every(([x, y]) => x > room[0] && x < room[2] && y > room[1] && y < room[3])) break;
+    if (seen.every(([x, y]) => x > left + 20 && x < right - 20 && y > top + 20 && y < bottom - 20)) break;
   }
   return camera.distance;
 }
 
-const panelWidth = () => {
-  const { offsetWidth } = document.querySelector('aside');
-  return offsetWidth ? offsetWidth + 20 : 0;
-};
+// ---- the ball that the camera follows ----
 
-// The side panel covers a part of the window: the middle of the rest is where the target is.
+const CLOSE = 1.8; // m, the largest distance from a ball that is followed
+let followed = null;
+
+function follow(ball) {
+  if (followed && !ball) camera.target = onCloth(stateOf(followed, time).position);
+  if (ball) camera.distance = Math.min(camera.distance, CLOSE);
+  followed = ball;
+  element('follow').value = ball ? ball.name : '';
+  draw();
+}
+
+const onCloth = ([x, y, z]) => [x, y, Math.max(z, 0)];
+
+// The ball at a place on the canvas, or near it [pixels].
+function ballAt(x, y) {
+  const { right, up } = cameraNow();
+  const near = data.balls.map((ball) => ({ ball, shown: shownBall(ball, time) }))
+    .filter(({ shown }) => shown.opacity > 0.5)
+    .map(({ ball, shown: { place } }) => {
+      const [px, py] = project(place);
+      const [rx, ry] = project(add(place, add(right, up), data.radius));
+      return { ball, distance: Math.hypot(px - x, py - y) / Math.max(Math.hypot(rx - px, ry - py), 12) };
+    })
+    .reduce((a, b) => (a.distance < b.distance ? a : b), { ball: null, distance: 1 });
+  return near.ball;
+}
+
+// ---- from places to pixels ----
+
+// The part of the canvas that the panels leave free [pixels].
+function freeArea() {
+  const { clientWidth: width, clientHeight: height } = element('canvas');
+  const panel = document.querySelector('aside').getBoundingClientRect();
+  const bar = document.querySelector('footer').getBoundingClientRect();
+  const below = panel.width > 0.7 * width; // a narrow window: the panel is below the table
+  return {
+    left: 0, top: 0,
+    right: panel.width && !below ? panel.left - 8 : width,
+    bottom: (panel.width && below ? panel.top : bar.top) - 4,
+  };
+}
+
+// The target is in the middle of the free area.
 function cameraNow() {
   const canvas = element('canvas');
-  const { azimuth, elevation, distance } = camera;
-  const target = element('follow').checked ? stateOf(centre, time).position : camera.target;
-  const c = Math.cos(elevation);
-  const eye = add(target, [c * Math.cos(azimuth), c * Math.sin(azimuth), Math.sin(elevation)], distance);
-  const up = [-Math.sin(elevation) * Math.cos(azimuth), -Math.sin(elevation) * Math.sin(azimuth), c];
-  const width = canvas.clientWidth;
-  const projection = perspective(FIELD, width / canvas.clientHeight, 0.01 * distance + 0.005, 12 * distance + 5);
-  projection[8] = panelWidth() / width; // moves the picture to the left by half the panel
-  projection[9] = -60 / canvas.clientHeight;
-  return { matrix: multiply(projection, lookAt(eye, target, up)), eye, target, distance };
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const { azimuth, distance } = camera;
+  const target = followed ? onCloth(stateOf(followed, time).position) : camera.target;
+  const toEye = (elevation) => [Math.cos(elevation) * Math.cos(azimuth),
+    Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation)];
+  const [x, y] = add(target, toEye(camera.elevation), distance);
+  const outside = data.table && data.table.size.some((size, i) => Math.abs([x, y][i]) > size / 2);
+  const least = NEAR_CLOTH + (outside ? data.table.height : 0);
+  const elevation = Math.max(camera.elevation, Math.asin(clamp((least - target[2]) / distance, -1, 1)));
+  const eye = add(target, toEye(elevation), distance);
+  const up = toEye(elevation + Math.PI / 2);
+  const projection = perspective(FIELD, width / height, 0.01 * distance + 0.005, 12 * distance + 5);
+  const { left, right, top, bottom } = freeArea();
+  projection[8] = 1 - (left + right) / width;
+  projection[9] = (top + bottom) / height - 1;
+  return {
+    matrix: multiply(projection, lookAt(eye, target, up)), eye, target, distance, up,
+    right: [-Math.sin(azimuth), Math.cos(azimuth), 0],
+  };
 }
 
 // Where a place [m] is on the canvas, in pixels of the page.
@@ -81,5 +135,5 @@ function project(place) {
   const [x, y, , w] = [0, 1, 2, 3].map((row) => matrix[row] * place[0] + matrix[4 + row] * place[1]
     + matrix[8 + row] * place[2] + matrix[12 + row]);
   const canvas = element('canvas');
-  return [(0.5 + 0.5 * x / w) * canvas.clientWidth, (0.5 - 0.5 * y / w) * canvas.clientHeight];
+  return [(0.5 + 0.5 * x / w) * canvas.clientWidth, (0.5 - 0.5 * y / w) * canvas.clientHeight, w];
 }

@@ -188,12 +188,13 @@ function sphereMesh(around, down) {
   return numbers;
 }
 
-// Lines as ribbons that face the camera: 9 numbers a corner: this end, the other end, colour
-// packed into one number, the side of the line, how far along [m] (below 0: not dashed).
+// Lines as ribbons that face the camera: 9 numbers a corner: this end, the other end, the side of
+// the line, how far along [m], the pattern.
+const PATTERNS = { roll: 0, slide: 1, flight: 2 };
+
 function lineMesh(lines) {
   const numbers = [];
-  for (const { points, colour, dashed, lift } of lines) {
-    const packed = parseInt(colour.slice(1), 16);
+  for (const { points, motion, lift } of lines) {
     let along = 0;
     for (let i = 0; i + 5 < points.length; i += 3) {
       const a = [points[i], points[i + 1], points[i + 2] + lift];
@@ -201,7 +202,7 @@ function lineMesh(lines) {
       const step = Math.hypot(...add(b, a, -1));
       if (step === 0) continue;
       const corner = (from, to, side, distance) =>
-        numbers.push(...from, ...to, packed, side, dashed ? distance : -1);
+        numbers.push(...from, ...to, side, distance, PATTERNS[motion]);
       const [begin, end] = [along, along + step];
       corner(a, b, 1, begin);
       corner(a, b, -1, begin);

@@ -2,10 +2,6 @@
 
 const RATES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 4];
 const MOTIONS = ['rests', 'slides', 'rolls', 'spins', 'flies', 'in a pocket', 'off the table'];
-const MARKS = { // colours of events on the slider
-  strike: '#ffffff', cushion: '#009e73', ball: '#cc79a7', cluster: '#cc79a7', pocket: '#e69f00',
-  off: '#d55e00', roll: '#0072b2', bounce: '#9aa6b0', land: '#9aa6b0',
-};
 
 let time = BEGIN;
 let playing = false;
@@ -43,13 +39,14 @@ function changeRate(by) {
 }
 
 function nextEvent(by) {
-  const times = [BEGIN, ...data.events.map((event) => event.time), END];
+  const times = [BEGIN, ...listed.map((event) => event.time), END];
   const found = by > 0 ? times.find((t) => t > time + 1e-6) : times.findLast((t) => t < time - 1e-6);
   if (found !== undefined) setTime(found);
 }
 
 // ---- the page ----
 
+const FAINT = 0.3; // opacity of the paths of others, if a ball is followed
 let asked = false;
 
 function draw() {
@@ -57,8 +54,11 @@ function draw() {
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
-    renderer.draw(cameraNow(), data.balls.map((ball) => shownBall(ball, time)), shownCue(time),
-      element('paths').checked);
+    const balls = data.balls.map((ball) => shownBall(ball, time));
+    const paths = data.balls.map((ball) =>
+      (!element('paths').checked ? 0 : followed && followed !== ball ? FAINT : 1));
+    renderer.draw(cameraNow(), balls, shownCue(time), paths);
+    placeLabels(balls, cameraNow());
     describe();
   });
 }
@@ -66,86 +66,60 @@ function draw() {
 const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
 
 function describe() {
-  const { motion, position, velocity, spin } = stateOf(centre, time);
+  const ball = followed || cueBall;
+  const { motion, position, velocity, spin } = stateOf(ball, time);
   const vector = (values, digits) => values.map((x) => fixed(x, digits).padStart(digits + 3)).join('  ');
   const rows = [
-    [`${centre.name} ball`, time < 0 ? 'waits' : MOTIONS[motion]],
-    ['place (m)', vector(position, 3)],
+    [ball.name === 'cue' ? 'cue ball' : ball.name, time < 0 ? 'waits' : MOTIONS[motion]],
+    ['position (m)', vector(position, 3)],
     ['velocity (m/s)', vector(time < 0 ? [0, 0, 0] : velocity, 2)],
     ['spin (rad/s)', vector(time < 0 ? [0, 0, 0] : spin, 1)],
     ['speed (m/s)', fixed(time < 0 ? 0 : Math.hypot(...velocity), 3)],
   ];
   element('readout').replaceChildren(...rows.flatMap(([name, text]) => [make('dt', name), make('dd', text)]));
   element('clock').textContent = `${fixed(time, 3)} s`;
-  const now = countUpTo(time + 1e-9, data.events.length, (i) => data.events[i].time) - 1;
-  element('events').querySelectorAll('button').forEach((button, i) => {
-    button.classList.toggle('past', i <= now);
-    const entered = i === now && !button.classList.contains('now');
-    button.classList.toggle('now', i === now);
-    if (entered) button.scrollIntoView({ block: 'nearest' });
-  });
-}
-
-function make(tag, text) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  return made;
+  markEvents();
 }
 
 function fillPage() {
   document.querySelector('h1').textContent = data.title;
   element('message').textContent = data.message;
   Object.assign(element('slider'), { min: BEGIN, max: END, value: BEGIN });
-  element('events').replaceChildren(...data.events.map((event) => {
-    const item = document.createElement('li');
-    const button = document.createElement('button');
-    button.append(make('span', fixed(event.time, 3)), event.text);
-    button.addEventListener('click', () => setTime(event.time));
-    item.append(button);
-    return item;
-  }));
-  element('ticks').replaceChildren(...data.events.filter(({ kind }) => MARKS[kind]).map((event) => {
-    const tick = document.createElement('i');
-    tick.style.left = `${100 * (event.time - BEGIN) / (END - BEGIN)}%`;
-    tick.style.background = MARKS[event.kind];
-    return tick;
-  }));
-  element('rate').replaceChildren(...RATES.map((rate) => {
-    const option = make('option', `${rate}×`);
-    option.value = rate;
-    return option;
-  }));
+  fill('rate', RATES.map((rate) => [`${rate}×`, rate]));
   element('rate').value = 1;
-  const names = { slide: 'slides', roll: 'rolls', flight: 'flies' };
-  const seen = new Map(data.trails.map(({ motion, colour }) => [motion, colour]));
-  element('key').replaceChildren(...[...seen].map(([motion, colour]) => {
+  fillChoices();
+  fillStroke();
+  listEvents();
+  const motions = new Set(data.balls.flatMap(({ trails }) => trails.map(({ motion }) => motion)));
+  const names = { roll: 'rolls', slide: 'slides', flight: 'flies' };
+  element('key').replaceChildren(...Object.keys(names).filter((motion) => motions.has(motion)).map((motion) => {
     const item = document.createElement('li');
-    const swatch = document.createElement('i');
-    swatch.style.background = motion === 'flight'
-      ? 'repeating-linear-gradient(90deg, #fff 0 4px, transparent 4px 7px)'
-      : colour;
-    item.append(swatch, names[motion]);
+    const line = document.createElement('i');
+    line.className = motion;
+    item.append(line, names[motion]);
     return item;
   }));
-  element('follow').checked = !data.table && data.extent > 9;
 }
+
+const STILL = 4; // pixels that the pointer may move in a click
 
 function listen() {
   const canvas = element('canvas');
   const fingers = new Map();
-  const toggles = { f: 'follow', p: 'paths' };
+  let pressed = null; // the press that is a click, unless the pointer moves
+  const toggles = { n: 'names', p: 'paths', i: 'panel' };
   const keys = {
     ' ': () => play(!playing), ArrowLeft: (fast) => setTime(time - (fast ? 0.2 : 0.01)),
     ArrowRight: (fast) => setTime(time + (fast ? 0.2 : 0.01)), Home: () => setTime(BEGIN),
     End: () => setTime(END), PageUp: () => nextEvent(-1), PageDown: () => nextEvent(1),
     '+': () => changeRate(1), '=': () => changeRate(1), '-': () => changeRate(-1),
     1: () => look('corner'), 2: () => look('player'), 3: () => look('top'),
-    '?': () => element('keys').showModal(),
+    f: () => follow(followed ? null : cueBall), '?': () => element('keys').showModal(),
   };
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || element('keys').open) return;
     const toggle = toggles[event.key.toLowerCase()];
-    const act = toggle ? () => element(toggle).click() : keys[event.key];
+    const act = toggle ? () => element(toggle).click() : keys[event.key.toLowerCase()] || keys[event.key];
     if (!act || (event.target.tagName === 'SELECT' && event.key !== ' ')) return;
     event.preventDefault();
     act(event.shiftKey);
@@ -156,7 +130,14 @@ function listen() {
   });
   element('play').addEventListener('click', () => play(!playing));
   element('help').addEventListener('click', () => element('keys').showModal());
-  for (const name of Object.values(toggles)) element(name).addEventListener('change', draw);
+  for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
+  element('panel').addEventListener('click', () => {
+    document.querySelector('aside').classList.toggle('away');
+    draw();
+  });
+  for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
+  element('follow').addEventListener('change', ({ target: { value } }) =>
+    follow(data.balls.find(({ name }) => name === value) || null));
   document.querySelectorAll('[data-view]').forEach((button) => {
     button.addEventListener('click', () => look(button.dataset.view));
   });
@@ -164,13 +145,19 @@ function listen() {
   canvas.addEventListener('pointerdown', (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, event);
+    pressed = fingers.size === 1 && event.button === 0 ? event : null;
   });
-  for (const name of ['pointerup', 'pointercancel']) {
-    canvas.addEventListener(name, (event) => fingers.delete(event.pointerId));
-  }
+  canvas.addEventListener('pointerup', (event) => {
+    fingers.delete(event.pointerId);
+    if (pressed) follow(ballAt(event.clientX, event.clientY));
+    pressed = null;
+  });
+  canvas.addEventListener('pointercancel', (event) => fingers.delete(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     const before = fingers.get(event.pointerId);
     if (!before) return;
+    if (pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < STILL) return;
+    pressed = null;
     const [dx, dy] = [event.clientX - before.clientX, event.clientY - before.clientY];
     const other = [...fingers.values()].find(({ pointerId }) => pointerId !== event.pointerId);
     if (other) {
@@ -189,7 +176,7 @@ function listen() {
 
 function turn(dx, dy) {
   camera.azimuth -= 0.006 * dx;
-  camera.elevation = clamp(camera.elevation + 0.006 * dy, 0.02, Math.PI / 2);
+  camera.elevation = clamp(camera.elevation + 0.006 * dy, 0, Math.PI / 2);
   draw();
 }
 
@@ -199,6 +186,7 @@ function zoom(factor) {
 }
 
 function pan(dx, dy) {
+  follow(null);
   const size = 2 * Math.tan(FIELD / 2) * camera.distance / element('canvas').clientHeight;
   const [c, s] = [Math.cos(camera.azimuth), Math.sin(camera.azimuth)];
   const lift = Math.max(Math.sin(camera.elevation), 0.3);
@@ -219,12 +207,15 @@ function start() {
     return;
   }
   look('corner');
+  if (!data.table && data.extent > 9) follow(cueBall);
   setTime(BEGIN);
 }
 
 // For other programs, and for the tests: what is shown, and where.
 window.view = {
   get time() { return time; }, get playing() { return playing; }, setTime, play, look, project, camera,
+  follow: (name) => follow(data.balls.find((one) => one.name === name) || null),
+  get eye() { return cameraNow().eye; }, get followed() { return followed && followed.name; }, freeArea,
   state: (name) => {
     const ball = data.balls.find((one) => one.name === name);
     return { ...stateOf(ball, time), turn: turnOf(ball, time) };

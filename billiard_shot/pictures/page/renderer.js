@@ -16,20 +16,18 @@ class Renderer {
       data.table ? tableMesh(data.table) : floorMesh(data.middle, data.extent), solid);
     this.cue = this.mesh(cueMesh(data.cue.length), solid);
     this.sphere = this.mesh(sphereMesh(48, 32), [3]);
-    this.lines = this.mesh(lineMesh(this.allLines()), [3, 3, 1, 1, 1]);
+    this.lines = data.balls.map((ball) => this.mesh(lineMesh(this.linesOf(ball)), [3, 3, 1, 1, 1]));
     this.looks = data.balls.map(lookOf);
     this.numbers = this.numberTexture();
   }
 
-  allLines() {
-    const { trails, ghosts, radius } = this.data;
+  // The path of a ball; of the cue ball, also the circles where it was as it met others.
+  linesOf({ name, trails }) {
+    const { ghosts, radius } = this.data;
+    const circles = name === 'cue' ? ghosts : [];
     return [
-      ...trails.map(({ motion, colour, points }) => ({
-        points, colour, dashed: motion === 'flight', lift: 1.5e-3 - radius,
-      })),
-      ...ghosts.map((place) => ({
-        points: circlePoints(place, radius), colour: '#ffffff', dashed: false, lift: 1.5e-3,
-      })),
+      ...trails.map(({ motion, points }) => ({ points, motion, lift: 1.5e-3 - radius })),
+      ...circles.map((place) => ({ points: circlePoints(place, radius), motion: 'roll', lift: 1.5e-3 })),
     ];
   }
 
@@ -107,7 +105,8 @@ class Renderer {
     return ratio;
   }
 
-  // camera: { matrix, eye, target }; balls: [{ place, turn, opacity }]; cue: { tip, opacity }.
+  // camera: { matrix, eye, target }; balls: [{ place, turn, opacity }]; cue: { tip, opacity };
+  // paths: the opacity of the path of each ball.
   draw(camera, balls, cue, paths) {
     const { gl, data } = this;
     const ratio = this.resize();
@@ -125,7 +124,7 @@ class Renderer {
     if (holes.length) gl.uniform3fv(solid.holes, holes);
     this.render(this.table);
 
-    if (paths && this.lines.count) this.drawLines(camera, ratio);
+    this.drawLines(camera, ratio, paths);
     this.drawBalls(balls, light);
 
     if (cue.opacity > 0) {
@@ -136,14 +135,19 @@ class Renderer {
     }
   }
 
-  drawLines(camera, ratio) {
-    const { gl } = this;
+  drawLines(camera, ratio, opacities) {
+    const { gl, data } = this;
     const { program, places } = this.programs.line;
     gl.useProgram(program);
     gl.uniformMatrix4fv(places.camera, false, camera.matrix);
     gl.uniform2f(places.size, this.canvas.width, this.canvas.height);
     gl.uniform1f(places.width, 2.2 * ratio);
-    this.render(this.lines);
+    this.lines.forEach((line, i) => {
+      if (!line.count || opacities[i] <= 0) return;
+      gl.uniform3fv(places.c, shadeOf(data.balls[i].path));
+      gl.uniform1f(places.opacity, opacities[i]);
+      this.render(line);
+    });
   }
 
   drawBalls(balls, light) {

@@ -205,31 +205,33 @@ const LINE = {
     precision highp float;
     layout(location = 0) in vec3 here;
     layout(location = 1) in vec3 there;
-    layout(location = 2) in float packed;
-    layout(location = 3) in float side;
-    layout(location = 4) in float distance;
+    layout(location = 2) in float side;
+    layout(location = 3) in float distance;
+    layout(location = 4) in float pattern;
     uniform mat4 camera;
     uniform vec2 size;       // of the canvas, in pixels
     uniform float width;     // of lines, in pixels
-    out vec3 c;
     out float along;
+    flat out int motion;
     void main() {
       vec4 a = camera * vec4(here, 1.0), b = camera * vec4(there, 1.0);
       vec2 d = (b.xy / b.w - a.xy / a.w) * size;
       d = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0);
       a.xy += side * vec2(-d.y, d.x) * width / size * a.w;
       gl_Position = a;
-      float n = packed;
-      c = vec3(floor(n / 65536.0), mod(floor(n / 256.0), 256.0), mod(n, 256.0)) / 255.0;
       along = distance;
+      motion = int(pattern);
     }`,
   fragment: `#version 300 es
     precision highp float;
-    in vec3 c;
     in float along;
+    flat in int motion;      // 0: a full line, 1: dashes, 2: dots
+    uniform vec3 c;
+    uniform float opacity;
     out vec4 colour;
     void main() {
-      if (along >= 0.0 && fract(along / 0.02) > 0.6) discard;
-      colour = vec4(c, 1.0);
+      if (motion == 1 && fract(along / 0.03) > 0.7) discard;
+      if (motion == 2 && fract(along / 0.015) > 0.45) discard;
+      colour = vec4(c, 1.0) * opacity;
     }`,
 };

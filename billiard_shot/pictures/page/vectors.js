@@ -71,6 +71,6 @@ function countUpTo(x, count, number) {
   return low;
 }
 
-// Colour #rrggbb as three numbers from 0 to 1, linear in light.
-const colourOf = (text) =>
-  [1, 3, 5].map((i) => (parseInt(text.slice(i, i + 2), 16) / 255) ** 2.2);
+// Colour #rrggbb as three numbers from 0 to 1: as it is shown, and linear in light.
+const shadeOf = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
+const colourOf = (text) => shadeOf(text).map((part) => part ** 2.2);

@@ -1,0 +1,63 @@
+// The list of events, and the marks on the slider: all, or those of a ball or of a kind.
+
+const MARKS = { // colours of events on the slider
+  strike: '#ffffff', cushion: '#009e73', ball: '#cc79a7', cluster: '#cc79a7', pocket: '#e69f00',
+  off: '#d55e00', roll: '#0072b2', bounce: '#9aa6b0', land: '#9aa6b0',
+};
+const KINDS = {
+  'all kinds': null,
+  contacts: ['strike', 'ball', 'cluster', 'cushion'],
+  pockets: ['pocket', 'off'],
+  motion: ['bounce', 'land', 'roll', 'spin', 'spin_end', 'rest'],
+};
+let listed = [];
+
+function listEvents() {
+  const [ball, kinds] = [element('ball').value, KINDS[element('kind').value]];
+  listed = data.events.filter((event) => (!ball || event.balls.includes(ball))
+    && (!kinds || kinds.includes(event.kind)));
+  element('events').replaceChildren(...listed.map((event) => {
+    const item = document.createElement('li');
+    const button = document.createElement('button');
+    button.append(make('span', fixed(event.time, 3)), event.text);
+    button.addEventListener('click', () => setTime(event.time));
+    item.append(button);
+    return item;
+  }));
+  if (!listed.length) element('events').append(make('li', 'no such event'));
+  element('ticks').replaceChildren(...listed.filter(({ kind }) => MARKS[kind]).map((event) => {
+    const tick = document.createElement('i');
+    tick.style.left = `${100 * (event.time - BEGIN) / (END - BEGIN)}%`;
+    tick.style.background = MARKS[event.kind];
+    return tick;
+  }));
+  draw();
+}
+
+function markEvents() {
+  const now = countUpTo(time + 1e-9, listed.length, (i) => listed[i].time) - 1;
+  const list = element('events');
+  list.querySelectorAll('button').forEach((button, i) => {
+    button.classList.toggle('past', i <= now);
+    const entered = i === now && !button.classList.contains('now');
+    button.classList.toggle('now', i === now);
+    if (!entered) return; // else the list alone is scrolled, not the panel around it
+    const [above, below] = [button.offsetTop, button.offsetTop + button.offsetHeight];
+    list.scrollTop = clamp(list.scrollTop, below - list.clientHeight, above);
+  });
+}
+
+function fillChoices() {
+  const names = data.balls.map(({ name }) => name);
+  fill('ball', [['all balls', ''], ...names.map((name) => [name, name])]);
+  fill('kind', Object.keys(KINDS).map((name) => [name, name]));
+  fill('follow', [['follow', ''], ...names.map((name) => [`follow ${name}`, name])]);
+}
+
+function fill(id, choices) {
+  element(id).replaceChildren(...choices.map(([text, value]) => {
+    const option = make('option', text);
+    option.value = value;
+    return option;
+  }));
+}

@@ -1,0 +1,45 @@
+// Names beside the balls, in the colours of their paths.
+
+const GAP = 4; // pixels between a ball and its name
+const labels = data.balls.map((ball) => {
+  const label = make('span', ball.name);
+  label.style.color = ball.path || '';
+  label.classList.toggle('dark', ball.path === '#000000');
+  element('labels').append(label);
+  return label;
+});
+// A name that would cover a ball or another name is left out: first those of balls at rest.
+const order = [...data.balls.keys()].sort((i, j) => !data.balls[i].path - !data.balls[j].path);
+
+function make(tag, text) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  return made;
+}
+
+function placeLabels(balls, { up }) {
+  const shown = element('names').checked;
+  const area = freeArea();
+  const discs = balls.map(({ place, opacity }) => {
+    const [x, y, depth] = project(place);
+    const radius = Math.hypot(...[0, 1].map((i) => project(add(place, up, data.radius))[i] - [x, y][i]));
+    return { x, y, radius, there: opacity > 0.5 && depth > 0 };
+  });
+  const taken = discs.filter(({ there }) => there)
+    .map(({ x, y, radius: r }) => [x - r, y - r, x + r, y + r]);
+  for (const i of order) {
+    const { x, y, radius, there } = discs[i];
+    const { offsetWidth: width, offsetHeight: height } = labels[i];
+    const away = radius + GAP;
+    const places = [[x - width / 2, y - away - height], [x + away, y - height / 2],
+      [x - away - width, y - height / 2], [x - width / 2, y + away]];
+    const found = shown && there && places.find(([left, top]) =>
+      left > area.left && left + width < area.right && top > area.top && top + height < area.bottom
+      && taken.every(([l, t, r, b]) => left >= r || left + width <= l || top >= b || top + height <= t));
+    labels[i].style.visibility = found ? 'visible' : 'hidden';
+    if (!found) continue;
+    const [left, top] = found;
+    labels[i].style.transform = `translate(${left}px, ${top}px)`;
+    taken.push([left, top, left + width, top + height]);
+  }
+}
