@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=0,
         metavar='N',
-        help='count the discontinuities around N random strokes instead; uses --workers and --dask',
+        help='count the discontinuities around N random strokes instead (--workers, --dask)',
     )
     parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw the outcomes')
     add_stroke_arguments(parser)

@@ -31,6 +31,7 @@ SCRIPTS = (
     'meshes.js',
     'shaders.js',
     'renderer.js',
+    'elements.js',
     'motion.js',
     'camera.js',
     'labels.js',

@@ -1,6 +1,5 @@
 // From where the table is seen.
 
-const element = (id) => document.getElementById(id);
 const cueBall = data.balls.find(({ name }) => name === 'cue') || data.balls[0];
 const points = data.balls.flatMap(({ trails }) => trails.flatMap(({ points: line }) => line));
 const range = (axis) => minmax([
@@ -55,7 +54,8 @@ function look(view) {
 function fitting() {
   const { left, right, top, bottom } = freeArea();
   for (camera.distance = 0.6; camera.distance < 60; camera.distance *= 1.02) {
-    const seen = corners.map(project);
+    const view = cameraNow();
+    const seen = corners.map((corner) => project(corner, view));
     if (seen.every(([x, y]) => x > left + 20 && x < right - 20 && y > top + 20 && y < bottom - 20)) break;
   }
   return camera.distance;
@@ -78,12 +78,12 @@ const onCloth = ([x, y, z]) => [x, y, Math.max(z, 0)];
 
 // The ball at a place on the canvas, or near it [pixels].
 function ballAt(x, y) {
-  const { right, up } = cameraNow();
+  const view = cameraNow();
   const near = data.balls.map((ball) => ({ ball, shown: shownBall(ball, time) }))
     .filter(({ shown }) => shown.opacity > 0.5)
     .map(({ ball, shown: { place } }) => {
-      const [px, py] = project(place);
-      const [rx, ry] = project(add(place, add(right, up), data.radius));
+      const [px, py] = project(place, view);
+      const [rx, ry] = project(add(place, view.up, data.radius), view);
       return { ball, distance: Math.hypot(px - x, py - y) / Math.max(Math.hypot(rx - px, ry - py), 12) };
     })
     .reduce((a, b) => (a.distance < b.distance ? a : b), { ball: null, distance: 1 });
@@ -125,13 +125,11 @@ function cameraNow() {
   projection[9] = (top + bottom) / height - 1;
   return {
     matrix: multiply(projection, lookAt(eye, target, up)), eye, target, distance, up,
-    right: [-Math.sin(azimuth), Math.cos(azimuth), 0],
   };
 }
 
-// Where a place [m] is on the canvas, in pixels of the page.
-function project(place) {
-  const { matrix } = cameraNow();
+// Where a place [m] is on the canvas [pixels], and its depth: below 0, it is behind the camera.
+function project(place, { matrix } = cameraNow()) {
   const [x, y, , w] = [0, 1, 2, 3].map((row) => matrix[row] * place[0] + matrix[4 + row] * place[1]
     + matrix[8 + row] * place[2] + matrix[12 + row]);
   const canvas = element('canvas');

@@ -53,11 +53,3 @@ function fillChoices() {
   fill('kind', Object.keys(KINDS).map((name) => [name, name]));
   fill('follow', [['follow', ''], ...names.map((name) => [`follow ${name}`, name])]);
 }
-
-function fill(id, choices) {
-  element(id).replaceChildren(...choices.map(([text, value]) => {
-    const option = make('option', text);
-    option.value = value;
-    return option;
-  }));
-}

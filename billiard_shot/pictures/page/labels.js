@@ -11,18 +11,13 @@ const labels = data.balls.map((ball) => {
 // A name that would cover a ball or another name is left out: first those of balls at rest.
 const order = [...data.balls.keys()].sort((i, j) => !data.balls[i].path - !data.balls[j].path);
 
-function make(tag, text) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  return made;
-}
-
-function placeLabels(balls, { up }) {
+function placeLabels(balls, view) {
   const shown = element('names').checked;
   const area = freeArea();
   const discs = balls.map(({ place, opacity }) => {
-    const [x, y, depth] = project(place);
-    const radius = Math.hypot(...[0, 1].map((i) => project(add(place, up, data.radius))[i] - [x, y][i]));
+    const [x, y, depth] = project(place, view);
+    const [topX, topY] = project(add(place, view.up, data.radius), view);
+    const radius = Math.hypot(topX - x, topY - y);
     return { x, y, radius, there: opacity > 0.5 && depth > 0 };
   });
   const taken = discs.filter(({ there }) => there)

@@ -57,8 +57,9 @@ function draw() {
     const balls = data.balls.map((ball) => shownBall(ball, time));
     const paths = data.balls.map((ball) =>
       (!element('paths').checked ? 0 : followed && followed !== ball ? FAINT : 1));
-    renderer.draw(cameraNow(), balls, shownCue(time), paths);
-    placeLabels(balls, cameraNow());
+    const view = cameraNow();
+    renderer.draw(view, balls, shownCue(time), paths);
+    placeLabels(balls, view);
     describe();
   });
 }
