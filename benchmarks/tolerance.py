@@ -19,6 +19,7 @@ from tools.timing import Report
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.study.problem import Problem
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
+from billiard_shot.table.motion import Cause
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9)  # m
 FLOOR = 1e-15
@@ -28,11 +29,14 @@ CHECKED, AGREED = 40, 1e-7  # strokes of each scene; part of the cue's speed
 
 
 def gap(one, other):
-    """Largest distance of two trajectories at equal times [m]."""
+    """Largest distance of two trajectories at equal times, before the cue hits again [m]."""
+    rows = np.concatenate([one.rows, other.rows])
+    again = rows['time'][rows['cause'] == Cause.CUE].min(initial=np.inf)
     knots = np.concatenate([one.rows['time'], other.rows['time']])
     end = 1.01 * max(one.duration, other.duration)
     knots = np.unique(np.concatenate([knots[knots < np.inf], np.linspace(0.0, end, 200)]))
     times = np.sort(np.concatenate([knots, 0.5 * (knots[1:] + knots[:-1])]))
+    times = times[times < again]
     return np.linalg.norm(one.at(times).position - other.at(times).position, axis=1).max()
 
 

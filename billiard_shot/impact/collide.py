@@ -194,7 +194,6 @@ def collide(
         np.array([c.friction for c in contacts], float),
         np.array([c.restitution for c in contacts], float),
         np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
-        None if reactivation == 'instant' else gap,
     )  # fmt: skip
     solved = solve_in_contact_space(
         properties,
@@ -202,6 +201,7 @@ def collide(
         approach[np.newaxis],
         [tolerance],
         USUAL_PHASES if phases else 0,
+        None if reactivation == 'instant' else -gap[np.newaxis],
     )
     impulses = solved.impulses[0]
     change = np.einsum('bkl,bl->bk', mobility, impulses.ravel() @ jacobian)

@@ -62,6 +62,7 @@ from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_EN
 
 ENERGY_FLOOR = 10  # why a phase ended, beside the kinds of events: the motion has died down
 CREEPS = 0.1  # a slip is stiff if friction can change so large a part of it within a step
+TIME_ROUNDING = 1e-12  # of the time at which a collision ends
 SECTION_EVENTS = 100  # after so many without the end of a section, another contact ends them
 
 
@@ -93,7 +94,7 @@ def integrate(
         take_step(m, contacts, ws, p, step, event)
         if event.kind != NO_EVENT:
             carry_out(m, contacts, ws, p, log, event)
-        if is_over(m, contacts):
+        if is_over(m, contacts) or p.time >= m.until * (1.0 - TIME_ROUNDING):
             return True
         p.scale = min(next_scale(p, step), m.options.max_step)
         if (
@@ -179,8 +180,11 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
         error, noise = tolerance, max(o.rounding, tolerance / p.speed)
     p.stiff = stiff
-    reach = min(length, o.max_redundant_step / scale) if redundant and scale > 0.0 else length
-    return Step(scale, order, reach, noise, error, tolerance)
+    if scale > 0.0:
+        length = min(length, (m.until - p.time) / scale)
+        if redundant:
+            length = min(length, o.max_redundant_step / scale)
+    return Step(scale, order, length, noise, error, tolerance)
 
 
 @inner

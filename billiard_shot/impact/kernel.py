@@ -9,7 +9,7 @@ units of the largest approach speed, response and stiffness: answers cannot depe
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
+from math import inf, sqrt
 import threading
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from billiard_shot.compiled import entry, inner
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
-from billiard_shot.impact.laws import POISSON
+from billiard_shot.impact.laws import elastic_energy, POISSON, restitution_end, unloading_rate
 from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
 from billiard_shot.impact.state import (
     components,
@@ -31,9 +31,11 @@ from billiard_shot.impact.state import (
     Model,
     PhaseLog,
     Progress,
+    RESTITUTION,
     Workspace,
     workspace,
 )
+from billiard_shot.impact.transitions import loss_since_peak
 from billiard_shot.records import as_rows, Floats, record, Storage, Vector
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
@@ -54,6 +56,7 @@ class ContactResult:
     # compression; infinite if there was none. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
     length: float  # [m] of the spring's compression; below zero: minus the distance
+    closings: int  # how often the contact became active
 
 
 @record
@@ -75,7 +78,6 @@ class Properties:
     stiffness: Sequence[float] | NDArray[np.float64]  # (N,) N/m^exponent; see `Contact`
     law: int  # see laws.py
     exponent: float = 1.0
-    gap: Sequence[float] | NDArray[np.float64] | None = None  # (N,) m; None: no distances at all
     options: Options = DEFAULT_OPTIONS
 
 
@@ -96,6 +98,8 @@ def begin(
     options: Options,
     delassus: Floats,
     velocity: Vector,
+    lengths: Vector,
+    until: float,
     tolerance: float,
     contacts: list[ContactState],
     ws: Workspace,
@@ -104,12 +108,15 @@ def begin(
     """
     Set contacts and progress to where a collision begins, in its own units.
 
-    Returns the model and the units, which are zero if nothing approaches.
+    Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
     """
     count = len(contacts)
     speed, mobility, firmness = 0.0, 0.0, 0.0
     for j in range(count):
         speed = max(speed, -velocity[3 * j])
+        if distances and lengths[j] > 0.0:
+            energy = elastic_energy(properties[j][2], lengths[j], exponent)
+            speed = max(speed, sqrt(2.0 * energy * delassus[3 * j][3 * j]))
         mobility = max(mobility, delassus[3 * j][3 * j])
         firmness = max(firmness, properties[j][2])
     approaches = speed > 0.0 and mobility > 0.0
@@ -120,14 +127,17 @@ def begin(
                 ws.delassus[row][column] = delassus[row][column] / mobility
         units = units_of(speed, mobility, firmness, exponent)
         for j in range(count):
+            length = lengths[j] / (units.speed * units.time) if distances else 0.0
             start_contact(
                 contacts[j], properties[j], velocity, units, firmness, distances, j, options
             )
+            start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
     else:
         units, planar = Units(0.0, 0.0, 0.0), False
-    m = Model(law, exponent, min(tolerance, options.max_tolerance), planar, distances, options)
-    return m, units
+    limit = until / units.time if approaches else inf
+    tolerance = min(tolerance, options.max_tolerance)
+    return Model(law, exponent, tolerance, planar, distances, limit, options), units
 
 
 @inner
@@ -156,9 +166,12 @@ def finish(
 ) -> None:
     """Check the balance of energy, and write the results in SI units, from number `first` on."""
     count = len(contacts)
+    for j in range(count):
+        if contacts[j].normal_mode == RESTITUTION:  # the time was up
+            contacts[j].restitution_loss += loss_since_peak(m, contacts[j])
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
         allowed = max(m.options.imbalance * m.tolerance, m.options.min_imbalance)
-        if energy_imbalance(contacts, velocity, units.speed, ws) > allowed:
+        if energy_imbalance(m, contacts, velocity, units.speed, ws) > allowed:
             p.status = TOLERANCE_NOT_REACHED
     for j in range(count):
         write_result(contacts[j], results[first + j], units)
@@ -191,17 +204,29 @@ def start_contact(
             values[0] = 0.0
         for k in range(1, len(values)):
             values[k] = 0.0
-    c.compression[0] = -properties[3] / (speed * units.time) if distances else 0.0
-    closes = c.velocity[0] < 0.0 and c.compression[0] == 0.0
-    c.normal_mode = COMPRESSION if closes else INACTIVE
+    c.compression_rate = 1.0 if distances else 0.0
     c.friction_mode = FRICTIONLESS
-    c.compression_rate = 1.0 if closes or distances else 0.0
     c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
     c.restitution_loss, c.friction_loss, c.final_slip = 0.0, 0.0, 0.0
     c.discontinuity_margin = inf
+
+
+@inner
+def start_length(c: ContactState, law: int, exponent: float, length: float) -> None:
+    """Set a contact's compression, or minus its distance, to what the collision begins with."""
+    c.compression[0] = length
+    c.initial_energy = elastic_energy(c.stiffness, length, exponent)
+    c.normal_mode = INACTIVE
+    if length >= 0.0 and c.velocity[0] < 0.0:
+        c.normal_mode, c.compression_rate = COMPRESSION, 1.0
+    elif length > 0.0:
+        c.normal_mode, c.peak_compression = RESTITUTION, length
+        c.compression_rate = unloading_rate(law, c.restitution)
+        c.restitution_end = restitution_end(law, c.restitution, exponent, length)
+    c.closings = 0 if c.normal_mode == INACTIVE else 1
 
 
 @inner
@@ -215,11 +240,11 @@ def start(p: Progress) -> None:
 
 
 @inner
-def clear_result(result: ContactResult, gap: float) -> None:
+def clear_result(result: ContactResult, length: float) -> None:
     """Set a result to that of a contact at which nothing happens."""
     result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
     result.restitution_loss, result.friction_loss, result.final_slip = 0.0, 0.0, 0.0
-    result.discontinuity_margin, result.length = inf, -gap
+    result.discontinuity_margin, result.length, result.closings = inf, length, 0
 
 
 @inner
@@ -232,7 +257,7 @@ def write_result(c: ContactState, result: ContactResult, units: Units) -> None:
     result.restitution_loss = unit * speed * c.restitution_loss
     result.friction_loss = unit * speed * c.friction_loss
     result.final_slip = speed * c.final_slip
-    result.discontinuity_margin = c.discontinuity_margin
+    result.discontinuity_margin, result.closings = c.discontinuity_margin, c.closings
 
 
 @inner
@@ -253,7 +278,7 @@ def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
 
 @inner
 def energy_imbalance(
-    contacts: list[ContactState], velocity: Vector, speed: float, ws: Workspace
+    m: Model, contacts: list[ContactState], velocity: Vector, speed: float, ws: Workspace
 ) -> float:
     """
     Energy imbalance, relative to all the energy exchanged.
@@ -270,20 +295,24 @@ def energy_imbalance(
             before = velocity[3 * j + k] / speed
             gap += 0.5 * impulses[k] * (before + after[3 * j + k])
             turnover += 0.5 * abs(impulses[k]) * (abs(before) + abs(after[3 * j + k]))
-        gap += c.restitution_loss + c.friction_loss
+        gap += c.restitution_loss + c.friction_loss - c.initial_energy
+        if c.normal_mode != INACTIVE:  # the time was up
+            gap += elastic_energy(c.stiffness, c.compression[0], m.exponent)
     return abs(gap) / turnover if turnover > 0.0 else 0.0
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
-        storage.array(np.full((1, 4), 0.5)),
+        storage.array(np.full((1, 3), 0.5)),
         0,
         1.0,
         False,
         DEFAULT_OPTIONS,
         storage.array(np.eye(3)[np.newaxis]),
         storage.array(-np.eye(1, 3)),
+        storage.array(np.zeros((1, 1))),
+        inf,
         storage.array([1e-9]),
         *new_scratch(storage, 1),
         storage.records(ContactResult, 1),
@@ -301,6 +330,8 @@ def solve_collisions(
     options: Options,
     delassus: Floats,
     velocity: Floats,
+    lengths: Floats,
+    until: float,
     tolerance: Vector,
     contacts: list[ContactState],
     ws: Workspace,
@@ -314,8 +345,8 @@ def solve_collisions(
 
     Parameters
     ----------
-    properties : (N, 4) floats
-        Friction, restitution, stiffness and gap of the contacts.
+    properties : (N, 3) floats
+        Friction, restitution and stiffness of the contacts.
     law, exponent, distances, options : int, float, bool, Options
         See `Model`.
     delassus : (n, 3 N, 3 N) floats
@@ -324,6 +355,11 @@ def solve_collisions(
         should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
     velocity : (n, 3 N) floats
         Contact velocities before the collision [m/s]; approaching if the normal one is below 0.
+    lengths : (n, N) floats
+        Compressions of the springs before the collision; below zero: minus the distances [m]. Only
+        law bistiffness knows how a compressed spring goes on. Without `distances` they are unused.
+    until : float
+        Time after which a collision ends, whatever is still active [s].
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision with a
         tolerance that is not above 0 is left out.
@@ -347,6 +383,8 @@ def solve_collisions(
             options,
             delassus[i],
             velocity[i],
+            lengths[i],
+            until,
             tolerance[i],
             contacts,
             ws,
@@ -360,7 +398,7 @@ def solve_collisions(
             finish(m, velocity[i], units, contacts, ws, p, results, i * count, log)
         else:
             for j in range(count):
-                clear_result(results[i * count + j], properties[j][3] if distances else 0.0)
+                clear_result(results[i * count + j], lengths[i][j] if distances else 0.0)
         outcome = outcomes[i]
         outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
         outcome.duration = units.time * p.time
@@ -381,6 +419,8 @@ class Solved:
         See `ContactResult`.
     lengths : (n, N) float array
         See `ContactResult`.
+    closings : (n, N) int array
+        See `ContactResult`.
     status, phases, steps : (n,) int arrays
     durations : (n,) float array
         See `CollisionOutcome`.
@@ -394,6 +434,7 @@ class Solved:
     final_slips: NDArray[np.float64]
     discontinuity_margins: NDArray[np.float64]
     lengths: NDArray[np.float64]
+    closings: NDArray[np.int64]
     status: NDArray[np.int64]
     phases: NDArray[np.int64]
     steps: NDArray[np.int64]
@@ -407,6 +448,8 @@ def solve_in_contact_space(
     velocity: NDArray[np.float64],
     tolerance: ArrayLike,
     phases: int = 0,
+    lengths: NDArray[np.float64] | None = None,
+    until: float = inf,
 ) -> Solved:
     """
     Solve n collisions of the same N contacts.
@@ -418,6 +461,10 @@ def solve_in_contact_space(
         (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `solve_collisions`.
     phases : int
         Of the last collision that are logged. If it has more, all of them are.
+    lengths : (n, N) float array, optional
+        See `solve_collisions`; without them there are no distances at all.
+    until : float
+        See `solve_collisions`.
 
     """
     n, count = len(velocity), len(properties.friction)
@@ -429,8 +476,11 @@ def solve_in_contact_space(
         storage.array(velocity),
         storage.array(tolerance),
         phases,
+        lengths,
+        until,
     )
-    table = as_rows(ContactResult, results).view(np.float64).reshape(n, count, 8)
+    rows = as_rows(ContactResult, results)
+    table = rows.view(np.float64).reshape(n, count, 9)
     ends = as_rows(CollisionOutcome, outcomes)
     return Solved(
         table[..., :3],
@@ -438,6 +488,7 @@ def solve_in_contact_space(
         table[..., 5],
         table[..., 6],
         table[..., 7],
+        rows['closings'].reshape(n, count),
         ends['status'],
         ends['phases'],
         ends['steps'],
@@ -478,6 +529,8 @@ def solve_stored(
     velocity: Floats,
     tolerance: Vector,
     phases: int,
+    lengths: NDArray[np.float64] | None = None,
+    until: float = inf,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
     Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
@@ -486,9 +539,9 @@ def solve_stored(
     """
     run = solve_collisions.on(storage)
     n, count = len(velocity), len(properties.friction)
-    gap = np.zeros(count) if properties.gap is None else properties.gap
-    columns = properties.friction, properties.restitution, properties.stiffness, gap
+    columns = properties.friction, properties.restitution, properties.stiffness
     given = storage.array(np.array(columns, float).T)
+    begun = storage.zeros(n, count) if lengths is None else storage.array(lengths)
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
@@ -497,10 +550,12 @@ def solve_stored(
             given,
             properties.law,
             float(properties.exponent),
-            properties.gap is not None,
+            lengths is not None,
             properties.options,
             delassus,
             velocity,
+            begun,
+            until,
             tolerance,
             *_thread.scratch(storage, count),
             results,

@@ -68,6 +68,7 @@ class ContactState:
     )
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
+    initial_energy: float  # in the spring, when the collision began
     activation_impulse: float  # normal impulse when the contact became active
     negligible_compression: float  # up to which the force is negligible
     slip_dir_1: float  # unit vector of the slip
@@ -79,6 +80,7 @@ class ContactState:
     friction_loss: float
     final_slip: float  # when the contact last ended
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
+    closings: int  # how often it became active
     velocity: Series  # polynomials: normal velocity, slip,
     slip_1: Series
     slip_2: Series
@@ -140,6 +142,7 @@ class Model(NamedTuple):
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
+    until: float  # time at which the collision ends, whatever is still active
     options: Options
 
 

@@ -80,6 +80,7 @@ def activate(c: ContactState, known: bool) -> None:
     c.compression[0] = 0.0
     c.compression_rate = 1.0
     c.activation_impulse = c.impulse
+    c.closings += 1
     if known:
         c.velocity[0] = 0.0
 

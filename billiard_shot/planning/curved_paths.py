@@ -57,10 +57,11 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
+    model = problem.model._replace(follows=False)  # double hits do not scale with the speed
     paths, kept = [], []
     for i in range(len(offsets)):
         played = strike_batch(
-            problem.model,
+            model,
             normals[i : i + 1],
             velocities[i : i + 1],
             centre,

@@ -9,6 +9,7 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score_tables
 from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.shot.clearance import surroundings_of
+from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.on_table import states_of, strike_frozen
 from billiard_shot.shot.strike import refusals, strike_batch
 from billiard_shot.status import Status
@@ -43,8 +44,9 @@ def evaluate_strokes(
     problem : Problem
     strokes : (n, 5) float array
         a, b, elevation, azimuth, speed; see `vectors_of`.
-    motions : (n, 6) float array, optional
-        Of the ball after the strike, see `Maps.motions`; strikes whose motion is NaN are solved.
+    motions : (n, MOTION) float array, optional
+        Of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN are
+        solved.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
 
@@ -104,7 +106,10 @@ def simulate_strokes(
     strikes[~mapped] = played
     if motions is not None:
         strikes['velocity'][mapped] = motions[mapped, :3]
-        strikes['spin'][mapped] = motions[mapped, 3:]
+        strikes['spin'][mapped] = motions[mapped, 3:6]
+        strikes['cue_speed'][mapped] = motions[mapped, 6]
+        reach = problem.radius * (1.0 + model.tip_curvature)
+        strikes['tip'][mapped] = reach * normals[mapped]
         refused = refusals(model, around, normals[mapped], velocities[mapped], centre)
         strikes['status'][mapped] = refused
     states = states_of(scene, centre, strikes)
@@ -112,6 +117,7 @@ def simulate_strokes(
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
         states[~usable, :, 3:] = 0.0
+    cues = following_cues(model, strikes, velocities, centre)
     return run_recorded(
-        model.surface, problem.table, states, 0.25 * TOLERANCE, rules=rules
+        model.surface, problem.table, states, 0.25 * TOLERANCE, rules=rules, cues=cues
     ), usable

@@ -5,8 +5,9 @@ As long as the contacts are linear and the cue strikes once, velocity and spin o
 proportional to the cue speed, and the azimuth only turns them. What remains is a function of the
 offsets a and b and of the elevation. A map divides these into cells, and fits a polynomial to
 exact strikes in each cell that is used. A cell counts only if other exact strikes, which had no
-part in the fit, agree with it: cells with miscues, kinks or jumps do not, and their strokes are
-solved exactly. The sign of a mirrors a strike.
+part in the fit, agree with it: cells with miscues, kinks or jumps do not. Nor counts a cell in
+which the tip meets the ball twice in a strike. The strokes of other cells are solved exactly. The
+sign of a mirrors a strike.
 
 A map chooses strokes; the success that a plan states comes from exact strikes.
 """
@@ -30,8 +31,8 @@ SHARE = 0.2  # of the standard deviations of the player: errors of a map that do
 USUAL_SPEED = 2.0  # m/s
 TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
 EXPONENTS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)])
-MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # of velocity and spin, if a changes sign
-MOTION = 6  # columns of a motion: velocity [m/s] and spin [rad/s]
+MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])  # of a motion, if a changes sign
+MOTION = 7  # columns of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
 
 Cell: TypeAlias = tuple[int, int, int]
 
@@ -39,8 +40,10 @@ Cell: TypeAlias = tuple[int, int, int]
 class Fit(NamedTuple):
     """The strikes of a cell at 1 m/s along +x."""
 
-    coefficients: Array  # (terms, 6) velocity and spin for the terms of `terms_of`
-    errors: Array  # (6,) root mean square in held-out strikes, spins times radius; or infinite
+    coefficients: Array  # (terms, MOTION) for the terms of `terms_of`
+    errors: (
+        Array  # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
+    )
 
 
 class Maps:
@@ -50,8 +53,9 @@ class Maps:
     Parameters
     ----------
     model : StrikeModel
-    bounds : (6,) float array
-        Errors of velocity, and of spin times radius, that do not matter, see `bounds_of`.
+    bounds : (MOTION,) float array
+        Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
+        `bounds_of`.
 
     """
 
@@ -75,7 +79,7 @@ class Maps:
 
     def motions(self, strokes: Array) -> Array:
         """
-        Map strokes to motions of the ball at the end of the strike.
+        Map strokes to motions of ball and cue at the end of the strike.
 
         Parameters
         ----------
@@ -84,8 +88,9 @@ class Maps:
 
         Returns
         -------
-        (n, 6) float array
-            Velocity [m/s] and spin [rad/s], frame `table`; NaN for strokes that are not mapped.
+        (n, MOTION) float array
+            Velocity [m/s] and spin [rad/s] of the ball, frame `table`, and speed of the cue [m/s];
+            NaN for strokes that are not mapped.
 
         """
         motions = np.full((len(strokes), MOTION), np.nan)
@@ -116,13 +121,13 @@ def bounds_of(sigmas: Array) -> Array:
 
     Returns
     -------
-    (6,) float array
-        Of velocity, and of spin times radius, relative to the cue speed. An offset changes the
-        spin of a solid ball by 5/2 of the velocity.
+    (MOTION,) float array
+        Of velocity, of spin times radius, and of cue speed, relative to the cue speed. An offset
+        changes the spin of a solid ball by 5/2 of the velocity.
 
     """
     along, spin = sigmas[4] / USUAL_SPEED, 2.5 * min(sigmas[0], sigmas[1])
-    return SHARE * np.array([along, sigmas[3], along, spin, spin, spin])
+    return SHARE * np.array([along, sigmas[3], along, spin, spin, spin, along])
 
 
 def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
@@ -135,13 +140,13 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
     strikes = strike_batch(model, *vectors_of(strokes), centre, TOLERANCE).strikes
-    if (strikes['status'] != Status.OK).any():
+    if (strikes['status'] != Status.OK).any() or (strikes['hits'] > 1).any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
-    exact = np.concatenate([strikes['velocity'], strikes['spin']], axis=1)
+    exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['cue_speed']])
     terms = terms_of(places)
     found = np.linalg.lstsq(terms[:FITTED], exact[:FITTED], rcond=None)[0]
     errors = np.abs(terms[FITTED:] @ found - exact[FITTED:])
-    errors[:, 3:] *= radius
+    errors[:, 3:6] *= radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
 
 
@@ -171,7 +176,7 @@ def _cell(indices: NDArray[np.int64]) -> Cell:
 
 
 def _evaluate(fit: Fit, cell: NDArray[np.int64], strokes: Array) -> Array:
-    """Motions (n, 6) of strokes (n, 5) in a cell."""
+    """Motions (n, MOTION) of strokes (n, 5) in a cell."""
     places = strokes[:, :3] / SIZES
     mirrored = places[:, 0] < 0.0
     places[:, 0] = np.abs(places[:, 0])

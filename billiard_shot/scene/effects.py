@@ -43,7 +43,8 @@ class Effects:
     cluster : str
         If `off`, touching bodies collide in pairs, one after the other.
     double_hit : str
-        If `off`, double hits of the cue that follows through are not looked for.
+        If `off`, the cue is gone after the strike, and during the strike the normals stay as they
+        are at the first touch.
 
     """
 

@@ -1,54 +1,94 @@
 """
-Whether the cue, after its strike, catches the ball again: a double hit, a foul in most games.
+The cue that follows its stroke, and may hit the ball again: a double hit, a foul in most games.
 
-The cue goes on along its line with the speed that the strike left it, as far as players follow
-through, while the ball does what the prediction says: it may have met another ball close in front,
-or come back with draw or from a cushion. That is found, not simulated: what the cue does between
-depends on the hand that holds it.
+After the strike the cue goes on along its line with the speed that the strike left it, as far as
+players follow through. The ball may have met another ball close in front, or come back with draw
+or from a cushion, or the table may have thrown it against the cue. What follows is simulated as
+any other event; the impact is that of cue_contact.py.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import follow_through_time
+from billiard_shot.status import Status
+from billiard_shot.table.motion import advance, CUE, NOTHING
+from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.simulate import Cues
+from billiard_shot.table.simulation_state import CUE_COLUMNS, energy_of, log_event, Simulation
 
-FOLLOW = 0.15  # m
-LONGEST = 1.0  # s: nobody follows through for longer, however slowly
-STEP = 2e-4  # s
-DEEP = 1e-5  # m: what is less is no gap, and no hit
 
-
-def first_double_hit(
-    trajectory: Trajectory,
-    radius: float,
-    tip: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    speed: float,
-) -> float | None:
+def following_cues(
+    model: StrikeModel,
+    strikes: NDArray[np.void],
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+) -> Cues | None:
     """
-    Time [s] from the end of the strike until the ball is at the cue again, None if it never is.
+    Let cues follow their strokes; None if the scene turns that off.
 
     Parameters
     ----------
-    trajectory : Trajectory
-        Of the struck ball.
-    radius : float
-        Of the ball [m].
-    tip : (3,) float array
-        Where the tip is at the end of the strike [m].
-    direction : (3,) float array
-        Unit vector of the stroke.
-    speed : float
-        Of the cue along it [m/s].
+    model : StrikeModel
+    strikes : (n,) Strike
+    velocities : (n, 3) float array
+        Of the strokes [m/s].
+    centre : (3,) float array
+        Of the ball that was struck [m].
 
     """
-    if speed <= 0.0:
+    if not model.follows:
         return None
-    times = np.arange(1, 2 + int(min(FOLLOW / speed, LONGEST) / STEP)) * STEP
-    from_tip = trajectory.at(times).position - tip - np.outer(speed * times, direction)
-    along = np.minimum(from_tip @ direction, 0.0)  # behind the tip there is the cue
-    gap = np.linalg.norm(from_tip - np.outer(along, direction), axis=1) - radius
-    # At first they are in touch; the end of the cue, which gave way, needs a moment to swing back.
-    parted = np.logical_or.accumulate(gap > DEEP)
-    met = np.flatnonzero(parted & (gap < -DEEP))
-    return float(times[met[0]]) if len(met) else None
+    speeds = strikes['cue_speed']
+    sizes = np.linalg.norm(velocities, axis=1)
+    cues = np.zeros((len(strikes), CUE_COLUMNS))
+    cues[:, :3] = centre + strikes['tip']
+    with np.errstate(invalid='ignore', divide='ignore'):
+        cues[:, 3:6] = np.where(sizes > 0.0, speeds / sizes, 0.0)[:, np.newaxis] * velocities
+    played = strikes['status'] < Status.MISS
+    cues[:, 6] = [
+        follow_through_time(speed) if ok else 0.0
+        for speed, ok in zip(speeds.tolist(), played.tolist(), strict=True)
+    ]
+    cues[:, 7] = model.surface.radius * (1.0 + model.tip_curvature)
+
+    def hit(s: Simulation, params: BallClothParams) -> None:
+        _hit(model, params, s)
+
+    return Cues(cues, hit)
+
+
+def _hit(model: StrikeModel, params: BallClothParams, s: Simulation) -> None:
+    """Let the cue and ball 0 of a table meet, whose impact is pending."""
+    ball, cue, p = s.balls[0], s.cue, s.progress
+    time = float(p.time)
+    advance(ball, time)
+    advance(cue, time)
+    before, motion = energy_of(params, ball), int(ball.motion)
+    velocity = np.array(cue.velocity)
+    speed = float(np.linalg.norm(velocity))
+    axis = velocity / speed
+    place = np.array(ball.position)
+    states = Meeting(
+        place[np.newaxis],
+        np.array([ball.velocity]),
+        np.array([ball.spin]),
+        np.array([cue.position]),
+        np.array([speed]),
+    )
+    met = meet(model, axis[np.newaxis], states)
+    after = met.after
+    rest = float(after.speed[0])
+    tip = place + after.tip[0] - after.position[0]
+    for k in range(3):
+        ball.velocity[k], ball.spin[k] = float(after.velocity[0, k]), float(after.spin[0, k])
+        cue.position[k], cue.velocity[k] = float(tip[k]), rest * float(axis[k])
+    p.cue_hits += max(int(met.hits[0]), 1)
+    if rest <= 0.0 or p.cue_hits >= MAX_HITS:
+        cue.end = time
+    if met.status[0] == Status.BUDGET_EXCEEDED:
+        p.unsolved = int(met.status[0])
+    ball.modified = True
+    log_event(s, time, CUE, ball, NOTHING, before, energy_of(params, ball), motion)

@@ -109,6 +109,7 @@ def strike_together(
     for k, i in enumerate(members):
         given[i, 3:6], given[i, 6:9] = result.velocities[k], result.spins[k]
     write_group_result(strike, result, c, speed)
+    strike['tip'] = (1.0 + model.tip_curvature) * surface.radius * normal
     return result
 
 
@@ -121,6 +122,7 @@ def write_group_result(
     strike['cue_speed'] = result.velocities[-1] @ c
     strike['losses'][:] = result.dissipated[:2].ravel()
     strike['impulses'][:] = np.einsum('ckl,cl->ck', axes, result.impulses[:2]).ravel()
+    strike['hits'] = 1
     strike['phases'], strike['steps'] = len(result.phases), result.evaluations
     miscue = result.slips[TIP] > MISCUE_SLIP * speed
     strike['status'] = final_status(int(result.status), miscue, int(Status.OK), exact=True)

@@ -24,6 +24,7 @@ class StrikeModel(NamedTuple):
     law: int
     exponent: float
     table: bool  # whether the contact TABLE takes part
+    follows: bool  # whether the cue goes on after the strike, and may hit the ball again
     surface: BallClothParams  # the ball's own numbers are here
 
 
@@ -41,6 +42,7 @@ def strike_model(scene: Scene) -> StrikeModel:
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
         table=True,
+        follows=True,
         surface=ball_cloth_params(scene),
     )
 

@@ -15,6 +15,7 @@ from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.discontinuity import discontinuities_of_law
+from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import CUE, has_table, names_of, states_of, strike_frozen
 from billiard_shot.shot.strike import no_phases, Strike, strike_batch
@@ -55,11 +56,15 @@ def play_one(
     played, given = _strike(
         scene, model, table, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
     )
-    if table is None or given is None or played.strikes['status'][0] >= Status.MISS:
+    if played.strikes['status'][0] >= Status.MISS or not (
+        table is not None or np.isfinite(played.strikes['again'][0])
+    ):
         decide(played.strikes, played.discontinuity, None)
         return played, None
-    params = model.surface, table
-    run = run_one(params, names_of(scene), given, TABLE_SHARE * tolerance)
+    params = model.surface, table if table is not None else table_on(scene)
+    states = states_of(scene, centre, played.strikes) if given is None else given
+    cues = following_cues(model, played.strikes, velocity[np.newaxis], centre)
+    run = run_one(params, names_of(scene), states, TABLE_SHARE * tolerance, cues=cues)
     played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
     decide(played.strikes, played.discontinuity, np.array([run.status]))
@@ -92,7 +97,7 @@ def play_many(
         np.concatenate([np.zeros(0), *(each.discontinuity for each, _ in parts)]),
     )
     if table is None:
-        decide(played.strikes, played.discontinuity, None)
+        _follow_on_endless_cloth(scene, model, played, velocities, centre, tolerance)
         return played, None
     given = [states_of(scene, centre, nothing), *(states for _, states in parts)]
     batch = run_many(
@@ -100,11 +105,38 @@ def play_many(
         names_of(scene),
         np.concatenate([s for s in given if s is not None]),
         TABLE_SHARE * tolerance,
+        cues=following_cues(model, played.strikes, velocities, centre),
     )
     played.strikes['final_position'] = batch.final_position[:, 0]
     played.strikes['duration'] = batch.duration
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
+
+
+def _follow_on_endless_cloth(
+    scene: Scene,
+    model: StrikeModel,
+    played: Played,
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
+) -> None:
+    """Decide strokes on endless cloth; play on those whose cue hits the ball again."""
+    strikes = played.strikes
+    again = np.isfinite(strikes['again'])
+    decide(strikes, played.discontinuity, None)
+    if again.any():
+        some = strikes[again]
+        batch = run_many(
+            (model.surface, table_on(scene)),
+            names_of(scene),
+            states_of(scene, centre, some),
+            TABLE_SHARE * tolerance,
+            cues=following_cues(model, some, velocities[again], centre),
+        )
+        some['final_position'], some['duration'] = batch.final_position[:, 0], batch.duration
+        decide(some, np.zeros(len(some)), batch.status)
+        strikes[again] = some
 
 
 def _strike(

@@ -37,8 +37,10 @@ from billiard_shot.table.trajectory import (
     Trajectory,
 )
 
-FORMAT, VERSION = 'billiard_shot shot', 2
-READABLE = 1, 2  # version 1 has no discontinuity and no margin: they are found again
+FORMAT, VERSION = 'billiard_shot shot', 3
+# Version 1 has no discontinuity and no margin: they are found again. Versions 1 and 2 know no
+# double hits.
+READABLE = 1, 2, 3
 # Keys of the file, and the fields of `Strike`.
 FIELDS: Mapping[str, str] = {
     'velocity': 'velocity',
@@ -55,6 +57,9 @@ FIELDS: Mapping[str, str] = {
     'segments': 'segments',
     'axes': 'axes',
     'discontinuity_margin': 'discontinuity_margin',
+    'tip': 'tip',
+    'again': 'again',
+    'hits': 'hits',
 }
 LOG_COLUMNS = 12  # of a phase: ending, contact, active (2), impulses (6), energies (2)
 
@@ -170,7 +175,7 @@ def _shot(data: dict[str, Any]) -> Shot:
     strikes = ROWS.records(Strike, 1)
     for key, field in FIELDS.items():
         strikes[field] = (
-            data['strike'].get(key, 0.0) if data['version'] == 1 else (data['strike'][key])
+            data['strike'].get(key, 0.0) if data['version'] < VERSION else data['strike'][key]
         )
     scene, stroke, tolerance = (
         _scene(data),
@@ -229,6 +234,8 @@ def _find_discontinuity(
 
 def _scene(data: dict[str, Any]) -> Scene:
     scene = with_present_keys(Scene, data['scene'], warn=False)
+    if data['version'] < VERSION:  # when double hits were not simulated
+        scene.setdefault('effects', {})['double_hit'] = 'off'
     if data['version'] == 1:  # when contacts took no time
         scene['contacts']['ball_ball'].setdefault('duration', 0.0)
         if scene.get('table') is not None:

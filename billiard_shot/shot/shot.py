@@ -17,12 +17,12 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
 from billiard_shot.shot.data_frame import data_frame
-from billiard_shot.shot.double_hit import first_double_hit
 from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotContext
 from billiard_shot.shot.sensitivity import sensitivity_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.lone_ball import run_of_lone_ball
+from billiard_shot.table.motion import Cause
 from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import Trajectory
 
@@ -53,7 +53,9 @@ class Shot:
     tolerance: float  # m
     wall_time: float  # s that the prediction took
     trajectory: Trajectory  # of the cue ball, from the end of the strike
-    table: TableRun | None  # every ball, where there is more than this one on an endless cloth
+    # Every ball, where there is more than this one on an endless cloth, or a double hit after the
+    # strike.
+    table: TableRun | None
     # m, between the two resting places on endless cloth that law `energetic` allows within the
     # accuracy of the strike; 0 if there is only one
     discontinuity: float
@@ -160,18 +162,17 @@ class Shot:
     @cached_property
     def double_hit(self) -> float | None:
         """
-        When the cue would catch the ball again, following through at its speed [s]; or None.
+        When the cue first hits the ball again [s]; None if it does not.
 
-        From the end of the strike, to 0.2 ms. Found, not simulated.
+        From the end of the strike. 0 if the tip met the ball more than once during the strike.
         """
         if self.status.refused or self.scene.effects.double_hit == 'off':
             return None
-        direction = np.array(self.stroke.velocity) / self.stroke.speed
-        normal = self._strike['axes'][:3]
-        tip = self.trajectory.at(0.0).position + self.scene.ball.radius * normal
-        return first_double_hit(
-            self.trajectory, self.scene.ball.radius, tip, direction, self.cue_speed
-        )
+        if self._strike['hits'] > 1:
+            return 0.0
+        rows = self.trajectory.rows
+        times = rows['time'][rows['cause'] == Cause.CUE]
+        return float(times[0]) if len(times) else None
 
     @cached_property
     def effects(self) -> tuple[Effect, ...]:

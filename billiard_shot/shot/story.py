@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from billiard_shot.shot.messages import message_of
-from billiard_shot.table.words import ball_in_words, place_in_words
+from billiard_shot.table.words import ball_in_words, moment_in_words, place_in_words
 
 if TYPE_CHECKING:
     from billiard_shot.shot.shot import Shot
@@ -104,7 +104,7 @@ def _happenings(shot: Shot) -> Iterator[str]:
     elif len(shot.run.names) > 1:
         yield 'no ball hit'
     if shot.double_hit is not None:
-        yield f'a double hit: the cue has the ball again at {shot.double_hit:.3g} s'
+        yield f'a double hit: the cue hits the ball again {moment_in_words(shot.double_hit)}'
     if all(ball.comes_to_rest for ball in shot.run.balls.values()):
         yield f'at rest after {shot.run.duration:.3g} s'
 

@@ -13,9 +13,10 @@ from billiard_shot.impact.kernel import (
     solve_collisions,
     solve_stored,
 )
+from billiard_shot.impact.laws import BISTIFFNESS
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import as_rows, Floats, record, ROWS, Storage, Vector, Vector3
+from billiard_shot.records import as_rows, Floats, OBJECTS, record, ROWS, Storage, Vector, Vector3
 from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
@@ -25,6 +26,7 @@ from billiard_shot.shot.contacts import (
     tip_response,
     weighted,
 )
+from billiard_shot.shot.cue_contact import log_of, meet, Meeting
 from billiard_shot.shot.model import contact_properties, StrikeModel
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
@@ -36,6 +38,7 @@ from billiard_shot.status import (
     OK,
     TOLERANCE_NOT_REACHED,
 )
+from billiard_shot.table.flight import bounce
 from billiard_shot.table.motion import append_segment, Ball, Segment, start_ball
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.roll_out import roll_out
@@ -46,6 +49,9 @@ LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Tips that slide in earnest end with more than 0.06.
 MISCUE_SLIP = 0.03
+FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
+LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+MANY_SEGMENTS = 2000  # of a ball: bounces end after 1000
 _AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 
 
@@ -63,6 +69,9 @@ class Strike:
     impulses: Annotated[Any, 6]  # [N s] of tip and table: normal, two tangential
     axes: Annotated[Any, 18]  # of tip and table: normal and two tangents as rows
     discontinuity_margin: float  # see `ContactResult`; the least of tip and table
+    tip: Vector3  # [m] from the ball's centre to that of the tip's sphere, at the end
+    again: float  # [s] when the cue that follows meets the ball, on endless cloth; or inf
+    hits: int  # how often the tip met the ball, as far as that was simulated
     status: int  # Status
     phases: int
     steps: int
@@ -183,7 +192,7 @@ def _finish_example(storage: Storage) -> tuple[Any, ...]:
         *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros(1))),
         storage.records(ContactResult, 2),
         storage.records(CollisionOutcome, 1),
-        storage.records(Ball, 1),
+        storage.records(Ball, 2),
         storage.records(Segment, 1),
         storage.array(np.eye(3)),
     )
@@ -215,13 +224,14 @@ def finish_strikes(
         Centre of the cue ball [m].
     results, outcomes : 2 n ContactResult, n CollisionOutcome
         Of the impacts.
-    balls : 1 Ball
+    balls : 2 Ball
         Scratch.
     segments : records of Segment, written
         The last trajectory, as many segments as there is room for.
 
     """
-    ball, c, cue = balls[0], scratch[0], scratch[1]
+    ball, follower, c, cue = balls[0], balls[1], scratch[0], scratch[1]
+    reach = model.surface.radius * (1.0 + model.tip_curvature)
     for i in range(len(strikes)):
         strike = strikes[i]
         if accuracy[i] > 0.0:
@@ -232,7 +242,15 @@ def finish_strikes(
             strike.cue_speed = speed + tip_response(model, c, cue, c)
             strike.phases, strike.steps = outcome.phases, outcome.steps
             start_ball(ball, position, strike.velocity, strike.spin)
-            ending, left_out = roll_out(model.surface, ball, 0.25 * tolerance, segments)
+            strike.hits = max(tip.closings, table.closings)
+            for k in range(3):
+                strike.tip[k] = reach * strike.axes[k]
+                follower.position[k] = position[k] + strike.tip[k]
+                follower.velocity[k] = strike.cue_speed * c[k]
+            follower.end = follow_through_time(strike.cue_speed) if model.follows else 0.0
+            ending, left_out, strike.again = roll_out(
+                model.surface, ball, 0.25 * tolerance, segments, follower, reach
+            )
             strike.error = left_out + trajectory_error(accuracy[i], speed, ball.time)
             miscue = tip.final_slip > MISCUE_SLIP * speed
             exact = strike.error <= tolerance
@@ -242,9 +260,16 @@ def finish_strikes(
                 cue[k] = 0.0
             start_ball(ball, position, cue, cue)
             append_segment(ball, segments)
+            strike.again, strike.hits = inf, 0
         for k in range(3):
             strike.final_position[k] = ball.position[k]
         strike.duration, strike.segments = ball.time, ball.segments
+
+
+@inner
+def follow_through_time(speed: float) -> float:
+    """For how long a cue with a speed [m/s] follows its stroke [s]."""
+    return min(FOLLOW_THROUGH / speed, LONGEST_FOLLOW_THROUGH) if speed > 0.0 else 0.0
 
 
 @inner
@@ -284,6 +309,7 @@ _MODEL = StrikeModel(
     law=0,
     exponent=1.0,
     table=True,
+    follows=True,
     surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=AUTO),
 )  # for the examples; of no ball in particular
 
@@ -382,7 +408,7 @@ def _strike(
             accuracy,
             results,
             outcomes,
-            storage.records(Ball, 1),
+            storage.records(Ball, 2),
             motion,
             scratch,
         )
@@ -390,7 +416,77 @@ def _strike(
         if needed <= segments:
             break
         segments = needed
-    return Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])
+    done = Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])
+    return _with_moving_normals(model, velocities, position, tolerance, done)
+
+
+def _with_moving_normals(
+    model: StrikeModel,
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    done: Strikes,
+) -> Strikes:
+    """
+    Solve the strikes anew in which the ball meets the tip or the cloth more than once.
+
+    Only law `bistiffness` knows how: under the others the directions stay as they are at first.
+    """
+    strikes = done.strikes
+    again = np.flatnonzero((strikes['hits'] > 1) & (strikes['status'] < MISS))
+    if not model.follows or model.law != BISTIFFNESS or not len(again):
+        strikes['hits'] = np.minimum(strikes['hits'], 1)
+        return done
+    log, motion = done.log, done.segments
+    speeds = np.linalg.norm(velocities[again], axis=1)
+    axes = velocities[again] / speeds[:, np.newaxis]
+    frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
+    still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
+    reach = model.surface.radius * (1.0 + model.tip_curvature)
+    met = meet(model, axes, Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds))
+    strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
+    strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
+    strikes['tip'][again] = met.after.tip - met.after.position
+    strikes['impulses'][again] = (frames @ met.impulses[..., np.newaxis]).reshape(-1, 6)
+    strikes['losses'][again] = met.losses.reshape(-1, 4)
+    strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
+    for i, row in enumerate(again):
+        strike, slips = strikes[row], met.slip[i] > MISCUE_SLIP * speeds[i]
+        motion_of_row = _roll_out_again(model, axes[i], position, tolerance, strike)
+        accuracy = strike_tolerance(model, speeds[i], tolerance)
+        strike['error'] += trajectory_error(accuracy, speeds[i], strike['duration'])
+        exact = strike['error'] <= tolerance
+        strike['status'] = final_status(int(met.status[i]), slips, int(strike['status']), exact)
+        if row == len(strikes) - 1 and len(done.segments):
+            motion = motion_of_row
+            log = log_of(met.log, frames[i]) if len(done.log) else log
+    return Strikes(strikes, log, motion)
+
+
+def _roll_out_again(
+    model: StrikeModel,
+    axis: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    strike: np.void,
+) -> NDArray[np.void]:
+    """Roll out the ball of a strike whose end has changed; return the segments."""
+    ball, cue, segments = Ball(), Ball(), OBJECTS.records(Segment, MANY_SEGMENTS)
+    start_ball(ball, position.tolist(), strike['velocity'].tolist(), strike['spin'].tolist())
+    if ball.velocity[2] < 0.0 and model.table:  # it came to the cloth again
+        bounce(model.surface, ball)
+        ball.bounces = 0
+        strike['velocity'], strike['spin'] = ball.velocity, ball.spin
+    speed = float(strike['cue_speed'])
+    cue.position, cue.velocity = (position + strike['tip']).tolist(), (speed * axis).tolist()
+    cue.end = follow_through_time(speed)
+    reach = model.surface.radius * (1.0 + model.tip_curvature)
+    strike['status'], strike['error'], strike['again'] = roll_out(
+        model.surface, ball, 0.25 * tolerance, segments, cue, reach
+    )
+    strike['final_position'], strike['duration'] = ball.position, ball.time
+    strike['segments'] = ball.segments
+    return as_rows(Segment, segments[: ball.segments])
 
 
 def refusals(

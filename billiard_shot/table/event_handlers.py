@@ -51,6 +51,7 @@ from billiard_shot.table.simulation_state import (
     log_segment,
     position_at,
     predict_boundary_event,
+    predict_cue,
     Simulation,
     touches_another,
 )
@@ -58,6 +59,7 @@ from billiard_shot.table.simulation_state import (
 # Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
 # height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
 HOP_AT_CUSHION = 5e-5
+THE_CUE = -2  # in place of the index of a ball
 APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 
@@ -130,6 +132,8 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
         energy = energy_of(table.params, ball)
     else:
         ball.boundary_time, energy = math.inf, 0.0
+    if ball.ball == 0:
+        predict_cue(s, ball)
     log_segment(s, ball)
     return energy
 
@@ -278,7 +282,12 @@ def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -
 
 @inner
 def next_event(s: Simulation) -> tuple[float, int, int]:
-    """When something happens next, and to which ball; with another one, or itself, or NOTHING."""
+    """
+    When something happens next, and to which ball.
+
+    And with what: with another ball, something of the table (then the ball itself), THE_CUE, or
+    NOTHING.
+    """
     time, ball, other = math.inf, NOTHING, NOTHING
     count = len(s.balls)
     for i in range(count):
@@ -294,4 +303,6 @@ def next_event(s: Simulation) -> tuple[float, int, int]:
         for j in range(i + 1, count):
             if row[j] < time:
                 time, ball, other = row[j], i, j
+    if s.progress.cue_time < time:
+        time, ball, other = s.progress.cue_time, 0, THE_CUE
     return time, ball, other

@@ -13,21 +13,24 @@ import numpy as np
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
-from billiard_shot.records import record, Storage, Vector3
+from billiard_shot.records import record, Storage, Vector, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.event_handlers import (
+    defer_to_cluster,
     handle_boundary,
     handle_collision,
     handle_segment_end,
     next_event,
     start_next_segment,
+    THE_CUE,
 )
 from billiard_shot.table.geometry import edges_of, Jaw, numbers_of, Pocket, Table, TableNumbers
 from billiard_shot.table.initial_states import STATE_COLUMNS
 from billiard_shot.table.motion import (
     Ball,
     CLUSTER,
+    CUE,
     NOTHING,
     OFF_TABLE,
     POCKETED,
@@ -41,6 +44,7 @@ from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
     BallRule,
+    CUE_COLUMNS,
     Event,
     never,
     predict_collisions,
@@ -48,7 +52,7 @@ from billiard_shot.table.simulation_state import (
     Simulation,
 )
 
-CLUSTER_PENDING = -1  # a status of `run_events`
+PENDING = -1  # a status of `run_events`
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
 
 
@@ -77,7 +81,7 @@ class TableOutcome:
 
 @inner
 def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
-    """Let the balls go on that were put somewhere, or that took part in an impact of several."""
+    """Let the balls go on that were put somewhere, or that took part in a pending impact."""
     for i in range(len(s.balls)):
         if s.balls[i].modified:
             start_next_segment(table, s, s.balls[i], cause)
@@ -108,16 +112,17 @@ def is_decided(s: Simulation) -> bool:
 @inner
 def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int]:
     """
-    Simulate until nothing moves, or only endlessly, or several bodies meet, or all is decided.
+    Simulate until nothing moves, or only endlessly, or an impact is pending, or all is decided.
 
-    Return when that is [s], and the status: of the table, or CLUSTER_PENDING.
+    Return when that is [s], and the status: of the table, or PENDING.
     """
     p = s.progress
     now = p.time
     if p.unsolved != OK:
         p.pending = False
         return now, p.unsolved
-    resume(table, s, CLUSTER if p.pending else START, now)
+    cause = CUE if p.other == THE_CUE else CLUSTER
+    resume(table, s, cause if p.pending else START, now)
     while True:
         time, i, j = next_event(s)
         if time == math.inf:
@@ -127,18 +132,20 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
         now = time
         if j == NOTHING:
             handle_segment_end(table, s, s.balls[i])
+        elif j == THE_CUE:
+            defer_to_cluster(s, now, i, j, 0.0)
         elif j == i:
             handle_boundary(table, s, s.balls[i])
         else:
             handle_collision(table, s, i, j, now)
         if p.pending:
-            return now, CLUSTER_PENDING
+            return now, PENDING
         if p.unsolved != OK:
             return now, p.unsolved
         if len(s.rules) > 0 and is_decided(s):
             return now, OK
         predict_collisions(table, s, i, now)
-        if j != NOTHING and j != i:
+        if j >= 0 and j != i:
             predict_collisions(table, s, j, now)
     status = OK
     for i in range(len(s.balls)):
@@ -149,11 +156,19 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
 
 
 @inner
+def load_cue(s: Simulation, cue: Vector) -> None:
+    """Let a cue follow its stroke."""
+    for k in range(3):
+        s.cue.position[k], s.cue.velocity[k] = cue[k], cue[3 + k]
+    s.cue.time, s.cue.end, s.progress.cue_reach = 0.0, cue[6], cue[7]
+
+
+@inner
 def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
     """Put balls where they are given to be; return whether they can be there."""
     p = s.progress
     p.events, p.searches, p.unsolved = 0, 0, OK  # segments go on: those of all tables
-    p.pending, p.time = False, 0.0
+    p.pending, p.time, p.cue_time, p.cue_hits, s.cue.end = False, 0.0, math.inf, 0, 0.0
     for i in range(len(s.balls)):
         ball, state = s.balls[i], states[i]
         for k in range(STATE_COLUMNS):
@@ -200,6 +215,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         numbers_of(storage, params, table, 1.0, 1.0),
         *edges_of(storage, table, 1.0),
         storage.array(states),
+        storage.array(np.ones((1, CUE_COLUMNS))),
         0,
         1,
         storage.records(Ball, 1),
@@ -209,6 +225,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.records(Segment, 0),
         storage.records(Event, 0),
         storage.records(BallRule, 0),
+        storage.records(Ball, 1),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
     )
@@ -221,6 +238,7 @@ def simulate_tables(
     jaws: list[Jaw],
     pockets: list[Pocket],
     states: Any,
+    cues: Any,
     first: int,
     max_events: int,
     balls: list[Ball],
@@ -230,19 +248,24 @@ def simulate_tables(
     segments: list[Segment],
     events: list[Event],
     rules: list[BallRule],
+    cue: list[Ball],
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
 ) -> int:
     """
-    Simulate tables, one after the other, each to its end or until several bodies meet.
+    Simulate tables, one after the other, each to its end or until an impact is pending.
+
+    That is one of several bodies, or of the cue, which Python solves.
 
     Parameters
     ----------
     params, numbers, jaws, pockets : BallClothParams, 1 TableNumbers, records
         The same for all tables, see `Table`.
     states : (tables, balls, STATE_COLUMNS) floats
+    cues : (tables, CUE_COLUMNS) floats, or none
+        Which struck ball 0 of each table, and follow.
     first : int
-        The first table; if an impact of several bodies was pending, it is the one that goes on.
+        The first table; if an impact was pending, it is the one that goes on.
     max_events : int
         Of a table.
     balls, collisions, progress, rebound : n Ball, (n, n) floats, 1 Progress, 1 Rebound
@@ -250,21 +273,26 @@ def simulate_tables(
     segments, events : records, written
         Segments of all tables and events of the last one, as far as there is room.
     rules : n BallRule, or none
+    cue : 1 Ball
+        Of the present table.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
 
     Returns
     -------
     table : int
-        The one at which an impact of several bodies is pending, or the number of tables: all are
-        simulated.
+        The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
     table = Table(params, numbers[0], jaws, pockets)
     p, count, number = progress[0], len(balls), first
-    s = Simulation(balls, collisions, p, rebound[0], segments, events, rules)
+    s = Simulation(balls, collisions, p, rebound[0], segments, events, rules, cue[0])
     while number < len(states):
         outcome = table_outcomes[number]
-        if p.pending or load_states(params, s, states[number]):
+        goes_on = p.pending
+        valid = goes_on or load_states(params, s, states[number])
+        if valid and not goes_on and len(cues) > 0:
+            load_cue(s, cues[number])
+        if valid:
             outcome.duration, outcome.status = run_events(table, s, max_events)
             if p.pending:
                 break

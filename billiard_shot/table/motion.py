@@ -35,10 +35,11 @@ class Cause(IntEnum):
     POCKET = 5
     OFF = 6
     RELEASE = 7  # a cushion presses the ball no longer
+    CUE = 8  # the cue, which follows its stroke, hits the ball again
 
 
 REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
-START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE = map(int, Cause)
+START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE, CUE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
 

@@ -4,6 +4,7 @@ import math
 
 from billiard_shot.compiled import inner
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OK
+from billiard_shot.table.ball_collision import collision_time
 from billiard_shot.table.motion import append_segment, Ball, FLIGHT, REST, Segment
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.segments import end_segment, start_segment
@@ -19,10 +20,15 @@ def ending(params: BallClothParams, ball: Ball) -> int:
 
 @inner
 def roll_out(
-    params: BallClothParams, ball: Ball, tolerance: float, segments: list[Segment]
-) -> tuple[int, float]:
+    params: BallClothParams,
+    ball: Ball,
+    tolerance: float,
+    segments: list[Segment],
+    cue: Ball,
+    reach: float,
+) -> tuple[int, float, float]:
     """
-    Follow a ball until it rests.
+    Follow a ball until it rests; see whether a cue that follows meets it.
 
     Parameters
     ----------
@@ -34,17 +40,40 @@ def roll_out(
         For leaving out small bounces [m].
     segments : records of Segment, written
         The motion, as far as there is room; `ball.segments` counts all.
+    cue : Ball
+        The sphere of the tip, until its `end`.
+    reach : float
+        Distance of the centres of tip and ball as they meet [m].
 
     Returns
     -------
-    status, error : int, float
-        OK, NEVER_RESTS or BUDGET_EXCEEDED; the bound of the error made by leaving out bounces [m].
+    status, error, met : int, float, float
+        OK, NEVER_RESTS or BUDGET_EXCEEDED; the bound of the error made by leaving out bounces [m];
+        when the cue first meets the ball [s], or inf.
 
     """
     error = start_segment(params, ball, tolerance)
     append_segment(ball, segments)
+    met = meeting_time(ball, cue, reach)
     while ball.end < math.inf:
         end_segment(params, ball)
         error = max(error, start_segment(params, ball, tolerance))
         append_segment(ball, segments)
-    return ending(params, ball), error
+        if ball.time < cue.end and met == math.inf:
+            met = meeting_time(ball, cue, reach)
+    return ending(params, ball), error, met
+
+
+@inner
+def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
+    """
+    When a cue meets a ball in the ball's present segment [s], or inf.
+
+    If they meet at once, the ball has not been clear of the cue yet: it holds the cue's end aside,
+    and that is no hit.
+    """
+    end = min(ball.end, cue.end)
+    if ball.time >= end:
+        return math.inf
+    time = collision_time(cue, ball, ball.time, end, reach)
+    return time if time > ball.time else math.inf

@@ -17,6 +17,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.status import Status
 from billiard_shot.table.cluster import resolve
 from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.event_handlers import THE_CUE
 from billiard_shot.table.event_loop import BallOutcome, simulate_tables, TableOutcome
 from billiard_shot.table.geometry import edges_of, layout_of, numbers_of
 from billiard_shot.table.initial_states import (
@@ -29,7 +30,14 @@ from billiard_shot.table.motion import Ball, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
-from billiard_shot.table.simulation_state import BallRule, Event, never, Progress, Simulation
+from billiard_shot.table.simulation_state import (
+    BallRule,
+    CUE_COLUMNS,
+    Event,
+    never,
+    Progress,
+    Simulation,
+)
 from billiard_shot.table.words import count_in_words, plural
 
 T = TypeVar('T')
@@ -39,6 +47,22 @@ T = TypeVar('T')
 DEFAULT_TOLERANCE = 2e-3
 DEFAULT_MAX_EVENTS = 20_000  # of a table
 _CAPACITY = 32  # segments and events for each of all balls and two: most runs have fewer
+
+
+class Cues(NamedTuple):
+    """
+    Cues that follow their strokes, and may hit ball 0 again.
+
+    Attributes
+    ----------
+    states : (tables, CUE_COLUMNS) float array
+    hit : callable
+        Changes ball 0 and the cue of a table, at whose time they meet.
+
+    """
+
+    states: NDArray[np.float64]
+    hit: Callable[[Simulation, BallClothParams], None]
 
 
 def simulate(
@@ -88,12 +112,15 @@ def run_one(
     tolerance: float,
     hop_tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
+    cues: Cues | None = None,
 ) -> TableRun:
     """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
     begin = perf_counter()
     segments = events = _CAPACITY * (2 + len(names))
     while True:
-        played = _simulate(*params, states, tolerance, hop_tolerance, max_events, segments, events)
+        played = _simulate(
+            *params, states, tolerance, hop_tolerance, max_events, segments, events, cues=cues
+        )
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
             break
@@ -139,6 +166,7 @@ def run_recorded(
     hop_tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
     rules: NDArray[np.void] | None = None,
+    cues: Cues | None = None,
 ) -> BatchRecording:
     """
     Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion.
@@ -148,7 +176,7 @@ def run_recorded(
     capacity = 8 * states.shape[0] * (2 + states.shape[1])
     while True:
         played = _simulate(
-            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0, rules
+            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0, rules, cues
         )
         needed = int(played.tables['segments'][-1]) if len(states) else 0
         if needed <= capacity:
@@ -166,6 +194,7 @@ def _simulate(
     segments: int,
     events: int,
     rules: NDArray[np.void] | None = None,
+    cues: Cues | None = None,
 ) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
@@ -182,7 +211,8 @@ def _simulate(
     kept: Any = ROWS.records(BallRule, 0) if rules is None else rules
     numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
     edges, given = edges_of(storage, table, params.radius), storage.array(states)
-    collisions = never(storage, count)
+    collisions, cue = never(storage, count), storage.records(Ball, 1)
+    following = storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states)
     participants: list[tuple[int, int]] = []
     number = 0
     while True:
@@ -193,6 +223,7 @@ def _simulate(
                 numbers,
                 *edges,
                 given,
+                following,
                 number,
                 max_events,
                 balls,
@@ -202,6 +233,7 @@ def _simulate(
                 segment_records,
                 event_records,
                 kept,
+                cue,
                 ball_outcomes,
                 table_outcomes,
             ),
@@ -211,9 +243,19 @@ def _simulate(
         if number != before:
             participants.clear()
         state = Simulation(
-            balls, collisions, progress[0], rebound[0], segment_records, event_records, kept
+            balls,
+            collisions,
+            progress[0],
+            rebound[0],
+            segment_records,
+            event_records,
+            kept,
+            cue[0],
         )
-        resolve(layout_of(params, table), state, participants)
+        if cues is not None and progress[0].other == THE_CUE:
+            cues.hit(state, params)
+        else:
+            resolve(layout_of(params, table), state, participants)
     end = int(progress[0].segments), int(progress[0].events)
     return BatchRecording(
         as_rows(BallOutcome, ball_outcomes).reshape(tables, count),
@@ -303,11 +345,15 @@ def run_many(
     hop_tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
+    cues: Cues | None = None,
 ) -> TableBatch:
     """Simulate tables from states (tables, balls, STATE_COLUMNS)."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        return _simulate(*params, states[part], tolerance, hop_tolerance, max_events, 0, 0)
+        following = cues and cues._replace(states=cues.states[part])
+        return _simulate(
+            *params, states[part], tolerance, hop_tolerance, max_events, 0, 0, cues=following
+        )
 
     parts = in_threads(simulate_part, len(states), workers)
     parts.append(simulate_part(slice(0, 0)))  # so that there is one

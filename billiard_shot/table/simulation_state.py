@@ -21,6 +21,7 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.params import BallClothParams, OFF, ON
 from billiard_shot.table.rebound import Rebound
+from billiard_shot.table.roll_out import meeting_time
 from billiard_shot.table.rolling_boundary import next_rolling_boundary
 
 
@@ -54,6 +55,9 @@ class Progress:
     ball: int
     other: int
     reach: float  # m: balls at so small distances take part
+    cue_time: float  # s, when the cue meets ball 0, or inf
+    cue_reach: float  # m, between the centres of tip and ball as they meet
+    cue_hits: int  # so far, without the strike
 
 
 @record
@@ -71,6 +75,9 @@ class BallRule:
     sought: int
 
 
+CUE_COLUMNS = 8  # of a cue: tip [m], velocity [m/s], until when it follows [s], `cue_reach` [m]
+
+
 class Simulation(NamedTuple):
     """State of n balls."""
 
@@ -81,6 +88,7 @@ class Simulation(NamedTuple):
     segments: list[Segment]  # of all tables, as far as there is room
     events: list[Event]  # of this table, as far as there is room
     rules: list[BallRule]  # of each ball, or none: the run goes on until all rest
+    cue: Ball  # the sphere of the tip, which follows its stroke until its `end`
 
 
 def never(storage: Storage, count: int) -> Any:
@@ -176,6 +184,14 @@ def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
     else:
         ball.boundary_time, ball.boundary_feature, searched = next_rolling_boundary(table, ball)
         s.progress.searches += searched
+
+
+@inner
+def predict_cue(s: Simulation, ball: Ball) -> None:
+    """Find when the cue that follows its stroke meets the ball that it struck, in its segment."""
+    p = s.progress
+    meets = ball.motion <= FLIGHT and ball.nose == NOTHING
+    p.cue_time = meeting_time(ball, s.cue, p.cue_reach) if meets else math.inf
 
 
 @inner

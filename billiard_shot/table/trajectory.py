@@ -74,6 +74,7 @@ class EventKind(StrEnum):
     BALL = 'ball'  # meets another ball
     CUSHION = 'cushion'
     CLUSTER = 'cluster'  # an impact of more than two bodies
+    CUE = 'cue'  # the cue hits it again
     POCKET = 'pocket'
     OFF = 'off'  # leaves the table
 

@@ -21,6 +21,7 @@ HAPPENS = {
     EventKind.CLUSTER: 'meets',
     EventKind.POCKET: 'falls into a pocket',
     EventKind.OFF: 'leaves the table',
+    EventKind.CUE: 'is hit by the cue again',
 }
 
 
@@ -41,6 +42,11 @@ def event_in_words(kind: EventKind, balls: Iterable[str], place: str = '') -> st
     if others:
         text += f' {", ".join(others)}'
     return f'{text}: {place_in_words(place)}' if place else text
+
+
+def moment_in_words(time: float) -> str:
+    """Say when a double hit happened [s], 0: during the strike."""
+    return f'at {time:.3g} s' if time > 0.0 else 'during the strike'
 
 
 def plural(number: int, thing: str) -> str:

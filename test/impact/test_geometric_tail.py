@@ -1,5 +1,7 @@
 """Bodies that are pressed together and lose a share of their motion in every cycle of impacts."""
 
+import math
+
 import numpy as np
 import pytest
 from setups import guided_strike, solved
@@ -84,7 +86,7 @@ def test_the_rest_of_a_decaying_sequence_is_added_at_once(name):
 @pytest.mark.parametrize('ratio', [0.1, 0.9, 0.99])
 def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     """Velocities and impulses shrink with the ratio, energies with its square or a mixture."""
-    model = Model(ENERGETIC, 1.0, 1e-12, False, False, DEFAULT_OPTIONS)
+    model = Model(ENERGETIC, 1.0, 1e-12, False, False, math.inf, DEFAULT_OPTIONS)
     contact = ContactState()
     contact.stiffness = 1.0
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])

@@ -1,14 +1,18 @@
-"""The cue that catches the ball again."""
+"""The cue that hits the ball again."""
 
 import dataclasses
 import math
 
+from jump_reference import rising_speed
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import EventKind, predict, predict_batch, Scene, Stroke
 from billiard_shot.scene import Effects
-from billiard_shot.shot.double_hit import first_double_hit
+from billiard_shot.shot.cue_contact import DURATION, meet, Meeting
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.strike import follow_through_time
+from billiard_shot.table.motion import Cause
 
 POOL = dataclasses.replace(Scene.load('pool_table'), table=None)
 R = POOL.ball.radius
@@ -75,5 +79,121 @@ def test_it_is_one_of_the_effects():
 
 
 def test_a_cue_that_hardly_moves_is_not_followed_for_ever():
-    there = shot(2.0).trajectory
-    assert first_double_hit(there, R, there.at(0.0).position, np.array([1.0, 0, 0]), 1e-9) is None
+    assert follow_through_time(1e-9) <= 1.0  # s
+    assert follow_through_time(0.0) == follow_through_time(-1.0) == 0.0
+
+
+def test_the_second_hit_pushes_the_ball_and_slows_the_cue():
+    near = shot(0.01)
+    off = predict(dataclasses.replace(near.scene, effects=Effects(double_hit='off')), near.stroke)
+    hits = [event for event in near.events if event.kind == EventKind.CUE]
+    assert hits[0].time == near.double_hit
+    assert EventKind.CUE not in {event.kind for event in off.events}
+    before = near.trajectory.at(near.double_hit - 1e-9).velocity[0]
+    after = near.trajectory.at(near.double_hit).velocity[0]
+    assert after > before
+    assert after > near.cue_speed  # it leaves the cue behind
+    assert near.trajectory.final_position[0] > off.trajectory.final_position[0] + 0.05
+    np.testing.assert_array_equal(near.velocity, off.velocity)
+
+
+def without_friction(mass, restitution):
+    scene = Scene.load('pool')
+    contacts = dataclasses.replace(
+        scene.contacts,
+        cue_ball=dataclasses.replace(
+            scene.contacts.cue_ball, friction=0.0, restitution=restitution
+        ),
+        ball_table=dataclasses.replace(scene.contacts.ball_table, friction=0.0),
+    )
+    cue = dataclasses.replace(scene.cue, mass=mass)
+    return dataclasses.replace(scene, contacts=contacts, cue=cue)
+
+
+def jump(scene, degrees, speed):
+    elevation = math.radians(degrees)
+    return predict(
+        scene, Stroke.from_offsets(a=0, b=0, elevation=elevation, azimuth=0, speed=speed)
+    )
+
+
+def rise(played):
+    """Upward speed when the cue has left the ball for good [m/s]."""
+    rows = played.trajectory.rows
+    last = np.flatnonzero((rows['cause'] == Cause.CUE) | (rows['cause'] == Cause.START))[-1]
+    return rows['velocity'][last, 2]
+
+
+@pytest.mark.parametrize(('mass', 'restitution'), [(0.54, 0.75), (0.25, 0.87)])
+@pytest.mark.parametrize('speed', [3.0, 6.0])
+def test_jump_shots_agree_with_an_integration_of_the_true_geometry(mass, restitution, speed):
+    scene = without_friction(mass, restitution)
+    for degrees in (35, 40, 45, 50, 55, 60):
+        found = rise(jump(scene, degrees, speed)) / speed
+        wanted = rising_speed(math.radians(degrees), speed, mass, restitution) / speed
+        assert found == pytest.approx(wanted, abs=0.005)
+
+
+def test_steeper_jump_shots_without_friction_rise_faster():
+    """Up to 50 degrees; with the directions of the first touch the jump dies at 45."""
+    scene = without_friction(0.54, 0.75)
+    rises = [rise(jump(scene, degrees, 6.0)) for degrees in (35, 40, 45, 50)]
+    assert (np.diff(rises) > 0.1).all()
+    off = dataclasses.replace(scene, effects=Effects(double_hit='off'))
+    assert rise(jump(off, 50, 6.0)) < 0.5 * rises[-1]
+
+
+def test_a_strike_with_two_hits_keeps_its_books():
+    """Energy before is energy after and losses; the impulses change the momenta."""
+    model = model_of(Scene.load('pool'))
+    rng = np.random.default_rng(1)
+    n, ball = 40, model.surface
+    elevation, side = rng.uniform(0.7, 1.2, n), rng.uniform(-0.3, 0.3, n)
+    axes = np.column_stack([np.cos(elevation), np.zeros(n), -np.sin(elevation)])
+    normals = -axes + side[:, np.newaxis] * np.array([0.0, 1.0, 0.0])
+    normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
+    speed, still = rng.uniform(1.0, 6.0, n), np.zeros((n, 3))
+    place = np.tile([0.0, 0.0, ball.radius], (n, 1))
+    met = meet(model, axes, Meeting(place, still, still, place + ball.radius * normals, speed))
+    after = met.after
+    assert (met.hits > 1).sum() > 10
+    momentum = met.impulses[:, 1] - met.impulses[:, 0]
+    np.testing.assert_allclose(ball.mass * after.velocity, momentum, atol=1e-9)
+    energy = 0.5 * model.cue_mass * after.speed**2
+    energy += 0.5 * ball.mass * (after.velocity**2).sum(axis=1)
+    energy += 0.5 * ball.inertia * (after.spin**2).sum(axis=1)
+    given = 0.5 * model.cue_mass * speed**2
+    lost = met.losses.sum(axis=(1, 2))
+    assert (energy <= given).all()
+    assert (met.losses > -1e-9).all()
+    # the rest is with the end of the cue, which swings back
+    assert (given - energy - lost > -1e-7 * given).all()
+    assert (given - energy - lost < 0.05 * given).all()
+    assert (met.duration > 0.5 * DURATION).all()
+
+
+def test_single_and_batch_double_hits_agree():
+    strokes = [
+        Stroke.from_offsets(a=a, b=b, elevation=math.radians(e), azimuth=0.1, speed=v)
+        for a, b, e, v in [(0, 0, 8, 2), (0.1, 0, 45, 3), (0, -0.1, 52, 6), (0.2, 0, 58, 4)]
+    ]
+    scenes = [Scene.load('pool'), dataclasses.replace(POOL, balls={'cue': (0, 0), '1': (0.07, 0)})]
+    for scene in scenes:
+        batch = predict_batch(scene, [s.normal for s in strokes], [s.velocity for s in strokes])
+        alone = [predict(scene, stroke) for stroke in strokes]
+        assert any(played.double_hit is not None for played in alone)
+        for i, played in enumerate(alone):
+            np.testing.assert_allclose(batch.velocity[i], played.velocity, rtol=1e-9, atol=1e-9)
+            np.testing.assert_allclose(
+                batch.final_position[i], played.trajectory.final_position, rtol=0, atol=1e-6
+            )
+            assert batch.status[i] == played.status
+
+
+def test_the_paper_keeps_its_law():
+    """Law energetic has no piecewise impacts: a strike keeps the directions of the first touch."""
+    scene = Scene.load('paper')
+    stroke = Stroke.from_offsets(a=0, b=0, elevation=math.radians(50), azimuth=0, speed=4)
+    played = predict(scene, stroke)
+    off = predict(dataclasses.replace(scene, effects=Effects(double_hit='off')), stroke)
+    np.testing.assert_array_equal(played.velocity, off.velocity)

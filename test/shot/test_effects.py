@@ -23,7 +23,7 @@ POOL = Scene.from_dict({'like': 'pool', 'cue': {'tip_curvature_radius': 0.0106}}
 PLAIN = Stroke.from_offsets(0.3, 0.1, 0.3, 0.0, 2.0)
 # a little of everything: jumps, bounces, slides, rolls, and has spin about the vertical
 BUSY = Stroke(PLAIN.normal, PLAIN.velocity, axis=True)
-MEETINGS = EventKind.BALL, EventKind.CLUSTER
+MEETINGS = EventKind.BALL, EventKind.CLUSTER, EventKind.CUE
 LEVEL = Stroke.from_offsets(0, 0, 0, 0, 1)
 
 
@@ -89,8 +89,9 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     """
     2,000 random scenes: the same trajectory at equal times, from fewer steps.
 
-    Up to the first impact with another ball, after which what is small grows. Rebounds of a ball
-    that flies enlarge errors, too: one in a thousand may miss the tolerance, by a factor of three.
+    Up to the first impact with another ball or again with the cue, after which what is small
+    grows. Rebounds of a ball that flies enlarge errors, too: one in a thousand may miss the
+    tolerance, by a factor of three.
     """
     draw = np.random.default_rng(4)
     tolerance = 1e-4

@@ -60,7 +60,8 @@ def test_a_shot_on_a_discontinuity_of_the_law_says_so():
 
 
 def test_bistiffness_is_continuous_there():
-    scene = Scene.from_dict({**at_ratio(0.88293).to_dict(), 'law': 'bistiffness'})
+    as_it_was = {**at_ratio(0.88293).to_dict(), 'law': 'bistiffness'}
+    scene = Scene.from_dict({**as_it_was, 'effects': {'double_hit': 'off'}})
     shot = predict(scene, Stroke((-2, -1, 12), (4, 0, -16)))
     assert shot.discontinuity == 0.0
     assert shot.status == Status.MISCUE

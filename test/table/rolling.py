@@ -28,5 +28,5 @@ def run(velocity, spin=(0, 0, 0), params=POOL, tolerance=1e-6, rows=200):
     """Trajectory, status and error of a ball that starts at the origin."""
     ball, segments = Ball(), OBJECTS.records(Segment, rows)
     start_ball(ball, [0.0, 0.0, params.radius], list(map(float, velocity)), list(map(float, spin)))
-    status, error = roll_out(params, ball, tolerance, segments)
+    status, error, _ = roll_out(params, ball, tolerance, segments, Ball(), 0.0)
     return Trajectory(as_rows(Segment, segments[: ball.segments])), Status(status), error

@@ -32,9 +32,10 @@ STRIKE_GATES: tuple[EffectGate[ShotContext], ...] = (
     TableFriction(),
     EndMass(),
     TipCurvature(),
+    DoubleHit(),
 )
 check_overrides(STRIKE_GATES, StrikeModel)
-GATES: tuple[EffectGate[Any], ...] = (*STRIKE_GATES, *TABLE_GATES, DoubleHit())
+GATES: tuple[EffectGate[Any], ...] = (*STRIKE_GATES[:-1], *TABLE_GATES, STRIKE_GATES[-1])
 
 
 def model_of(scene: Scene) -> StrikeModel:

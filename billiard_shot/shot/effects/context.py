@@ -16,7 +16,7 @@ class ShotContext(EffectContext):
     stroke: Stroke
     impulses: NDArray[np.float64]  # (2, 3) N s: of tip and table; normal and two tangential
     cue_speed: float  # m/s along the stroke, at the end of the strike
-    double_hit: float | None  # s, when the cue catches the ball again
+    double_hit: float | None  # s, when the cue hits the ball again
 
     def impulse(self, contact: int) -> NDArray[np.float64]:
         """Return the normal and two tangential impulses of a contact in the strike (3,) [N s]."""

@@ -6,6 +6,7 @@ from typing import ClassVar
 from billiard_shot.shot.effects.context import ShotContext
 from billiard_shot.shot.model import TABLE
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
+from billiard_shot.table.words import moment_in_words
 
 
 class TableContact(EffectGate[ShotContext]):
@@ -63,16 +64,17 @@ class TipCurvature(EffectGate[ShotContext]):
 
 
 class DoubleHit(EffectGate[ShotContext]):
-    """Without it, nothing checks whether the following cue meets the ball again."""
+    """Without it, the cue is gone after the strike, in which its directions stay the same."""
 
     name = 'double_hit'
-    condition = 'the cue, following through, catches the ball again'
-    overrides: ClassVar = {}  # it is found afterwards, in the motion
+    condition = 'the cue, following through, hits the ball again'
+    overrides: ClassVar = {OFF: {'follows': False}}
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """See how the ball moves, and how fast the cue follows."""
         if context.double_hit is not None:
-            return GateDecision(True, f'the cue has the ball again at {context.double_hit:.3g} s')
+            when = moment_in_words(context.double_hit)
+            return GateDecision(True, f'the cue hits the ball again {when}')
         if context.cue_speed <= 0.0:
             return GateDecision(False, 'the cue does not follow through')
         return GateDecision(False, 'the ball stays out of the way of the cue that follows through')
