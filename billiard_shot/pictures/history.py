@@ -33,6 +33,7 @@ LABELLED = {
     EventKind.OFF: 'off',
     EventKind.BALL: 'ball',
     EventKind.CLUSTER: 'balls',
+    EventKind.CUE: 'cue',
 }
 VISIBLE = 2e-3  # of the energy of motion
 MOST_NAMED = 5  # balls beside the cue ball that the key names

@@ -50,6 +50,7 @@ MARKS = {  # marker, colour, what it says
     EventKind.CLUSTER: ('P', PURPLE, 'meets several'),
     EventKind.POCKET: ('D', ORANGE, 'falls'),
     EventKind.OFF: ('D', VERMILION, 'leaves the table'),
+    EventKind.CUE: ('*', BLACK, 'is hit again'),
 }
 CUE_COLOUR = '#8a5a2b'
 IN_A_ROW = 7  # things of a legend

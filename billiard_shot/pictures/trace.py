@@ -127,7 +127,8 @@ class _Recorder:
 
 def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
     """Return a function with other meanings of some names that it uses."""
-    return FunctionType(function.__code__, {**function.__globals__, **names})
+    meanings = {**function.__globals__, **names}
+    return FunctionType(function.__code__, meanings, argdefs=function.__defaults__)
 
 
 def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:

@@ -91,11 +91,14 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
 
     Up to the first impact with another ball or again with the cue, after which what is small
     grows. Rebounds of a ball that flies enlarge errors, too: one in a thousand may miss the
-    tolerance, by a factor of three.
+    tolerance, by a factor of three. Hops that are left out can hide a cue that grazes the ball
+    again within milliseconds: in no more than one shot of 300 that moves the ball by more than the
+    tolerance, and by 2 mm at most.
     """
     draw = np.random.default_rng(4)
     tolerance = 1e-4
     work, apart = np.zeros((2000, 2), dtype=int), np.zeros(2000)
+    hidden = np.zeros(2000, dtype=bool)  # a double hit of only one of the two
     for number, row in enumerate(work):
         scene, stroke = random_scene(draw), random_stroke(draw)
         forced = [name for name in NAMES if name != 'end_mass' or not scene.cue.guided]
@@ -110,12 +113,15 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
         times = np.linspace(0, min([everything.trajectory.duration, *met]), 50)[:-1]
         one, other = gated.trajectory.at(times), everything.trajectory.at(times)
         apart[number] = np.abs(one.position - other.position).max()
+        hidden[number] = (gated.double_hit is None) != (everything.double_hit is None)
         row[:] = steps(gated), steps(everything)
         if number % 20 == 0:
             assert all(effect.simulated == effect.called_for for effect in gated.effects)
             assert all(effect.simulated or not effect.called_for for effect in everything.effects)
-    assert (apart > tolerance).sum() <= 2
-    assert apart.max() < 3 * tolerance
+    assert (apart[hidden] > tolerance).sum() <= 2000 / 300
+    assert apart[hidden].max() < 2e-3
+    assert (apart[~hidden] > tolerance).sum() <= 2
+    assert apart[~hidden].max() < 3 * tolerance
     assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
     assert (work[:, 0] < work[:, 1]).mean() > 0.5
     assert work[:, 1].sum() > 1.9 * work[:, 0].sum()
