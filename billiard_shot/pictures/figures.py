@@ -37,7 +37,7 @@ def jump() -> Shot:
 
 def around() -> Shot:
     """Pot the same ball with a massé around the other one."""
-    stroke = Stroke.from_offsets(a=-0.39, b=-0.16, elevation=0.99, azimuth=-0.57, speed=2.36)
+    stroke = Stroke.from_offsets(a=-0.43, b=-0.17, elevation_deg=56, azimuth_deg=-33, speed=2.33)
     return predict(Scene.load('blocked'), stroke)
 
 
@@ -70,7 +70,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
         combination(), path, 'A combination of balls in touch'
     ),
     'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, 32° steep'),
-    'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, 57° steep'),
+    'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, 56° steep'),
     'table-break': lambda path: _draw(opening(), path, 'A break at eight-ball, 8 m/s'),
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,

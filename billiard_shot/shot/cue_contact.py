@@ -22,6 +22,7 @@ from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.impact.laws import BISTIFFNESS
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics import rounding
+from billiard_shot.numerics.vectors import cross_rows
 from billiard_shot.records import ROWS
 from billiard_shot.shot.model import contact_properties, StrikeModel, TABLE, TIP
 from billiard_shot.status import BUDGET_EXCEEDED, OK
@@ -225,21 +226,21 @@ def _geometry(radius: float, normals: Array, axes: Array) -> tuple[Array, Array]
     Where the cue, the normal and the vertical are in one plane, the second tangents are normal to
     it.
     """
-    side = np.cross(UP, axes)
+    side = cross_rows(UP, axes)
     width = np.linalg.norm(side, axis=1)
     side[width < rounding.COUPLING] = np.array([0.0, 1.0, 0.0])
     side /= np.where(width < rounding.COUPLING, 1.0, width)[:, np.newaxis]
-    first = np.cross(side, normals)
+    first = cross_rows(side, normals)
     first /= np.linalg.norm(first, axis=1)[:, np.newaxis]
     up = np.broadcast_to(UP, normals.shape)
     frames = np.stack(
         [
-            np.stack([normals, first, np.cross(normals, first)], axis=1),
-            np.stack([up, np.cross(side, up), side], axis=1),
+            np.stack([normals, first, cross_rows(normals, first)], axis=1),
+            np.stack([up, cross_rows(side, up), side], axis=1),
         ],
         axis=1,
     )
-    turning = radius * np.cross(np.stack([normals, up], axis=1)[:, :, np.newaxis], frames)
+    turning = radius * cross_rows(np.stack([normals, up], axis=1)[:, :, np.newaxis], frames)
     jacobian = np.zeros((len(axes), 2, 3, 9))
     jacobian[:, TIP, :, :3] = frames[:, TIP]
     jacobian[:, TIP, :, 3:6] = -frames[:, TIP]

@@ -51,7 +51,7 @@ LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 MISCUE_SLIP = 0.03
 FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
-MANY_SEGMENTS = 2000  # of a ball: bounces end after 1000
+USUAL_SEGMENTS = 64  # of a ball; more are rolled out once more
 _AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 
 
@@ -452,13 +452,15 @@ def _with_moving_normals(
     strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
     for i, row in enumerate(again):
         strike, slips = strikes[row], met.slip[i] > MISCUE_SLIP * speeds[i]
-        motion_of_row = _roll_out_again(model, axes[i], position, tolerance, strike)
+        last = row == len(strikes) - 1 and len(done.segments) > 0
+        room = USUAL_SEGMENTS if last else 0
+        rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)
         accuracy = strike_tolerance(model, speeds[i], tolerance)
         strike['error'] += trajectory_error(accuracy, speeds[i], strike['duration'])
         exact = strike['error'] <= tolerance
         strike['status'] = final_status(int(met.status[i]), slips, int(strike['status']), exact)
-        if row == len(strikes) - 1 and len(done.segments):
-            motion = motion_of_row
+        if last:
+            motion = rolled
             log = log_of(met.log, frames[i]) if len(done.log) else log
     return Strikes(strikes, log, motion)
 
@@ -469,9 +471,10 @@ def _roll_out_again(
     position: NDArray[np.float64],
     tolerance: float,
     strike: np.void,
+    room: int,
 ) -> NDArray[np.void]:
-    """Roll out the ball of a strike whose end has changed; return the segments."""
-    ball, cue, segments = Ball(), Ball(), OBJECTS.records(Segment, MANY_SEGMENTS)
+    """Roll out the ball of a strike whose end has changed; with room, return the segments."""
+    ball, cue, segments = Ball(), Ball(), OBJECTS.records(Segment, room)
     start_ball(ball, position.tolist(), strike['velocity'].tolist(), strike['spin'].tolist())
     if ball.velocity[2] < 0.0 and model.table:  # it came to the cloth again
         bounce(model.surface, ball)
@@ -486,6 +489,8 @@ def _roll_out_again(
     )
     strike['final_position'], strike['duration'] = ball.position, ball.time
     strike['segments'] = ball.segments
+    if 0 < room < ball.segments:
+        return _roll_out_again(model, axis, position, tolerance, strike, ball.segments)
     return as_rows(Segment, segments[: ball.segments])
 
 
