@@ -129,7 +129,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 
 
 def why_not_straight(scene: Scene, target: Pot) -> str:
-    """Say what is in the way of the straight pot that comes nearest; '' if one succeeds."""
+    """Name the obstacle of the best straight pot; '' if one succeeds."""
     reasons = []
     wanted = [each for each in scene.balls if each != CUE and target.wants(each)]
     for ball, pocket in product(wanted, target.pocket):

@@ -25,7 +25,7 @@ FAR = 1e3  # m: stands for "no distance"
 
 
 class Kind(IntEnum):
-    """What a goal asks for; the classes of targets.py."""
+    """Kind of a goal; the classes of targets.py."""
 
     REST = 0
     PASS = 1

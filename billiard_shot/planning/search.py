@@ -63,7 +63,7 @@ class Finalist(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a search found."""
+    """Result of a search."""
 
     finalists: list[Finalist]  # the winner of the race, the others by the lower end of intervals
     penalty: float  # smallest of all candidates, see `Outcomes`

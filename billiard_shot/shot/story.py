@@ -1,5 +1,5 @@
 """
-A shot in words: one sentence, and a list of facts.
+Describe a shot: one sentence, and a list of facts.
 
 Everything that tells people about a shot uses these texts: `print(shot)`, the command line, the
 messages of the nodes, pictures and pages.

@@ -113,6 +113,13 @@ def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
 
 
 @inner
+def meet_cushion(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
+    """Let a ball meet a cushion; if that is not solved, note the status."""
+    if not collide_cushion(table, s.rebound, ball, feature):
+        s.progress.unsolved = BUDGET_EXCEEDED
+
+
+@inner
 def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> float:
     """
     Begin the segment that follows an event, and find what its ball meets of the table.
@@ -123,8 +130,7 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
     ball.cause = cause
     if ball.nose != NOTHING:
         energy = energy_of(table.params, ball)
-        if not collide_cushion(table, s.rebound, ball, ball.nose):
-            s.progress.unsolved = BUDGET_EXCEEDED
+        meet_cushion(table, s, ball, ball.nose)
         press(table, s.rebound, ball)
         ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
     elif ball.motion <= FLIGHT:
@@ -204,8 +210,7 @@ def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     elif feature < FACINGS and n.cushion_duration > 0.0:
         ball.nose = feature
     else:
-        if not collide_cushion(table, s.rebound, ball, feature):
-            s.progress.unsolved = BUDGET_EXCEEDED
+        meet_cushion(table, s, ball, feature)
         for i in range(3):
             ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]
 
