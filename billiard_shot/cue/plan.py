@@ -105,8 +105,10 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
 
     """
     stroke = _stroke_of(plan, scene.ball.radius)
+    # The mechanism brakes after the strike, so its cue does not follow as a player's does.
+    alone = replace(scene.effects, double_hit='off')
     try:
-        shot = predict(replace(scene, balls=dict(plan.balls)), stroke)
+        shot = predict(replace(scene, balls=dict(plan.balls), effects=alone), stroke)
     except ValueError as error:
         raise RefusedError(Outcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:

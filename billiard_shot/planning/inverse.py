@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.planning.strikes import surface_speed, unit_speed_strikes
+from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
@@ -54,7 +54,8 @@ def invert_strike(
     """
     Find the stroke whose velocity and spin of the cue ball are nearest to the wanted ones.
 
-    Only the strike is considered: cushions and balls in the way of the cue are ignored.
+    Only the strike is considered: cushions and balls in the way of the cue are ignored. The search
+    ignores double hits, which do not scale with the speed; the residual includes them.
 
     Parameters
     ----------
@@ -78,14 +79,13 @@ def invert_strike(
 
     """
     scene = Scene.load(scene)
-    problem = _Problem(scene, model_of(scene), _wanted(scene, velocity, spin))
-    residual, found = problem.solve()
+    model = model_of(scene)
+    problem = _Problem(scene, model._replace(follows=False), _wanted(scene, velocity, spin))
+    found = problem.solve()
     azimuth, speed = problem.project(found[np.newaxis])[1:]
-    a, b, elevation = found
-    stroke = Stroke.from_offsets(
-        float(a), float(b), float(elevation), float(azimuth[0]), float(speed[0])
-    )
-    return Inverse(stroke, residual)
+    numbers = np.concatenate([found, azimuth, speed])
+    errors = motions_after(scene, model, numbers[np.newaxis])[0] - problem.wanted
+    return Inverse(Stroke.from_offsets(*numbers.tolist()), float(np.linalg.norm(errors)))
 
 
 class _Problem(NamedTuple):
@@ -160,8 +160,8 @@ class _Problem(NamedTuple):
         """Whether a residual is mere rounding."""
         return residual <= EXACT * float(np.linalg.norm(self.wanted))
 
-    def solve(self) -> tuple[float, Row]:
-        """Find the smallest residual and its solution, from guesses or quasi-random starts."""
+    def solve(self) -> Row:
+        """Find the solution with the smallest residual, from guesses or quasi-random starts."""
         found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
             from scipy.stats import qmc
@@ -174,7 +174,7 @@ class _Problem(NamedTuple):
             nearer = self.refine(self.best_of(starts, PURSUED), BRIEF)
             ends = np.array([x for _, x in nearer[:FINISHED]])
             found = sorted(found + self.refine(ends, THOROUGH), key=lambda each: each[0])
-        return found[0]
+        return found[0][1]
 
 
 def _guesses(scene: Scene, wanted: Row) -> Row:

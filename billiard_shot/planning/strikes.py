@@ -48,6 +48,15 @@ def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Arra
     strokes = np.zeros((len(offsets), 5))
     strokes[:, :3] = offsets
     strokes[:, 4] = 1.0
+    return motions_after(scene, model, strokes)
+
+
+def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
+    """
+    Solve strikes; return velocity, and spin times radius (n, 6) [m/s].
+
+    Strokes (n, 5) as of `vectors_of`. NaN for those that cannot be played.
+    """
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
     strikes = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes

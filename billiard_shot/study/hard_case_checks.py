@@ -187,8 +187,9 @@ def _of_outcome(family: Family, outcome: Outcome, gain: float) -> Iterator[str]:
 
 
 def _of_prediction(case: Strike, tight: Outcome, law: str, allowed: float) -> Iterator[str]:
-    """Compare with `predict`, which has its own way into contact space."""
-    scene = replace(case.scene, law=law)
+    """Compare with `predict`, which has its own way into contact space; without double hits."""
+    effects = replace(case.scene.effects, double_hit='off')
+    scene = replace(case.scene, law=law, effects=effects)
     shot = predict(scene, case.stroke, tolerance=FINEST * case.speed**2)
     radius = np.sqrt(scene.ball.inertia / scene.ball.mass)
     motion = np.concatenate([shot.velocity, radius * shot.spin]) / case.speed
