@@ -7,7 +7,6 @@ from billiard_shot import invert_strike, predict, Scene, Stroke
 from billiard_shot.planning.strikes import unit_speed_strikes, vectors_of
 from billiard_shot.shot.effects import model_of
 
-
 ONE_HIT = Scene.from_dict({'like': 'pool', 'effects': {'double_hit': 'off'}})
 
 
