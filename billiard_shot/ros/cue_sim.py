@@ -133,15 +133,22 @@ class CueSim(Node):
         self._accepted += 1
         return self._trajectory
 
+    def _clocks(self) -> tuple[float, Time]:
+        """Read the steady clock [s] and the ROS clock; again, if an interruption came between."""
+        while True:
+            now, ros_now = monotonic(), self.get_clock().now()
+            if monotonic() - now < self._period:
+                return now, ros_now
+
     def _move(self) -> None:
         """
         Simulate all steps that are due, and publish each.
 
-        Both clocks are read once. If the ROS clock was read at every step, and the process was
-        interrupted between two steps, the later step would get a stamp that is too late. The
-        driver ignores messages with earlier stamps.
+        Both clocks are read once, at the same moment. If the process was interrupted between two
+        readings, stamps would be too late, and later ones earlier than these. The driver ignores
+        messages with earlier stamps.
         """
-        now, ros_now = monotonic(), self.get_clock().now()
+        now, ros_now = self._clocks()
         self._behind = min(self._behind + now - self._ran, CATCH_UP)
         self._ran = now
         while self._behind >= self._period:

@@ -24,13 +24,24 @@ VOLATILE = QoSProfile(depth=1)
 def test_a_node_logs_a_publisher_that_does_not_match(
     launch, node, name, kind, topic, offered, policy
 ):
-    publisher = node.create_publisher(kind, f'/unheard/{topic}', offered)
+    logged = threading.Event()
+
+    def publish():
+        """Offer the topic; again after a while, because discovery may miss a publisher."""
+        while not logged.is_set():
+            publisher = node.create_publisher(kind, f'/unheard/{topic}', offered)
+            logged.wait(30.0)
+            node.destroy_publisher(publisher)
+
+    threading.Thread(target=publish, daemon=True).start()
     process = launch(name, '-r', '__ns:=/unheard')
     watchdog = threading.Timer(240.0, process.kill)
     watchdog.start()
     lines = iter(process.stdout.readline, '')
     said = f"topic '{topic}', offering incompatible QoS"
-    assert any(said in line and policy in line for line in lines)
-    watchdog.cancel()
-    process.terminate()
-    node.destroy_publisher(publisher)
+    try:
+        assert any(said in line and policy in line for line in lines)
+    finally:
+        logged.set()
+        watchdog.cancel()
+        process.terminate()
