@@ -1,4 +1,4 @@
-"""Bars for what effects change and what they cost."""
+"""Bars: the change that each effect makes, and its cost."""
 
 from collections.abc import Sequence
 import math

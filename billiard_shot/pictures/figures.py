@@ -57,7 +57,7 @@ def english() -> Shot:
 
 
 def _draw(shot: Shot, path: Path, about: str) -> None:
-    """Draw a shot from above; the title says what it is and what happened."""
+    """Draw a shot from above; the title names the shot and its result."""
     draw_shot(shot, path, f'{about}: {shot.message}')
 
 

@@ -10,6 +10,7 @@ from billiard_shot.planning.score import score_tables
 from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.double_hit import following_cues
+from billiard_shot.shot.model import tip_reach
 from billiard_shot.shot.on_table import states_of, strike_frozen
 from billiard_shot.shot.strike import refusals, strike_batch
 from billiard_shot.status import Status
@@ -108,8 +109,7 @@ def simulate_strokes(
         strikes['velocity'][mapped] = motions[mapped, :3]
         strikes['spin'][mapped] = motions[mapped, 3:6]
         strikes['cue_speed'][mapped] = motions[mapped, 6]
-        reach = problem.radius * (1.0 + model.tip_curvature)
-        strikes['tip'][mapped] = reach * normals[mapped]
+        strikes['tip'][mapped] = tip_reach(model) * normals[mapped]
         refused = refusals(model, around, normals[mapped], velocities[mapped], centre)
         strikes['status'][mapped] = refused
     states = states_of(scene, centre, strikes)

@@ -24,7 +24,7 @@ from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import cross_rows
 from billiard_shot.records import ROWS
-from billiard_shot.shot.model import contact_properties, StrikeModel, TABLE, TIP
+from billiard_shot.shot.model import contact_properties, StrikeModel, TABLE, TIP, tip_reach
 from billiard_shot.status import BUDGET_EXCEEDED, OK
 from billiard_shot.table.contact_duration import duration_constant, DURATION_SPEED
 
@@ -89,7 +89,7 @@ def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
     """
     n, ball = len(axes), model.surface
     x, v, w, axis_tip, speed = (values.copy() for values in before)
-    reach = ball.radius * (1.0 + model.tip_curvature)
+    reach = tip_reach(model)
     response = _response(model, axes)
     bend, bending = np.zeros((n, 3)), np.zeros((n, 3))  # of the cue's end: place, velocity
     clear = np.ones(n, np.bool_)  # of the tip's place on the axis, or in touch from the first

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting
-from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
 from billiard_shot.table.motion import advance, CUE, NOTHING
@@ -52,7 +52,7 @@ def following_cues(
         follow_through_time(speed) if ok else 0.0
         for speed, ok in zip(speeds.tolist(), played.tolist(), strict=True)
     ]
-    cues[:, 7] = model.surface.radius * (1.0 + model.tip_curvature)
+    cues[:, 7] = tip_reach(model)
 
     def hit(s: Simulation, params: BallClothParams) -> None:
         _hit(model, params, s)

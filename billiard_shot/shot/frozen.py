@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
-from billiard_shot.shot.model import StrikeModel, TABLE, TIP
+from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
 from billiard_shot.table.cluster import body_of, contacts_among, LAW_NAMES, touching_group
@@ -109,7 +109,7 @@ def strike_together(
     for k, i in enumerate(members):
         given[i, 3:6], given[i, 6:9] = result.velocities[k], result.spins[k]
     write_group_result(strike, result, c, speed)
-    strike['tip'] = (1.0 + model.tip_curvature) * surface.radius * normal
+    strike['tip'] = tip_reach(model) * normal
     return result
 
 

@@ -1,4 +1,4 @@
-"""What a status means for a shot, and what is wrong with a stroke that is refused."""
+"""The meaning of each status of a shot, and the reason for each refusal."""
 
 import math
 

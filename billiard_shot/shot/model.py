@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from billiard_shot.compiled import inner
 from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
@@ -26,6 +27,12 @@ class StrikeModel(NamedTuple):
     table: bool  # whether the contact TABLE takes part
     follows: bool  # whether the cue goes on after the strike, and may hit the ball again
     surface: BallClothParams  # the ball's own numbers are here
+
+
+@inner
+def tip_reach(model: StrikeModel) -> float:
+    """Distance of the centres of ball and tip as they touch [m]."""
+    return model.surface.radius * (1.0 + model.tip_curvature)
 
 
 def strike_model(scene: Scene) -> StrikeModel:

@@ -71,7 +71,7 @@ class Shot:
 
     @cached_property
     def message(self) -> str:
-        """What happened in one sentence; for a refused stroke, what is wrong with it."""
+        """The result in one sentence; for a refused stroke, the reason."""
         return story.sentence(self)
 
     def __repr__(self) -> str:

@@ -26,7 +26,7 @@ LABEL = 16  # characters of the name of a fact
 
 
 def sentence(shot: Shot) -> str:
-    """Say in one line what happened, or what is wrong with a refused stroke."""
+    """Describe a shot in one line; for a refused stroke, give the reason."""
     if shot.discontinuity > 0.0:
         trouble = (
             'law: the energetic law is discontinuous here; within the accuracy of the strike '

@@ -27,7 +27,7 @@ from billiard_shot.shot.contacts import (
     weighted,
 )
 from billiard_shot.shot.cue_contact import log_of, meet, Meeting
-from billiard_shot.shot.model import contact_properties, StrikeModel
+from billiard_shot.shot.model import contact_properties, StrikeModel, tip_reach
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INFINITE_SEQUENCE,
@@ -231,7 +231,7 @@ def finish_strikes(
 
     """
     ball, follower, c, cue = balls[0], balls[1], scratch[0], scratch[1]
-    reach = model.surface.radius * (1.0 + model.tip_curvature)
+    reach = tip_reach(model)
     for i in range(len(strikes)):
         strike = strikes[i]
         if accuracy[i] > 0.0:
@@ -442,7 +442,7 @@ def _with_moving_normals(
     axes = velocities[again] / speeds[:, np.newaxis]
     frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
     still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
-    reach = model.surface.radius * (1.0 + model.tip_curvature)
+    reach = tip_reach(model)
     met = meet(model, axes, Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds))
     strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
     strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
@@ -483,7 +483,7 @@ def _roll_out_again(
     speed = float(strike['cue_speed'])
     cue.position, cue.velocity = (position + strike['tip']).tolist(), (speed * axis).tolist()
     cue.end = follow_through_time(speed)
-    reach = model.surface.radius * (1.0 + model.tip_curvature)
+    reach = tip_reach(model)
     strike['status'], strike['error'], strike['again'] = roll_out(
         model.surface, ball, 0.25 * tolerance, segments, cue, reach
     )

@@ -1,4 +1,4 @@
-"""What a tolerance costs, and what it is good for: a guide to the choice of one."""
+"""Error and cost of tolerances: a guide to the choice of one."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
