@@ -67,6 +67,11 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
 
 core() {
     local venv=$1 ros=$2 lock=$3 options='' pinned=''
+    # `venv --clear` would empty the folder that the link points to.
+    [ ! -L "$venv" ] || {
+        echo "set-up: $venv is a link to $(readlink "$venv"): remove the link, then run make again" >&2
+        exit 1
+    }
     check_prerequisites "$ros"
     [ "$ros" != sourced ] || options=--system-site-packages
     echo "set-up: Python packages into $venv (ROS 2: $ros${lock:+, versions: $lock})"

@@ -58,6 +58,22 @@ def test_missing_part_of_python(tmp_path, breaks, words):
     assert f'{words}' in core(python, tmp_path)
 
 
+def test_environment_that_is_a_link_is_left_alone(tmp_path):
+    elsewhere = tmp_path / 'elsewhere'
+    elsewhere.mkdir()
+    (elsewhere / 'kept').touch()
+    (tmp_path / 'venv').symlink_to(elsewhere)
+    done = subprocess.run(
+        [SETUP, 'core', sys.executable, tmp_path / 'venv', 'pypi'],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert f'is a link to {elsewhere}' in done.stderr
+    assert (elsewhere / 'kept').exists()
+
+
 def test_platform_without_wheels_gets_the_library_alone(tmp_path):
     python = tmp_path / 'python'
     python.write_text('#!/bin/sh\nexit 1\n')
