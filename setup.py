@@ -60,11 +60,13 @@ setup(
         'dask': ['distributed>=2024.1'],
         'frame': ['pandas>=2.2'],
         'completion': ['shtab>=1.7'],
+        'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8'],
         'docs': ['furo>=2024.8.6', 'latex2mathml>=3.77', 'myst-parser>=4.0', 'sphinx>=8.1'],
         'test': [
             'build>=1.2',
             'distributed>=2024.1',
             'hypothesis>=6.100',
+            'imageio[ffmpeg]>=2.31',
             'import-linter>=2.0',
             'matplotlib>=3.8',
             'numba>=0.59',

@@ -8,9 +8,8 @@ from billiard_shot import load_shot, predict, Scene, Shot
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.yaml_file import read_yaml
+from billiard_shot.shot.predict import DEFAULT_TOLERANCE
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
-
-DEFAULT_TOLERANCE = 1e-4  # m
 
 
 def add_scene_argument(

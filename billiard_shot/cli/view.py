@@ -1,10 +1,12 @@
-"""`billiard-shot view`: write a shot as an interactive HTML page."""
+"""`billiard-shot view`: write a shot as an interactive HTML page, or as a video."""
 
 import argparse
 from pathlib import Path
 import sys
 
+from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of
+from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
 HELP = 'write a shot as one HTML file: 3-D table, rotating balls, time slider'
@@ -21,19 +23,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='FILE.html',
         help='output file; FILE-NAME for each of several strokes (default: %(default)s)',
     )
+    parser.add_argument(
+        '--video',
+        type=Path,
+        metavar='FILE.gif',
+        help='write a video of the table from above instead; .gif or .mp4',
+    )
     parser.add_argument('--title', help='title of the page (default: the name of the shot)')
     add_shot_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the pages and print their paths; 1 if a stroke was refused, which has no page."""
+    """Write pages or videos and print their paths; 1 if a stroke was refused, which has none."""
+    if options.video:
+        require_encoder(options.video)  # before the work, not after it
     shots = shots_of(options)
     for name, shot in shots.items():
         if shot.status.refused:
             print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
             continue
-        path = of_each(options.output, name, shots)
-        write_page(shot, path, options.title or _title(name, options))
+        path = of_each(options.video or options.output, name, shots)
+        if options.video:
+            with reporting('video', len(image_times(shot))) as report:
+                write_video(shot, path, options.title or '', report)
+        else:
+            write_page(shot, path, options.title or _title(name, options))
         print(path)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
 

@@ -129,42 +129,36 @@ def draw_table(axes: Any, scene: Scene) -> None:
 
 def draw_balls(
     axes: Any, scene: Scene, places: Mapping[str, ArrayLike], *, faint: bool = False
-) -> None:
-    """Draw balls where they lie, by name: (2,) or (3,) [m]; faint: where they are not any more."""
+) -> dict[str, list[Any]]:
+    """
+    Draw balls where they lie, by name: (2,) or (3,) [m]; faint: where they are not any more.
+
+    Returns the matplotlib artists of each ball.
+    """
     from matplotlib.patches import Circle
 
     radius = scene.ball.radius
+    artists: dict[str, list[Any]] = {}
     for name, place in places.items():
         x, y = np.asarray(place, float)[:2]
-        if faint:
-            axes.add_patch(
-                Circle(
-                    (x, y),
-                    radius,
-                    facecolor=ball_colour(name),
-                    alpha=0.35,
-                    edgecolor='black',
-                    linewidth=0.5,
-                    zorder=2,
-                )
-            )
-            continue
-        axes.add_patch(
-            Circle(
-                (x, y),
-                radius,
-                facecolor=ball_colour(name),
-                edgecolor='black',
-                linewidth=0.6,
-                zorder=4,
-            )
+        look = {'alpha': 0.35, 'linewidth': 0.5} if faint else {'linewidth': 0.6}
+        face = Circle(
+            (x, y),
+            radius,
+            facecolor=ball_colour(name),
+            edgecolor='black',
+            zorder=2 if faint else 4,
+            **look,
         )
-        if name.isdecimal():
+        artists[name] = [axes.add_patch(face)]
+        if name.isdecimal() and not faint:
             spot = 0.78 if is_striped(name) else 0.6
-            axes.add_patch(Circle((x, y), spot * radius, color='white', linewidth=0, zorder=4.1))
-            axes.annotate(
-                name, (x, y), ha='center', va='center_baseline', fontsize=4.5, zorder=4.2
+            disc = Circle((x, y), spot * radius, color='white', linewidth=0, zorder=4.1)
+            number = axes.text(
+                x, y, name, ha='center', va='center_baseline', fontsize=4.5, zorder=4.2
             )
+            artists[name] += [axes.add_patch(disc), number]
+    return artists
 
 
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
@@ -228,14 +222,18 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
         )
 
 
-def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
-    """Draw the cue as it meets the ball whose centre is at `place` (2,) or (3,) [m]."""
+def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[Any]:
+    """
+    Draw the cue as it meets the ball whose centre is at `place` (2,) or (3,) [m].
+
+    Returns the matplotlib artists.
+    """
     from matplotlib.patches import Polygon
 
     x, y, _ = np.asarray(stroke.velocity) / stroke.speed
     tip = np.asarray(place, float)[:2] + scene.ball.radius * np.array(stroke.normal[:2])
     length = (scene.cue.length or 1.4) * math.hypot(x, y)
-    axes.plot(
+    artists = axes.plot(
         *tip,
         'o',
         color=CUE_COLOUR,
@@ -245,7 +243,7 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
         zorder=6.1,
     )
     if length < scene.ball.radius:
-        return  # upright: from above, all of it is there
+        return list(artists)  # upright: from above, all of it is there
     butt = tip - length * _unit(x, y)
     aside = np.array([-1.0, 1.0]) * _unit(x, y)[::-1]
     wide = np.array([0.0065, 0.0145])  # m, half the width of a usual cue at its ends
@@ -255,9 +253,8 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> None:
         butt - wide[1] * aside,
         tip - wide[0] * aside,
     ]
-    axes.add_patch(
-        Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4, zorder=6)
-    )
+    stick = Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4, zorder=6)
+    return [*artists, axes.add_patch(stick)]
 
 
 def add_legend(figure: Any, axes: Any) -> None:
@@ -292,8 +289,7 @@ def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
 def shot_figure(shot: Shot, title: str = '') -> Any:
     """Draw a shot's table from above; `title` is what happened by default."""
     trails = trails_of(shot)
-    title = title or textwrap.fill(f'{shot.status.name}: {shot.message}', TITLE)
-    figure, axes = table_axes(shot.scene, _points(trails), title)
+    figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
     draw_trails(axes, trails)
     draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
     ends = {name: trails.end(name) for name in trails.balls}
@@ -303,14 +299,13 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
     return figure
 
 
+def shot_title(shot: Shot) -> str:
+    """Say what happened in a shot, in lines that fit a picture."""
+    return textwrap.fill(f'{shot.status.name}: {shot.message}', TITLE)
+
+
 def _moved(trails: Trails) -> Iterable[str]:
     return (name for name in trails.balls if trails.moved(name))
-
-
-def _points(trails: Trails) -> NDArray[np.float64]:
-    """All points of all lines (n, 2)."""
-    lines = [piece.points[:, :2] for name in trails.balls for piece in trails.pieces(name)]
-    return np.concatenate([np.zeros((0, 2)), *lines])
 
 
 def _unit(x: float, y: float) -> NDArray[np.float64]:

@@ -70,6 +70,11 @@ class Trails:
         """Lines of a ball, none for one that never moves."""
         return tuple(_pieces(self.balls[name], self.until))
 
+    def all_points(self) -> NDArray[np.float64]:
+        """Points of all lines (n, 2) [m]."""
+        lines = [piece.points[:, :2] for name in self.balls for piece in self.pieces(name)]
+        return np.concatenate([np.zeros((0, 2)), *lines])
+
     def moved(self, name: str) -> bool:
         """Whether a ball moved from its place."""
         return len(self.balls[name].rows) > 1 or not self.balls[name].comes_to_rest

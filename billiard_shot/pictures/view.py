@@ -18,6 +18,7 @@ import webbrowser
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.orientations import orientations, product, rotation
 from billiard_shot.pictures.trails import CUE, Trails, trails_of
 from billiard_shot.shot.shot import Shot
@@ -43,8 +44,6 @@ SCRIPTS = (
 YELLOW = '#f0e442'
 CUE_PATH, PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
 DRAWN = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
-SWING = 0.3  # m over which the cue is accelerated, at most
-LONGEST = 0.8  # s that it takes, at most
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 CUE_LENGTH = 1.47  # m, where the scene does not say
 
@@ -140,17 +139,14 @@ def _table(shot: Shot) -> dict[str, Any] | None:
 
 
 def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
-    """How the cue moves: `swing` m in `time` s up to the ball, then on at `after` m/s."""
-    stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / shot.scene.ball.radius)
-    speed = stroke.speed
-    swing = min(SWING, 0.5 * speed * LONGEST)
+    cue = cue_motion(shot, trails)
     return {
-        'tip': (trails.start(CUE) + shot.scene.ball.radius * np.array(stroke.normal)).tolist(),
-        'direction': [part / speed for part in stroke.velocity],
+        'tip': cue.tip.tolist(),
+        'direction': cue.direction.tolist(),
         'length': shot.scene.cue.length or CUE_LENGTH,
-        'swing': swing,
-        'time': 2.0 * swing / speed,
-        'after': 0.0 if shot.status.refused else shot.cue_speed,
+        'swing': cue.swing,
+        'time': cue.time,
+        'after': cue.after,
     }
 
 

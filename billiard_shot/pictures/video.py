@@ -1,0 +1,223 @@
+"""A shot as a GIF or an MP4: the table from above, in real time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.pictures.cue_motion import cue_motion
+from billiard_shot.pictures.table import draw_balls, draw_cue, shot_title, table_axes
+from billiard_shot.pictures.trails import CUE, GONE, Trails, trails_of
+from billiard_shot.pictures.view import path_colours
+from billiard_shot.shot.shot import Shot
+from billiard_shot.table.colours import BLACK
+from billiard_shot.table.motion import Motion
+
+Draw = Callable[[NDArray[np.float64]], Iterator[NDArray[np.uint8]]]
+
+RATE = 25  # images per second
+DPI = 100.0
+BLOCK = 16  # pixels: encoders of MP4 want multiples of it
+STILL = 1.0  # s that the end is shown
+FOLLOW = 0.25  # s that the cue is shown after the strike
+SHADOW = 0.5  # m by which the shadow of a ball is displaced, per m of height
+COLOURS = 64  # of a GIF
+
+
+def write_video(
+    shot: Shot,
+    path: Path,
+    title: str = '',
+    report: Callable[[int], None] = lambda done: None,
+) -> None:
+    """
+    Write a shot as a video, seen from above, in real time.
+
+    Parameters
+    ----------
+    shot : Shot
+    path : Path
+        Ends with `.gif` or `.mp4`.
+    title : str
+        What happened by default.
+    report : callable
+        Called with the number of images written, of `len(image_times(shot))`.
+
+    Raises
+    ------
+    ValueError
+        If the shot was refused, if the ending of the file is another, if matplotlib, or
+        imageio for an MP4, is missing, or if the file cannot be written.
+
+    """
+    require_encoder(path)
+    if shot.status.refused:
+        raise ValueError(f'{path}: not written: {shot.status.name}: {shot.message}')
+    times = image_times(shot)
+
+    def draw(times: NDArray[np.float64]) -> Iterator[NDArray[np.uint8]]:
+        for done, image in enumerate(images(shot, times, title), 1):
+            yield image
+            report(done)
+
+    try:
+        WRITERS[path.suffix](path, times, draw)
+    except OSError as error:
+        raise ValueError(f'{path}: {error}') from None
+
+
+def _write_gif(path: Path, times: NDArray[np.float64], draw: Draw) -> None:
+    """Write with one palette for all images, so that they differ only where something moves."""
+    from PIL import Image
+
+    palette = Image.fromarray(next(draw(times[-1:]))).quantize(COLOURS)  # all paths are in it
+    pictures = (
+        Image.fromarray(each).quantize(palette=palette, dither=Image.Dither.NONE)
+        for each in draw(times)
+    )
+    next(pictures).save(path, save_all=True, append_images=pictures, duration=1000 // RATE, loop=0)
+
+
+def _write_mp4(path: Path, times: NDArray[np.float64], draw: Draw) -> None:
+    import imageio
+
+    writer: Any
+    with imageio.get_writer(path, fps=RATE) as writer:
+        for image in draw(times):
+            writer.append_data(image)
+
+
+WRITERS = {'.gif': _write_gif, '.mp4': _write_mp4}
+
+
+def require_encoder(path: Path) -> None:
+    """Raise ValueError if videos of this kind cannot be written, with what installs what lacks."""
+    if path.suffix not in WRITERS:
+        raise ValueError(f'{path}: is not allowed; a video must end with {" or ".join(WRITERS)}')
+    require_matplotlib()  # which brings what writes a GIF
+    if path.suffix == '.mp4':
+        try:
+            import imageio  # noqa: F401
+            import imageio_ffmpeg  # noqa: F401
+        except ImportError:
+            raise ValueError(
+                "video: .mp4 needs imageio, an extra: pip install 'billiard_shot[video]'"
+            ) from None
+
+
+def images(shot: Shot, times: NDArray[np.float64], title: str = '') -> Iterator[NDArray[np.uint8]]:
+    """
+    Draw a shot at some times.
+
+    Parameters
+    ----------
+    shot : Shot
+    times : (n,) float array
+        [s]; the strike is at 0.
+    title : str
+        What happened by default.
+
+    Yields
+    ------
+    (height, width, 3) uint8 array
+        Red, green and blue.
+
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    trails = trails_of(shot)
+    figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
+    figure.set_size_inches(np.round(figure.get_size_inches() * DPI / BLOCK) * BLOCK / DPI)
+    figure.set_dpi(DPI)
+    canvas: Any = FigureCanvasAgg(figure)  # not typed
+    moving = _Moving(axes, shot, trails)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)  # drawn once: the table does not change
+    for time in times.tolist():
+        canvas.restore_region(background)
+        moving.draw(time)
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def image_times(shot: Shot) -> NDArray[np.float64]:
+    """Choose times (n,) [s] from the beginning of the cue's motion until after the last motion."""
+    trails = trails_of(shot)
+    begin, end = -cue_motion(shot, trails).time, trails.until + STILL
+    return begin + np.arange(math.ceil((end - begin) * RATE) + 1) / RATE
+
+
+class _Moving:
+    """All that moves, as animated artists: canvas.draw() leaves them out."""
+
+    def __init__(self, axes: Any, shot: Shot, trails: Trails) -> None:
+        from matplotlib.patches import Circle
+
+        self.axes, self.trails = axes, trails
+        starts = {name: trails.start(name) for name in trails.balls}
+        self.starts = starts
+        self.balls = draw_balls(axes, shot.scene, starts)
+        for name in [name for name in starts if not trails.moved(name)]:
+            del self.balls[name]  # drawn once, with the table
+        radius = shot.scene.ball.radius
+        self.shadows = {
+            name: axes.add_patch(
+                Circle(tuple(start[:2]), radius, color=BLACK, alpha=0.3, zorder=3.9)
+            )
+            for name, start in starts.items()
+            if name in self.balls
+        }
+        self.cue = draw_cue(axes, shot.scene, shot.stroke, starts[CUE])
+        self.cue_motion = cue_motion(shot, trails)
+        self.paths = {
+            name: axes.plot([], [], color=colour, linewidth=1.2, zorder=3)[0]
+            for name, colour in path_colours(trails).items()
+        }
+        pieces = {name: trails.pieces(name) for name in self.paths}
+        self.points = {
+            name: (
+                np.concatenate([np.zeros(0), *(piece.times for piece in of_ball)]),
+                np.concatenate([np.zeros((0, 3)), *(piece.points for piece in of_ball)]),
+            )
+            for name, of_ball in pieces.items()
+        }
+        self.clock = axes.text(
+            0.995, 0.99, '', transform=axes.transAxes, ha='right', va='top', fontsize='small'
+        )
+        every = [*self.shadows.values(), *self.paths.values(), *self.cue, self.clock]
+        for artist in [*every, *(part for ball in self.balls.values() for part in ball)]:
+            artist.set_animated(True)
+
+    def draw(self, time: float) -> None:
+        """Draw everything where it is at a time [s]."""
+        for name, line in self.paths.items():
+            times, points = self.points[name]
+            shown = points[: int(np.searchsorted(times, time))]
+            line.set_data(shown[:, 0], shown[:, 1])
+            self.axes.draw_artist(line)
+        for name, artists in self.balls.items():
+            state = self.trails.balls[name].at(max(time, 0.0))
+            if Motion(int(state.motion)) in GONE:
+                continue
+            height = state.position[2] - self.starts[name][2]
+            away = state.position - self.starts[name]
+            self._draw(self.shadows[name], away[:2] + SHADOW * height * np.array([1.0, -1.0]))
+            for artist in artists:
+                self._draw(artist, away[:2])
+        if time < FOLLOW:
+            for artist in self.cue:
+                self._draw(artist, self.cue_motion.way(time)[:2])
+        self.clock.set_text(f'{max(time, 0.0):.2f} s')
+        self.axes.draw_artist(self.clock)
+
+    def _draw(self, artist: Any, away: NDArray[np.float64]) -> None:
+        """Draw an artist that is displaced by (2,) [m]."""
+        from matplotlib.transforms import Affine2D
+
+        artist.set_transform(Affine2D().translate(*away) + self.axes.transData)
+        self.axes.draw_artist(artist)
