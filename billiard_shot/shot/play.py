@@ -30,7 +30,9 @@ from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBat
 _OPEN = (Status.OK, Status.NEVER_RESTS)
 # and those that a discontinuity of the law overrules.
 _SOLVED = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE)
-TABLE_SHARE = 0.25  # of the tolerance, for hops that the table leaves out
+# Share of the tolerance for hops that the table leaves out. The rounded jaw of a pocket can magnify
+# an error a hundred times.
+TABLE_SHARE = 1e-3
 
 
 class Played(NamedTuple):
@@ -100,15 +102,8 @@ def play_many(
         _follow_on_endless_cloth(scene, model, played, velocities, centre, tolerance)
         return played, None
     given = [states_of(scene, centre, nothing), *(states for _, states in parts)]
-    batch = run_many(
-        (model.surface, table),
-        names_of(scene),
-        np.concatenate([s for s in given if s is not None]),
-        TABLE_SHARE * tolerance,
-        cues=following_cues(model, played.strikes, velocities, centre),
-    )
-    played.strikes['final_position'] = batch.final_position[:, 0]
-    played.strikes['duration'] = batch.duration
+    states = np.concatenate([s for s in given if s is not None])
+    batch = _follow(scene, model, table, played.strikes, velocities, centre, tolerance, states)
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
 
@@ -127,16 +122,32 @@ def _follow_on_endless_cloth(
     decide(strikes, played.discontinuity, None)
     if again.any():
         some = strikes[again]
-        batch = run_many(
-            (model.surface, table_on(scene)),
-            names_of(scene),
-            states_of(scene, centre, some),
-            TABLE_SHARE * tolerance,
-            cues=following_cues(model, some, velocities[again], centre),
-        )
-        some['final_position'], some['duration'] = batch.final_position[:, 0], batch.duration
+        table, states = table_on(scene), states_of(scene, centre, some)
+        batch = _follow(scene, model, table, some, velocities[again], centre, tolerance, states)
         decide(some, np.zeros(len(some)), batch.status)
         strikes[again] = some
+
+
+def _follow(
+    scene: Scene,
+    model: StrikeModel,
+    table: TableParams,
+    strikes: NDArray[np.void],
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
+    states: NDArray[np.float64],
+) -> TableBatch:
+    """Follow all balls until rest, and write place and duration into the strikes."""
+    batch = run_many(
+        (model.surface, table),
+        names_of(scene),
+        states,
+        TABLE_SHARE * tolerance,
+        cues=following_cues(model, strikes, velocities, centre),
+    )
+    strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration
+    return batch
 
 
 def _strike(
