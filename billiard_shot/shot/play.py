@@ -30,9 +30,9 @@ from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBat
 _OPEN = (Status.OK, Status.NEVER_RESTS)
 # and those that a discontinuity of the law overrules.
 _SOLVED = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE)
-# Share of the tolerance for hops that the table leaves out. The rounded jaw of a pocket can magnify
-# an error a hundred times.
-TABLE_SHARE = 1e-3
+# Shares of the tolerance for hops that are left out. A cushion magnifies an error ten times, and
+# the rounded jaw of a pocket a few hundred times.
+ENDLESS_SHARE, CUSHIONS_SHARE, POCKETS_SHARE = 0.25, 0.025, 1e-3
 
 
 class Played(NamedTuple):
@@ -66,7 +66,7 @@ def play_one(
     params = model.surface, table if table is not None else table_on(scene)
     states = states_of(scene, centre, played.strikes) if given is None else given
     cues = following_cues(model, played.strikes, velocity[np.newaxis], centre)
-    run = run_one(params, names_of(scene), states, TABLE_SHARE * tolerance, cues=cues)
+    run = run_one(params, names_of(scene), states, _hop_tolerance(scene, tolerance), cues=cues)
     played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
     decide(played.strikes, played.discontinuity, np.array([run.status]))
@@ -143,11 +143,18 @@ def _follow(
         (model.surface, table),
         names_of(scene),
         states,
-        TABLE_SHARE * tolerance,
+        _hop_tolerance(scene, tolerance),
         cues=following_cues(model, strikes, velocities, centre),
     )
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration
     return batch
+
+
+def _hop_tolerance(scene: Scene, tolerance: float) -> float:
+    """Largest error of a hop that is left out [m], so that the shot keeps to the tolerance [m]."""
+    if scene.table is None:
+        return ENDLESS_SHARE * tolerance
+    return (POCKETS_SHARE if scene.table.pockets else CUSHIONS_SHARE) * tolerance
 
 
 def _strike(

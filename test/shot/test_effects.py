@@ -99,6 +99,7 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     tolerance = 1e-4
     work, apart = np.zeros((2000, 2), dtype=int), np.zeros(2000)
     hidden = np.zeros(2000, dtype=bool)  # a double hit of only one of the two
+    on_table = np.zeros(2000, dtype=bool)
     for number, row in enumerate(work):
         scene, stroke = random_scene(draw), random_stroke(draw)
         forced = [name for name in NAMES if name != 'end_mass' or not scene.cue.guided]
@@ -115,6 +116,7 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
         apart[number] = np.abs(one.position - other.position).max()
         hidden[number] = (gated.double_hit is None) != (everything.double_hit is None)
         row[:] = steps(gated), steps(everything)
+        on_table[number] = scene.table is not None
         if number % 20 == 0:
             assert all(effect.simulated == effect.called_for for effect in gated.effects)
             assert all(effect.simulated or not effect.called_for for effect in everything.effects)
@@ -124,7 +126,8 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     assert apart[~hidden].max() < 3 * tolerance
     assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
     assert (work[:, 0] < work[:, 1]).mean() > 0.5
-    assert work[:, 1].sum() > 1.9 * work[:, 0].sum()
+    for some, saved in ((on_table, 2.1), (~on_table, 1.4)):  # jaws need more hops than cloth alone
+        assert work[some, 1].sum() > saved * work[some, 0].sum()
 
 
 @pytest.mark.parametrize('name', NAMES)
