@@ -8,6 +8,7 @@ the normal of the jump is corrected.
 """
 
 from collections.abc import Sequence
+import contextlib
 import math
 import sys
 import time
@@ -44,6 +45,14 @@ START_UP = 120.0
 
 RETRY_PERIOD = 2.0
 """Time without an answer after which a repeatable request is sent again [s]."""
+
+RENEWAL_PERIOD = 20.0
+"""
+Time without an answer after which repeatable requests go through a new client [s].
+
+On busy machines, Fast DDS 3.2 sometimes never tells a server of a client. It announces a new client
+again.
+"""
 
 
 def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.Request:
@@ -87,7 +96,8 @@ def call(
     repeatable : bool
         Whether the request may be executed twice. It is then sent again if there is no answer.
         The answer is lost if the server has not yet discovered the client, even if the client has
-        discovered the server (github.com/ros2/rmw_fastrtps/issues/842).
+        discovered the server (github.com/ros2/rmw_fastrtps/issues/842). If the server does not
+        discover the client at all, a new client asks.
 
     Raises
     ------
@@ -95,15 +105,21 @@ def call(
         If there is no answer within `timeout`.
 
     """
-    end = time.monotonic() + timeout
-    while (left := end - time.monotonic()) > 0.0:
-        future = client.call_async(request)
-        rclpy.spin_until_future_complete(
-            node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
-        )
-        if future.done():
-            return result_of(future)
-        client.remove_pending_request(future)
+    begin = since = time.monotonic()
+    asked = client
+    with contextlib.ExitStack() as stack:
+        while (left := begin + timeout - time.monotonic()) > 0.0:
+            future = asked.call_async(request)
+            rclpy.spin_until_future_complete(
+                node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
+            )
+            if future.done():
+                return result_of(future)
+            asked.remove_pending_request(future)
+            if time.monotonic() - since >= RENEWAL_PERIOD:
+                since = time.monotonic()
+                asked = node.create_client(client.srv_type, client.service_name)
+                stack.callback(node.destroy_client, asked)
     raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
 
 
