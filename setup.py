@@ -55,12 +55,12 @@ setup(
     install_requires=['numpy>=1.26', 'pyyaml>=6.0', 'scipy>=1.11', 'setuptools'],
     extras_require={
         'fast': ['numba>=0.59'],
-        'plot': ['matplotlib>=3.8'],
+        'plot': ['matplotlib>=3.8', 'pillow>=10.0'],
         'compare': ['mujoco>=3.2'],
         'dask': ['distributed>=2024.1'],
         'frame': ['pandas>=2.2'],
         'completion': ['shtab>=1.7'],
-        'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8'],
+        'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8', 'pillow>=10.0'],
         'docs': ['furo>=2024.8.6', 'latex2mathml>=3.77', 'myst-parser>=4.0', 'sphinx>=8.1'],
         'test': [
             'build>=1.2',
@@ -74,6 +74,7 @@ setup(
             'mypy>=1.10',
             'packaging>=23.0',
             'pandas>=2.2',
+            'pillow>=10.0',
             'pre-commit>=3.5',
             'pytest>=8.0,<9.2',
             'pytest-xdist>=3.5',

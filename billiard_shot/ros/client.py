@@ -50,8 +50,8 @@ RENEWAL_PERIOD = 20.0
 """
 Time without an answer after which repeatable requests go through a new client [s].
 
-On busy machines, Fast DDS 3.2 sometimes never tells a server of a client. It announces a new client
-again.
+On busy machines, Fast DDS 3.2 sometimes never tells a server of a client. A new client is
+announced anew.
 """
 
 
