@@ -95,7 +95,9 @@ def test_what_is_imported_is_declared():
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {
         **{name: name for name in ('distributed', 'matplotlib', 'mujoco', 'numba', 'pandas')},
-        'PIL': 'pillow', 'imageio': 'imageio[ffmpeg]', 'imageio_ffmpeg': 'imageio[ffmpeg]',
+        'PIL': 'pillow',
+        'imageio': 'imageio[ffmpeg]',
+        'imageio_ffmpeg': 'imageio[ffmpeg]',
         'shtab': 'shtab',
     }
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
