@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
-from billiard_shot.impact.contact_space import contact_geometry, mobilities, response
+from billiard_shot.impact.contact_space import contact_geometry, response, System, system_of
 from billiard_shot.impact.events import EventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
 from billiard_shot.impact.kernel import Properties, solve_in_contact_space
@@ -178,35 +178,60 @@ def collide(
     if reactivation == 'instant' and gap.any():
         raise ValueError(f'gap must be 0 with reactivation instant, got {gap.max():g}')
     check_indices(bodies, contacts)
-    count = len(contacts)
-    velocities = np.array([body.velocity for body in bodies], float).reshape(-1, 3)
-    spins = np.array([body.spin for body in bodies], float).reshape(-1, 3)
-    if count == 0:
+    if not contacts:
         none = np.zeros((0, 3))
+        velocities, spins = (
+            np.array([getattr(body, name) for body in bodies], float).reshape(-1, 3)
+            for name in ('velocity', 'spin')
+        )
         return CollisionResult(
             Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
         )
-    axes, jacobian = contact_geometry(bodies, contacts)
-    mobility = mobilities(bodies)
-    approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, spins]))
-    approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
     properties = Properties(
         np.array([c.friction for c in contacts], float),
         np.array([c.restitution for c in contacts], float),
         np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
     )  # fmt: skip
+    gaps = None if reactivation == 'instant' else gap
+    return collide_system(system_of(bodies, contacts), properties, tolerance, gaps, phases)
+
+
+def collide_system(
+    system: System,
+    properties: Properties,
+    tolerance: float,
+    gaps: Vector | None,
+    phases: bool,
+) -> CollisionResult:
+    """
+    Let bodies collide whose numbers are known to be sound; see `collide`.
+
+    Parameters
+    ----------
+    system : System
+    properties : Properties
+    tolerance : float
+    gaps : (N,) float array, optional
+        Distances of the bodies [m], with reactivation `distance`; None: `instant`.
+    phases : bool
+
+    """
+    velocities, mobility = system.velocities, system.mobility
+    axes, jacobian = contact_geometry(system)
+    approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, system.spins]))
+    approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
     solved = solve_in_contact_space(
         properties,
         response(jacobian, mobility)[np.newaxis],
         approach[np.newaxis],
         [tolerance],
         USUAL_PHASES if phases else 0,
-        None if reactivation == 'instant' else -gap[np.newaxis],
+        None if gaps is None else -gaps[np.newaxis],
     )
     impulses = solved.impulses[0]
     change = np.einsum('bkl,bl->bk', mobility, impulses.ravel() @ jacobian)
     return CollisionResult(
-        Status(solved.status[0]), velocities + change[:, :3], spins + change[:, 3:],
+        Status(solved.status[0]), velocities + change[:, :3], system.spins + change[:, 3:],
         np.einsum('ik,ikl->il', impulses, axes), solved.losses[0], solved.final_slips[0],
         solved.lengths[0], float(solved.durations[0]),
         read_log(solved.log, axes), int(solved.steps[0]),

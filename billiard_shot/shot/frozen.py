@@ -95,7 +95,7 @@ def strike_together(
     ]
     contacts += [
         contact
-        for contact in contacts_among(layout_of(surface, table), balls, table.contact_gap, 1.0)
+        for contact in contacts_among(layout_of(surface, table), balls)
         if not (contact.a == 0 and contact.b == count and np.array_equal(contact.normal, UP))
     ]
     bodies = [body_of(surface, ball) for ball in balls]

@@ -6,12 +6,15 @@ The balls take part that are connected to those that meet by gaps within reach o
 after the other. A strike is longer, and includes the cushion and the cloth below.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact import Body, collide, Contact
+from billiard_shot.impact import Body, CollisionResult, Contact
+from billiard_shot.impact.collide import collide_system
+from billiard_shot.impact.contact_space import System
+from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.numerics.vectors import cross_rows
 from billiard_shot.status import Status
@@ -33,36 +36,47 @@ def touching_group(
     places: dict[int, NDArray[np.float64]], seeds: set[int], reach: float
 ) -> list[int]:
     """Balls that are within reach of one of the seeds, or of each other, from there on."""
-    names = np.array(list(places))
-    centres = np.array([places[name] for name in places])
+    names, centres = list(places), np.array(list(places.values()))
     near = np.linalg.norm(centres[:, np.newaxis] - centres, axis=2) <= reach
-    found = np.isin(names, list(seeds))
+    found = np.array([name in seeds for name in names])
     while not np.array_equal(found, grown := near[found].any(axis=0)):
         found = grown
-    return sorted(names[found].tolist())
+    return sorted(name for name, taken in zip(names, found.tolist(), strict=True) if taken)
 
 
-def ball_contacts(table: Table, balls: list[Ball], reach: float, unit: float) -> list[Contact]:
-    """
-    Contacts between balls, those that come first against those that come later.
+class States(NamedTuple):
+    """States of B balls as arrays."""
 
-    Parameters
-    ----------
-    table : Table
-    balls : list of Ball
-    reach : float
-        Balls that are farther apart have no contact [m].
-    unit : float
-        Of the scene's stiffnesses [N/m^exponent].
+    positions: NDArray[np.float64]  # (B, 3) m
+    velocities: NDArray[np.float64]  # (B, 3) m/s
+    spins: NDArray[np.float64]  # (B, 3) rad/s
 
-    """
-    n, diameter = table.numbers, 2.0 * table.params.radius
-    places = np.array([ball.position for ball in balls])
-    velocities = np.array([ball.velocity for ball in balls])
-    spins = np.array([ball.spin for ball in balls])
-    first, second = np.triu_indices(len(balls), 1)
+
+def states_of(balls: list[Ball]) -> States:
+    """Collect the states of balls."""
+    return States(
+        np.array([ball.position for ball in balls]),
+        np.array([ball.velocity for ball in balls]),
+        np.array([ball.spin for ball in balls]),
+    )
+
+
+class BallPairs(NamedTuple):
+    """Pairs of balls that are in touch or nearly so, the first of a pair before the second."""
+
+    numbers: NDArray[np.int64]  # (N, 2)
+    distances: NDArray[np.float64]  # (N,) m, of the centres
+    normals: NDArray[np.float64]  # (N, 3) from the second into the first
+    points: NDArray[np.float64]  # (N, 3) m, between the centres
+    frictions: NDArray[np.float64]  # (N,) at the slip before the impact
+
+
+def ball_pairs(n: TableNumbers, states: States, farthest: float) -> BallPairs:
+    """Find the pairs of balls whose centres are at most `farthest` [m] apart."""
+    places, velocities, spins = states
+    first, second = np.triu_indices(len(places), 1)
     distances = np.linalg.norm(places[first] - places[second], axis=1)
-    near = distances <= diameter + reach
+    near = distances <= farthest
     first, second, distances = first[near], second[near], distances[near]
     normals = (places[first] - places[second]) / distances[:, np.newaxis]
     points = 0.5 * (places[first] + places[second])
@@ -72,35 +86,26 @@ def ball_contacts(table: Table, balls: list[Ball], reach: float, unit: float) ->
     frictions = n.friction_fast + n.friction_slow * np.exp(
         -n.friction_decay * np.linalg.norm(slips, axis=1)
     )
+    return BallPairs(np.stack([first, second], axis=1), distances, normals, points, frictions)
+
+
+def ball_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
+    """Contacts between balls that touch; the first ball of each comes first in the list."""
+    n, params = table.numbers, table.params
+    pairs = ball_pairs(n, states_of(balls), 2.0 * params.radius + n.contact_gap)
     return [
-        Contact(
-            i,
-            j,
-            point,
-            normal,
-            n.ball_restitution,
-            friction,
-            unit * n.ball_stiffness,
-            gap_between(n, distance - diameter),
-        )
-        for i, j, point, normal, friction, distance in zip(
-            first.tolist(),
-            second.tolist(),
-            points,
-            normals,
-            frictions.tolist(),
-            distances.tolist(),
+        Contact(i, j, point, normal, n.ball_restitution, friction, n.ball_stiffness)
+        for (i, j), point, normal, friction in zip(
+            pairs.numbers.tolist(),
+            pairs.points,
+            pairs.normals,
+            pairs.frictions.tolist(),
             strict=True,
         )
     ]
 
 
-def gap_between(n: TableNumbers, distance: float) -> float:
-    """Gap that counts between balls at a distance [m]: none if they touch, or take no time."""
-    return distance if n.ball_duration > 0.0 and distance > n.contact_gap else 0.0
-
-
-def cushion_contacts(table: Table, balls: list[Ball], unit: float) -> list[Contact]:
+def cushion_contacts(table: Table, balls: list[Ball]) -> list[Contact]:
     """Contacts of balls with the cushions they touch, and then with the cloth."""
     n, params, radius = table.numbers, table.params, table.params.radius
     contacts, fixed, jaws = [], len(balls), len(table.jaws)
@@ -126,7 +131,7 @@ def cushion_contacts(table: Table, balls: list[Ball], unit: float) -> list[Conta
                         normal,
                         n.cushion_restitution,
                         n.cushion_friction,
-                        unit * n.cushion_stiffness,
+                        n.cushion_stiffness,
                     )
                 )
                 held = True
@@ -139,31 +144,68 @@ def cushion_contacts(table: Table, balls: list[Ball], unit: float) -> list[Conta
                     UP,
                     params.cloth_restitution,
                     params.cloth_friction,
-                    unit * params.cloth_stiffness,
+                    params.cloth_stiffness,
                 )
             )
     return contacts
 
 
-def contacts_among(table: Table, balls: list[Ball], reach: float, unit: float) -> list[Contact]:
-    """
-    Contacts of balls with each other, and with what is fixed: the body after the balls.
-
-    Parameters as of `ball_contacts`.
-    """
-    n, contacts = table.numbers, ball_contacts(table, balls, reach, unit)
+def contacts_among(table: Table, balls: list[Ball]) -> list[Contact]:
+    """Contacts of balls with each other, and with what is fixed: the body after the balls."""
+    n, contacts = table.numbers, ball_contacts(table, balls)
     outside = max(
         max(abs(ball.position[0]) - n.nose_half_length, abs(ball.position[1]) - n.nose_half_width)
         for ball in balls
     )
     if outside + table.params.radius >= 0.0:  # to look at all edges takes a while
-        contacts += cushion_contacts(table, balls, unit)
+        contacts += cushion_contacts(table, balls)
     return contacts
 
 
 def body_of(params: BallClothParams, ball: Ball) -> Body:
     """Ball as a rigid body."""
     return Body(params.mass, params.inertia, ball.velocity, ball.spin, ball.position)
+
+
+def system_of_balls(params: BallClothParams, states: States, pairs: BallPairs) -> System:
+    """Balls and their contacts as `collide_system` takes them: no objects, which take longer."""
+    count = len(states.positions)
+    mobility = np.zeros((count, 6, 6))
+    mobility[:, range(3), range(3)] = 1.0 / params.mass
+    mobility[:, range(3, 6), range(3, 6)] = 1.0 / params.inertia
+    return System(
+        *states,
+        mobility,
+        np.ones(count, bool),
+        np.zeros((0, 3)),
+        pairs.numbers,
+        pairs.points,
+        pairs.normals,
+    )
+
+
+def collide_balls(
+    table: Table, balls: list[Ball], reach: float
+) -> tuple[BallPairs, CollisionResult]:
+    """Let balls collide that are in touch or within reach [m] of each other."""
+    n, params, diameter = table.numbers, table.params, 2.0 * table.params.radius
+    states = states_of(balls)
+    pairs = ball_pairs(n, states, diameter + reach)
+    stiffness, gaps = n.ball_stiffness, None
+    if n.ball_duration > 0.0:
+        stiffness = stiffness_of(params.mass, n.ball_duration, params.exponent)
+        gaps = pairs.distances - diameter
+        gaps[gaps <= n.contact_gap] = 0.0
+    count = len(pairs.distances)
+    properties = Properties(
+        pairs.frictions,
+        np.full(count, n.ball_restitution),
+        np.full(count, stiffness),
+        int(params.law),
+        params.exponent,
+    )
+    system = system_of_balls(params, states, pairs)
+    return pairs, collide_system(system, properties, TOLERANCE, gaps, phases=False)
 
 
 def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
@@ -190,31 +232,21 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for i, ball in enumerate(every)
         if ball.motion <= FLIGHT
     }
-    reach, n = float(progress.reach), table.numbers
+    reach = float(progress.reach)
     seeds = {int(progress.ball), int(progress.other)}
     members = touching_group(places, seeds, 2.0 * params.radius + reach)
     balls = [every[i] for i in members]
     for ball in balls:
         advance_free(table, ball, time)
     before = sum(energy_of(params, ball) for ball in balls)
-    takes_time, unit = n.ball_duration > 0.0, 1.0
-    if takes_time:
-        unit = stiffness_of(params.mass, n.ball_duration, params.exponent) / n.ball_stiffness
-    contacts = ball_contacts(table, balls, reach, unit)
-    result = collide(
-        [body_of(params, ball) for ball in balls],
-        contacts,
-        law=LAW_NAMES[params.law],
-        exponent=params.exponent,
-        tolerance=TOLERANCE,
-        reactivation='distance' if takes_time else 'instant',
-        phases=False,
-    )
+    pairs, result = collide_balls(table, balls, reach)
     if result.status in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         progress.unsolved = int(result.status)
     velocities, spins = result.velocities.tolist(), result.spins.tolist()
     hits = [
-        {c.a, c.b} for c, impulse in zip(contacts, result.impulses, strict=True) if impulse.any()
+        set(pair)
+        for pair, impulse in zip(pairs.numbers.tolist(), result.impulses, strict=True)
+        if impulse.any()
     ]
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
         for axis in range(3):

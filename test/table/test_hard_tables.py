@@ -8,7 +8,7 @@ from tables import ENDLESS, play, POOL, R, rolling, scene_with, state
 from test_clusters import SMOOTH
 
 from billiard_shot import predict_batch, Scene, Stroke
-from billiard_shot.impact import collide
+from billiard_shot.impact.collide import collide_system
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
 from billiard_shot.table.motion import Motion
@@ -170,12 +170,12 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only."""
 
     def unsolved(*arguments, **options):
-        return dataclasses.replace(collide(*arguments, **options), status=status)
+        return dataclasses.replace(collide_system(*arguments, **options), status=status)
 
     frozen = {'cue': rolling(-0.3, 0, 2, 0), '1': state(0, 0), '2': state(2 * R, 0)}
     free = {**frozen, '2': state(0.5, 0)}
     expected = play(ENDLESS, **free)
-    monkeypatch.setattr(cluster, 'collide', unsolved)
+    monkeypatch.setattr(cluster, 'collide_system', unsolved)
     run = play(ENDLESS, **frozen)
     assert run.status == status
     assert run.events[-1].kind == EventKind.CLUSTER
