@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
-from billiard_shot.impact.contact_space import contact_geometry, response, System, system_of
+from billiard_shot.impact.contact_space import contact_space, System, system_of, velocity_changes
 from billiard_shot.impact.events import EventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
 from billiard_shot.impact.kernel import Properties, solve_in_contact_space
@@ -216,23 +216,20 @@ def collide_system(
     phases : bool
 
     """
-    velocities, mobility = system.velocities, system.mobility
-    axes, jacobian = contact_geometry(system)
-    approach = np.einsum('bik,bk->i', jacobian, np.hstack([velocities, system.spins]))
-    approach[np.abs(approach) <= 1e-15 * np.abs(velocities).max(initial=0.0)] = 0.0
+    space = contact_space(system)
     solved = solve_in_contact_space(
         properties,
-        response(jacobian, mobility)[np.newaxis],
-        approach[np.newaxis],
+        space.delassus[np.newaxis],
+        space.approach[np.newaxis],
         [tolerance],
         USUAL_PHASES if phases else 0,
         None if gaps is None else -gaps[np.newaxis],
     )
-    impulses = solved.impulses[0]
-    change = np.einsum('bkl,bl->bk', mobility, impulses.ravel() @ jacobian)
+    impulses = np.einsum('ik,ikl->il', solved.impulses[0], space.axes)
+    changes = velocity_changes(system, impulses)
     return CollisionResult(
-        Status(solved.status[0]), velocities + change[:, :3], system.spins + change[:, 3:],
-        np.einsum('ik,ikl->il', impulses, axes), solved.losses[0], solved.final_slips[0],
+        Status(solved.status[0]), system.velocities + changes[:, :3],
+        system.spins + changes[:, 3:], impulses, solved.losses[0], solved.final_slips[0],
         solved.lengths[0], float(solved.durations[0]),
-        read_log(solved.log, axes), int(solved.steps[0]),
+        read_log(solved.log, space.axes), int(solved.steps[0]),
     )  # fmt: skip

@@ -1,15 +1,19 @@
 """From bodies to contact space: velocities at the contacts, and how impulses change them."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.compiled import entry, inner
 from billiard_shot.impact.bodies import Body, Contact, Vector
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.frames import contact_axes
-from billiard_shot.numerics.vectors import cross_rows
+from billiard_shot.numerics.vectors import cross, cross_rows, dot
+from billiard_shot.records import Floats, Storage
 
 PLANAR = 1e-12  # smallest singular value, relative to the largest, of directions in one plane
 
@@ -27,6 +31,10 @@ class System(NamedTuple):
     points: Vector  # (N, 3) m
     normals: Vector  # (N, 3) unit vectors, from b into a
 
+    def arms(self) -> Vector:
+        """From the centres of bodies a and b to the contact points (N, 2, 3) [m]."""
+        return self.points[:, np.newaxis] - self.positions[self.pairs]
+
 
 def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
     """Collect the numbers of bodies and contacts."""
@@ -43,35 +51,192 @@ def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
     )
 
 
-def contact_geometry(system: System) -> tuple[Vector, Vector]:
-    """
-    Find the axes of all contacts, and how they see the bodies' motion.
+def _example(storage: Storage) -> tuple[Any, ...]:
+    """Make two bodies that meet."""
+    return (
+        storage.array(np.array([[0, 1]])),
+        storage.zeros(1, 3),
+        storage.array(np.eye(1, 3)),
+        *(storage.array(np.eye(2, 3)) for _ in range(3)),
+        storage.array(np.tile(np.eye(6), (2, 1, 1))),
+        storage.zeros(3),
+        storage.zeros(3, 3),
+        *(storage.zeros(2, 3, 6) for _ in range(2)),
+        storage.zeros(3, 3),
+        storage.zeros(3),
+    )
 
-    Returns
-    -------
+
+@entry(_example)
+def write_contact_space(
+    pairs: Any,
+    points: Floats,
+    normals: Floats,
+    positions: Floats,
+    velocities: Floats,
+    spins: Floats,
+    mobility: Floats,
+    across: Vector,
+    axes: Floats,
+    jacobian: Floats,
+    moved: Floats,
+    delassus: Floats,
+    approach: Floats,
+) -> None:
+    """
+    Write the axes of contacts, their velocities, and how impulses change these.
+
+    Parameters
+    ----------
+    pairs, points, normals, positions, velocities, spins, mobility
+        See `System`.
+    across : (3,) floats
+        Normal of the plane in which everything happens; zero if there is none.
+    axes : (3 N, 3) floats, written
+        Three rows for each contact: the normal and two tangents.
+    jacobian, moved : (2 N, 3, 6) floats, written
+        Of bodies a and b of each contact: contact velocities per velocity and spin, and per
+        impulse and angular impulse.
+    delassus : (3 N, 3 N) floats, zero, written
+        W [1/kg]: the contact velocities that unit contact impulses cause. W is symmetric, and
+        couplings that are only rounding are exactly zero.
+    approach : (3 N,) floats, written
+        Contact velocities [m/s]; those that are only rounding are zero.
+
+    """
+    count = len(pairs)
+    fastest = 0.0
+    for b in range(len(velocities)):
+        for k in range(3):
+            fastest = max(fastest, abs(velocities[b][k]))
+    for i in range(count):
+        tangent = jacobian[2 * i][0]  # scratch: the tangent in the plane
+        cross(across, normals[i], tangent)
+        contact_axes(normals[i], tangent, tangent, axes, 3 * i)
+        for side in range(2):
+            b, row = pairs[i][side], 2 * i + side
+            write_jacobian(1.0 - 2.0 * side, points[i], positions[b], axes, 3 * i, jacobian[row])
+            multiply(jacobian[row], mobility[b], moved[row])
+        for k in range(3):
+            speed = 0.0
+            for side in range(2):
+                b, own = pairs[i][side], jacobian[2 * i + side][k]
+                speed += dot(own, velocities[b])
+                for m in range(3):
+                    speed += own[3 + m] * spins[b][m]
+            approach[3 * i + k] = speed if abs(speed) > rounding.SUM * fastest else 0.0
+    for i in range(count):
+        for j in range(i + 1):
+            for side in range(2):
+                for other in range(2):
+                    if pairs[i][side] == pairs[j][other]:
+                        add_block(
+                            moved[2 * i + side], jacobian[2 * j + other], delassus, 3 * i, 3 * j
+                        )
+    for i in range(3 * count):
+        for j in range(i):
+            w = delassus[i][j]
+            if abs(w) <= rounding.COUPLING * sqrt(delassus[i][i] * delassus[j][j]):
+                w = 0.0
+            delassus[i][j] = delassus[j][i] = w
+
+
+@inner
+def write_jacobian(
+    sign: float, point: Vector, centre: Vector, axes: Floats, at: int, jacobian: Floats
+) -> None:
+    """Write the contact velocities (3, 6) per velocity and spin of a body, times a sign."""
+    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
+    for k in range(3):
+        axis, row = axes[at + k], jacobian[k]
+        for m in range(3):
+            row[m] = sign * axis[m]
+        row[3] = sign * (y * axis[2] - z * axis[1])
+        row[4] = sign * (z * axis[0] - x * axis[2])
+        row[5] = sign * (x * axis[1] - y * axis[0])
+
+
+@inner
+def multiply(jacobian: Floats, mobility: Floats, product: Floats) -> None:
+    """Write the product of (3, 6) and (6, 6) floats."""
+    for k in range(3):
+        for column in range(6):
+            product[k][column] = 0.0
+        for m in range(6):
+            factor = jacobian[k][m]
+            if factor != 0.0:
+                for column in range(6):
+                    product[k][column] += factor * mobility[m][column]
+
+
+@inner
+def add_block(moved: Floats, jacobian: Floats, delassus: Floats, row: int, column: int) -> None:
+    """Add what a body that two contacts share couples of them: a (3, 3) block."""
+    for k in range(3):
+        for m in range(3):
+            w = 0.0
+            for part in range(6):
+                w += moved[k][part] * jacobian[m][part]
+            delassus[row + k][column + m] += w
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ContactSpace:
+    """
+    What a system looks like from its N contacts.
+
+    Attributes
+    ----------
     axes : (N, 3, 3) float array
         A row each for the normal and two tangents.
-    jacobian : (bodies, 3 N, 6) float array
-        Contact velocities per velocity and spin of each body.
+    delassus : (3 N, 3 N) float array
+        W [1/kg]: the contact velocities that unit contact impulses cause.
+    approach : (3 N,) float array
+        Contact velocities [m/s].
 
     """
-    arms = system.points[:, np.newaxis] - system.positions[system.pairs]
-    axes = _frames(system, arms)
-    return axes, _jacobians(len(system.positions), system.pairs, arms, axes)
+
+    axes: Vector
+    delassus: Vector
+    approach: Vector
 
 
-def _frames(system: System, arms: Vector) -> Vector:
+def contact_space(system: System) -> ContactSpace:
+    """Compute the contact space of a system."""
+    run = write_contact_space.current()
+    storage, count = run.storage, len(system.pairs)
+    axes, delassus = storage.zeros(3 * count, 3), storage.zeros(3 * count, 3 * count)
+    approach = storage.zeros(3 * count)
+    run(
+        storage.array(system.pairs),
+        storage.array(system.points),
+        storage.array(system.normals),
+        storage.array(system.positions),
+        storage.array(system.velocities),
+        storage.array(system.spins),
+        storage.array(system.mobility),
+        storage.array(_normal_of_plane(system)),
+        axes,
+        storage.zeros(2 * count, 3, 6),
+        storage.zeros(2 * count, 3, 6),
+        delassus,
+        approach,
+    )
+    return ContactSpace(
+        np.asarray(axes).reshape(-1, 3, 3), np.asarray(delassus), np.asarray(approach)
+    )
+
+
+def _normal_of_plane(system: System) -> Vector:
     """
-    Axes of all contacts.
+    Find the normal (3,) of the plane in which everything happens; zero if there is none.
 
-    `arms` (N, 2, 3) go from the centres of bodies a and b to the contact points [m]. Where all
-    that happens stays in one plane, the second tangents are normal to it, and nothing couples to
-    them. Otherwise any tangents do.
+    If the second tangents are normal to it, nothing couples to them.
     """
-    normals, pairs = system.normals, system.pairs
+    arms, pairs = system.arms(), system.pairs
     turns = system.turns[pairs]
     directions = [
-        normals,
+        system.normals,
         arms[turns],
         cross_rows(system.spins[pairs], arms)[turns],
         system.velocities[np.unique(pairs)],
@@ -82,40 +247,18 @@ def _frames(system: System, arms: Vector) -> Vector:
     units = vectors[lengths > 0.0] / lengths[lengths > 0.0, np.newaxis]
     at_least_three = np.concatenate([units, np.zeros((3, 3))])
     _, spread, axes = np.linalg.svd(at_least_three, full_matrices=False)
-    across = axes[2] if spread[2] < PLANAR * spread[0] else np.zeros(3)
-    rows = np.zeros((3 * len(normals), 3)).tolist()
-    in_plane = cross_rows(across, normals).tolist()
-    for i, normal in enumerate(normals.tolist()):
-        contact_axes(normal, in_plane[i], in_plane[i], rows, 3 * i)
-    return np.array(rows).reshape(-1, 3, 3)
+    normal: Vector = axes[2] if spread[2] < PLANAR * spread[0] else np.zeros(3)
+    return normal
 
 
-def _jacobians(bodies: int, pairs: NDArray[np.int64], arms: Vector, axes: Vector) -> Vector:
-    count = len(pairs)
-    result = np.zeros((bodies, count, 3, 6))
+def velocity_changes(system: System, impulses: Vector) -> Vector:
+    """Compute the changes of velocity and spin (B, 6) by impulses (N, 3) on bodies a [N s]."""
+    arms, given = system.arms(), np.zeros((len(system.positions), 6))
     for side, sign in enumerate((1.0, -1.0)):
-        body, contact = pairs[:, side], np.arange(count)
-        result[body, contact, :, :3] = sign * axes
-        result[body, contact, :, 3:] = sign * cross_rows(arms[:, side, np.newaxis], axes)
-    return result.reshape(bodies, 3 * count, 6)
-
-
-def response(jacobian: Vector, mobility: Vector) -> Vector:
-    """
-    W (3 N, 3 N) [1/kg]: the contact velocities that unit contact impulses cause.
-
-    W is symmetric, and couplings that are only rounding are made exactly zero.
-    """
-    moved = np.einsum('bik,bkl->bil', jacobian, mobility)
-    rows = jacobian.shape[1]
-    w = np.zeros((rows, rows))
-    for body in range(len(jacobian)):  # all at once takes ten times as long for a rack
-        own = np.flatnonzero(jacobian[body].any(axis=1))
-        w[np.ix_(own, own)] += np.einsum('il,jl->ij', moved[body, own], jacobian[body, own])
-    w = 0.5 * (w + w.T)
-    size = np.sqrt(np.diag(w))
-    w[np.abs(w) <= rounding.COUPLING * np.outer(size, size)] = 0.0
-    return w
+        moments = cross_rows(arms[:, side], impulses)
+        np.add.at(given, system.pairs[:, side], sign * np.hstack([impulses, moments]))
+    changes: Vector = np.einsum('bkl,bl->bk', system.mobility, given)
+    return changes
 
 
 def mobilities(bodies: Sequence[Body]) -> Vector:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import Entry
 from billiard_shot.impact import integrator, kernel
 from billiard_shot.impact.advance import advance
-from billiard_shot.impact.contact_space import contact_geometry, response, system_of
+from billiard_shot.impact.contact_space import contact_space, system_of
 from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import elastic_energy, LAWS
 from billiard_shot.impact.state import ContactState, is_active, Model
@@ -174,13 +174,11 @@ def trace_of(
 
 def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
     """Watch bodies collide."""
-    bodies, contacts = collision.bodies, collision.contacts
-    system = system_of(bodies, contacts)
-    _, jacobian = contact_geometry(system)
-    states = np.hstack(collision.start)
+    contacts = collision.contacts
+    space = contact_space(system_of(collision.bodies, contacts))
     return trace_of(
-        response(jacobian, system.mobility),
-        np.einsum('bik,bk->i', jacobian, states),
+        space.delassus,
+        space.approach,
         np.array([contact.friction for contact in contacts], float),
         np.array([contact.restitution for contact in contacts], float),
         np.array([contact.stiffness for contact in contacts], float),
