@@ -81,7 +81,7 @@ def integrate(
         if p.modes_changed:
             p.modes_changed = False
             assign_friction_modes(m, contacts, ws, zero_slip(m, p))
-            if p.speed < max(m.options.energy_floor * m.tolerance, 10.0 * m.options.rounding):
+            if has_died_down(m, contacts, ws):
                 return end(m, contacts, p, log, INFINITE_SEQUENCE)
         step = propose_step(m, contacts, ws, p)
         if step.scale == 0.0:
@@ -147,15 +147,37 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         if c.normal_mode == INACTIVE:
             largest = max(largest, -c.velocity[0])
         else:
-            energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
-            spring = sqrt(2.0 * energy * ws.delassus[3 * j][3 * j])
-            largest = max(largest, abs(c.velocity[0]), spring)
+            largest = max(largest, active_speed(m, c, ws.delassus[3 * j][3 * j]))
     p.speed = largest if p.modes_changed else max(p.speed, largest)
     if p.modes_changed:
         for j in range(len(contacts)):
             c = contacts[j]
             least = m.options.negligible_force * m.tolerance * min(largest, 1.0)
             c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
+
+
+@inner
+def active_speed(m: Model, c: ContactState, response: float) -> float:
+    """Velocity that an active contact has, or that its spring could still give."""
+    energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    return max(abs(c.velocity[0]), sqrt(2.0 * energy * response))
+
+
+@inner
+def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
+    """
+    Whether there are active contacts, and all have negligible velocities.
+
+    Bodies at a distance may still approach: they collide later. Those that close now count.
+    """
+    speed = -1.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode != INACTIVE:
+            speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
+        elif c.compression[0] > -m.options.rounding:
+            speed = max(speed, -c.velocity[0])
+    return 0.0 <= speed < max(m.options.energy_floor * m.tolerance, 10.0 * m.options.rounding)
 
 
 @inner

@@ -155,6 +155,19 @@ def test_bodies_far_apart_meet_one_after_the_other():
     assert results[0].duration == pytest.approx(np.pi / np.sqrt(2.0) * 0.95)  # e = .9: 1, then e
 
 
+def test_a_sequence_that_dies_down_ends_although_a_distant_body_approaches():
+    """Three balls come to rest against each other, on their way to a fourth one."""
+    bodies, contacts = chain(
+        [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.125, 0.15625, 1.0], [0.25, 0.25, 3.0, 1.0],
+        [1.0, 1.0, 1.0], False,
+    )  # fmt: skip
+    result = collide(bodies, contacts, tolerance=1e-9, reactivation='distance')
+    assert result.status == Status.INFINITE_SEQUENCE
+    assert result.evaluations < 1000
+    assert result.velocities[:, 2] == pytest.approx([-1 / 14] * 3 + [0.0], abs=1e-9)
+    assert result.lengths[2] < -0.1
+
+
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
 def test_the_duration_of_a_contact(exponent):
     # Ball on ball: pi sqrt(m / 2 k); after Hertz 2.943 y / v, y = (5/4 m v^2 / 2 k)^(2/5).
