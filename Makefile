@@ -97,8 +97,9 @@ else
 	$(BIN)/pytest -n 3 --dist loadgroup --no-loadscope-reorder -m ros test/ros
 endif
 
-# Cases that take minutes, and the random strikes.
+# Cases that take minutes, new random examples for the properties, and the random strikes.
 nightly: setup
+	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 

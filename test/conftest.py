@@ -1,13 +1,19 @@
 """What holds for all tests."""
 
+import os
+
 from hypothesis import settings
 import pytest
 from recorded_launch import installed, launch_file  # noqa: F401 (fixtures)
 
 from billiard_shot import machine_code
 
-# Whether a machine is busy says nothing about the code.
-settings.register_profile('patient', deadline=None)
+NIGHTLY = 'NIGHTLY' in os.environ
+# No deadline: whether a machine is busy says nothing about the code. The same examples in every
+# run; `make nightly` tries others, and more of them.
+settings.register_profile(
+    'patient', deadline=None, derandomize=not NIGHTLY, max_examples=1000 if NIGHTLY else 100
+)
 settings.load_profile('patient')
 
 
