@@ -59,7 +59,8 @@ def facts(shot: Shot) -> dict[str, str]:
     }
     if shot.off_table:
         listed['off the table'] = ', '.join(map(ball_in_words, shot.off_table))
-    listed['rests at'] = ', '.join(_places(shot)) + ' m'
+    if places := tuple(_places(shot)):
+        listed['rests at'] = ', '.join(places) + ' m'
     listed['error at most'] = f'{1e3 * shot.error_estimate:.1g} mm'
     if len(shot.run.names) == 1:
         del listed['first contact']

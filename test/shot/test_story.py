@@ -89,6 +89,13 @@ def test_every_scene_has_every_attribute():
     assert cloth.events[-1].kind == EventKind.REST
 
 
+def test_no_place_is_listed_if_all_balls_are_gone():
+    shot = predict('pool_table', Stroke.from_offsets(0.1, 0.1, 0.1, 0.3, 2.0))
+    assert shot.scratched
+    assert 'rests at' not in str(shot)
+    assert 'rests at' in str(predict('pool_table', level()))
+
+
 def test_a_refused_stroke_has_them_too():
     shot = predict('blocked', Stroke.from_offsets(speed=3))
     assert shot.status == Status.CUE_THROUGH_CUSHION
