@@ -48,8 +48,8 @@ def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
         axis.tick_params(labelsize='small')
     first, last = studied[0], studied[-1]
     figure.suptitle(
-        f'A shot within {1e6 * tolerances[-1]:g} nm takes {last.shot / first.shot:.1f} times as long '
-        f'as one within {tolerances[0]:g} mm',
+        f'A shot within {1e6 * tolerances[-1]:g} nm takes {last.shot / first.shot:.1f} times '
+        f'as long as one within {tolerances[0]:g} mm',
         fontsize='medium',
     )
     save(figure, path)
