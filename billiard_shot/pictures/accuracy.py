@@ -58,11 +58,13 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
             axis.plot(
                 [*map(work, others)], [*map(error, others)], 'o', color=colour, ms=4, mfc='none'
             )
+            left = name.startswith('SciPy')  # their points are between those of others
             axis.annotate(
                 name,
-                (work(paying[-1]), error(paying[-1])),
-                (5, -9),
+                (work(paying[0]), error(paying[0])),
+                (-6, -9) if left else (6, 2),
                 textcoords='offset points',
+                ha='right' if left else 'left',
                 color=colour,
                 fontsize='small',
             )
