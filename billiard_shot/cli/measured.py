@@ -7,7 +7,8 @@ from typing import Any
 
 from billiard_shot.cli.progress import progress
 from billiard_shot.cli.text_table import add_format_arguments, print_csv, table
-from billiard_shot.study.measured.comparison import compare, Comparison, Group
+from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.study.measured.comparison import compare, Comparison, comparisons, Group
 from billiard_shot.study.measured.published import SOURCES
 
 HELP = 'compute values that others measured or published, and print both with the deviation'
@@ -16,13 +17,15 @@ LABEL = 40  # characters of the name of a row
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the option for JSON."""
+    """Add options for formats and workers."""
     add_format_arguments(parser)
+    add_work_arguments(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute and print."""
-    groups = list(progress(compare(), 'measured'))
+    work = comparisons()
+    groups = list(progress(mapped(options, compare, work), 'measured', len(work)))
     if options.json:
         print(json.dumps(_as_json(groups), allow_nan=False, ensure_ascii=False))
         return 0

@@ -14,6 +14,7 @@ from billiard_shot.study.measured.comparison import (
     collision_contacts,
     collision_results,
     compare,
+    comparisons,
     ramp_scene,
     resistance_of,
     rms_errors,
@@ -170,7 +171,7 @@ def test_scenes_roll_as_measured():
 
 
 def test_all_values_are_finite_and_have_a_source():
-    groups = list(compare())
+    groups = [compare(each) for each in comparisons()]
     for group in groups:
         assert group.rows
         assert group.sources
@@ -201,3 +202,10 @@ def test_json_has_the_rows_of_the_table(capsys):
     assert max(map(len, printed)) <= 80
     for row in rows:
         assert any(row['quantity'] in line for line in printed)
+
+
+def test_workers_compute_the_same(capsys):
+    assert main(['measured', '--csv']) == 0
+    alone = capsys.readouterr().out
+    assert main(['measured', '--csv', '--workers', '2']) == 0
+    assert capsys.readouterr().out == alone

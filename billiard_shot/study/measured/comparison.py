@@ -1,7 +1,8 @@
 """Each published value beside the one that is computed here."""
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -58,21 +59,31 @@ class Group:
     rows: tuple[Comparison, ...]
 
 
-def compare() -> Iterator[Group]:
-    """Compute all groups, one after the other."""
+def comparisons() -> list[Callable[[], Group]]:
+    """Return functions that compute a group each; processes can share them."""
     pool, snooker = Scene.load('pool'), Scene.load('snooker')
-    yield _collisions(snooker)
-    yield _collision_errors(snooker)
-    yield _rebounds(snooker)
-    for name, scene in (
-        ('Ideal balls (restitution 1, no friction)', shots.endless(pool, shots.IDEAL)),
-        ('Scene pool', shots.endless(pool)),
-    ):
-        yield _deflections(name, scene)
-        yield _draw(name, scene)
-    yield _throw(shots.endless(pool))
-    yield _rolling(snooker, Scene.load('carom'))
-    yield _ramp(pool)
+    cloths = {
+        'Ideal balls (restitution 1, no friction)': shots.endless(pool, shots.IDEAL),
+        'Scene pool': shots.endless(pool),
+    }
+    return [
+        partial(_collisions, snooker),
+        partial(_collision_errors, snooker),
+        partial(_rebounds, snooker),
+        *(
+            partial(group, name, scene)
+            for name, scene in cloths.items()
+            for group in (_deflections, _draw)
+        ),
+        partial(_throw, shots.endless(pool)),
+        partial(_rolling, snooker, Scene.load('carom')),
+        partial(_ramp, pool),
+    ]
+
+
+def compare(function: Callable[[], Group]) -> Group:
+    """Compute a group."""
+    return function()
 
 
 def collision_contacts(scene: Scene) -> dict[str, BallBall]:
