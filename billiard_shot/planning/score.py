@@ -111,8 +111,16 @@ def crosses(segment: Segment, lasting: float, goal: Goal) -> bool:
 
 
 @inner
-def is_foul(goal: Goal, rules: list[BallRule], balls: list[BallOutcome], first: int) -> bool:
-    """Whether a ball left the table, one that must stay fell, or the wrong one was met first."""
+def is_foul(
+    goal: Goal, rules: list[BallRule], table: TableOutcome, balls: list[BallOutcome], first: int
+) -> bool:
+    """
+    Whether a ball left the table, one that must stay fell, or the wrong one was met first.
+
+    Or the cue met the cue ball again after the strike: WPA, Rules of Play, 6.7.
+    """
+    if table.cue_hits > 0:
+        return True
     for i in range(len(rules)):
         motion = balls[first + i].motion
         if motion == OFF_TABLE or (motion == POCKETED and rules[i].must_stay):
@@ -327,7 +335,7 @@ def score_tables(
                 penalty = path_penalty(goal, segments, ends, begin, end)
             else:
                 penalty = hit_penalty(goal, places, balls, segments, ends, first, begin, end)
-        if is_foul(goal, rules, balls, first):
+        if is_foul(goal, rules, tables[table], balls, first):
             penalty += STEP
         penalties[table] = penalty
         begin = end

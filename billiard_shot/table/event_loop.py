@@ -77,6 +77,7 @@ class TableOutcome:
     segments: int  # of this table and all before it
     events: int
     searches: int  # contacts looked for
+    cue_hits: int  # how often the cue met ball 0 again, after the strike
 
 
 @inner
@@ -94,7 +95,9 @@ def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
 
 @inner
 def is_decided(s: Simulation) -> bool:
-    """Whether a ball broke its rule, or all balls that were to be pocketed have missed."""
+    """Whether the cue hit again, a ball broke its rule, or all balls to be pocketed have missed."""
+    if s.progress.cue_hits > 0:
+        return True
     met = s.balls[0].first_contact
     if met != NOTHING and s.rules[met].barred:
         return True
@@ -132,6 +135,8 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
         now = time
         if j == NOTHING:
             handle_segment_end(table, s, s.balls[i])
+        elif j == THE_CUE and len(s.rules) > 0:
+            p.cue_hits += 1  # a foul decides the run: nobody needs to know where the ball goes
         elif j == THE_CUE:
             defer_to_cluster(s, now, i, j, 0.0)
         elif j == i:
@@ -299,7 +304,7 @@ def simulate_tables(
         else:
             outcome.duration, outcome.status = 0.0, INVALID_REQUEST
         outcome.segments, outcome.events = p.segments, p.events
-        outcome.searches = p.searches
+        outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
         for i in range(count):
             write_outcome(balls[i], ball_outcomes[number * count + i])
         number += 1
