@@ -19,6 +19,7 @@ from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.trajectory import EventKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +91,8 @@ class RankedStroke:
         if met is not None and not problem.may_meet(problem.names.index(met)):
             faults.append(f'the cue ball meets ball {met!r} first')
         faults += [f'ball {ball!r} leaves the table' for ball in shot.table.off_table]
+        if any(event.kind == EventKind.CUE for event in shot.table.events):
+            faults.append('the cue hits the cue ball again')
         return f'without errors {" and ".join(faults)}' if faults else ''
 
     @cached_property

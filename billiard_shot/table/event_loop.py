@@ -95,7 +95,7 @@ def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
 
 @inner
 def is_decided(s: Simulation) -> bool:
-    """Whether the cue hit again, a ball broke its rule, or all balls to be pocketed have missed."""
+    """Whether the cue hit again, a ball broke its rule, or all wanted balls have missed."""
     if s.progress.cue_hits > 0:
         return True
     met = s.balls[0].first_contact

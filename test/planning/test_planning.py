@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.limits import (
     AZIMUTH,
     B,
@@ -409,3 +410,18 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     assert best.warning == ''
     into_a_pocket = Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(-0.45, 0.82), 2.0)
     assert "'cue' falls" in replace(best, stroke=into_a_pocket).warning
+
+
+def test_a_second_hit_of_the_cue_is_a_foul():
+    """The cue ball stops dead beside the 8, which falls, and the cue runs into it again."""
+    near = (2.0 * SCENE.ball.radius + 0.005) * np.sqrt(0.5)
+    scene = table_with(cue=(1.0, 0.42), b8=(1.0 + near, 0.42 + near))
+    stun = Stroke.from_offsets(0.0, 0.0, np.radians(8), np.radians(45), 2.0)
+    assert predict(scene, stun).table.pocketed == {'8': 'foot_left'}
+    target, noise = target_of(scene, {'pot': '8'}), NOISES['none']
+    problem = problem_of(scene, target, limits_of(scene, None, noise), noise)
+    assert not evaluate_strokes(problem, np.array([stun.offsets])).success.any()
+    best = plan(scene, {'pot': '8'}, noise='none', budget=BUDGET).best
+    assert best.success == 1.0
+    assert best.warning == ''
+    assert 'hits the cue ball again' in replace(best, stroke=stun).warning
