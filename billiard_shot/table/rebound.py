@@ -219,9 +219,9 @@ def friction_of_spring(r: Rebound, state: Vector) -> tuple[float, float]:
         _, x, y = slip_beneath_spring(r, state)
         return -r.nose_friction * x, -r.nose_friction * y
     x, y, force = state[SHEAR], state[LIFT], state[Y]
-    if force <= 0.0:  # the contact begins: both grow from zero
+    if force == 0.0:  # the contact begins: both grow from zero
         x, y = nose_slip(r, state)
-        force = max(closing_speed(r, state), TINY)
+        force = closing_speed(r, state)
     return -r.tangential_stiffness * x / force, -r.tangential_stiffness * y / force
 
 
@@ -296,7 +296,8 @@ def margin(r: Rebound, state: Vector) -> float:
     Return how far a state is from the next event: negative if it is past it.
 
     Events are the end of the contact and of compression or restoring, a landing and a take-off,
-    and the beginning and end of slip of a nose with a tangential spring. The rates of the state are those that were written last.
+    and with a tangential spring the beginning and end of slip. The rates of the state are those
+    that were written last.
     """
     closing = closing_speed(r, state)
     left = closing if r.compressing else min(-closing, state[Y])
@@ -343,6 +344,17 @@ def turns_around(r: Rebound) -> bool:
 
 
 @inner
+def may_skip_landing(r: Rebound, step: float) -> bool:
+    """Whether a tangential spring may have lifted the ball in the trial after it met the cloth."""
+    if r.held or r.tangential_stiffness == 0.0:
+        return False
+    state, trial = r.state, r.trial
+    down, up = -state[VZ], trial[VZ]
+    # the tangents of its path at both ends meet below the cloth
+    return down > 0.0 and up > 0.0 and state[Z] * up + trial[Z] * down < down * up * step
+
+
+@inner
 def land(r: Rebound, still: float) -> None:
     """Let the ball bounce on the cloth; if it hardly leaves it, the nose holds it there."""
     state = r.state
@@ -373,7 +385,8 @@ def note_slip_beneath_spring(r: Rebound, close: float) -> None:
     elif speed <= close:
         r.spring_slips = False
         most = r.nose_friction * state[Y] / r.tangential_stiffness
-        state[SHEAR], state[LIFT] = most * x, most * y
+        size = max(most - 2.0 * close, 0.0)  # so that it does not begin to slip at once
+        state[SHEAR], state[LIFT] = size * x, size * y
 
 
 @inner
@@ -444,7 +457,9 @@ def follow(r: Rebound, tolerance: float) -> bool:
                 step = min(step, -state[VZ] / r.rates[VZ])  # so that it does not land in this one
         error = take_trial(r, step)
         factor = 0.9 * (tolerance / max(error, TINY)) ** 0.2
-        accepted = step <= SHORTEST or (error <= tolerance and not turns_around(r))
+        accepted = step <= SHORTEST or (
+            error <= tolerance and not turns_around(r) and not may_skip_landing(r, step)
+        )
         if not accepted:
             step *= min(max(factor, 0.1), 0.5)
             continue
