@@ -30,7 +30,7 @@ STEPS = 20_000  # of the compression, about
 PLANE, SPIN = (VX, VY, VZ), (WX, WY, WZ)
 
 
-def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=1e-8):
+def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=1e-8, **changes):
     """Velocity, spin, height and duration after a contact, in the units of rebound.py."""
     r = Rebound()
     scale = max(*np.abs(velocity), *np.abs(spin))
@@ -41,6 +41,8 @@ def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=
     r.sine, r.cosine, r.turn = sine, np.sqrt(1 - sine**2), TURN
     r.restitution, r.nose_friction, r.cloth_friction = RESTITUTION, friction, CLOTH
     r.bounce_restitution, r.bounce_friction = BOUNCE
+    for name, value in changes.items():
+        setattr(r, name, value)
     assert follow(r, tolerance)
     state = np.array(r.state) * scale
     return state[list(PLANE)], state[list(SPIN)], state[Z], r.time
@@ -113,10 +115,12 @@ class Steps:
     height: float
     sine: float
     step: float = 1e-4
+    stiffness: float = 0.0  # of the tangential spring; 0: none
 
     def run(self):
         """Return velocity, spin and height after the contact."""
         v, w, z = np.array(self.velocity), np.array(self.spin), self.height
+        deflection = np.zeros(3)
         normal = np.array([0.0, -np.sqrt(1 - self.sine**2), -self.sine])
         y = 0.0
         while True:
@@ -125,7 +129,16 @@ class Steps:
             if y < 0:
                 return v, w, z
             push = self.step * y
-            self.rub(v, w, -normal, CUSHION * push)
+            if self.stiffness:
+                slip = v + np.cross(w, -normal)
+                deflection += self.step * (slip - (slip @ normal) * normal)
+                size = np.linalg.norm(deflection)
+                deflection *= min(1.0, CUSHION * y / self.stiffness / max(size, 1e-300))
+                friction = -self.step * self.stiffness * deflection
+                v += friction
+                w += TURN * np.cross(-normal, friction)
+            else:
+                self.rub(v, w, -normal, CUSHION * push)
             v += push * normal
             z += self.step * v[2]
             if z <= 0.0:
