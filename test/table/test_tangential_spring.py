@@ -42,9 +42,9 @@ def test_a_spring_as_fast_as_the_normal_one_reverses_the_slip(share):
     assert slip_after(slip, 1.0, 1.0, 0.4, 1.0) == pytest.approx(-slip, abs=1e-6)
 
 
-@pytest.mark.parametrize('ratio', [1.0, 1.8])
-@pytest.mark.parametrize('restitution', [0.6, 0.98])
+@pytest.mark.parametrize(('ratio', 'restitution'), [(1.8, 0.6), (1.8, 0.98), (1.2, 0.9)])
 def test_a_ball_that_slips_all_the_time_has_coulomb_friction(ratio, restitution):
+    """If the restitution is above 1 / ratio, the slip is closest to sticking at the end."""
     friction = 0.14
     most = friction * ((1 + TURN) * (1 + restitution) - 1 / (stiffness(ratio) * restitution))
     rigid = most * 1.01 - friction * (1 + TURN) * (1 + restitution)
@@ -84,7 +84,7 @@ def test_contacts_agree_with_small_steps(height, ratio):
 @pytest.mark.parametrize('height', [0.0, NEVER_LANDS])
 @pytest.mark.parametrize('friction', [0.14, 0.5])
 def test_a_stiff_spring_is_a_rigid_nose(height, friction):
-    given = (0.2, 1.0, 0.0), (-1.0, 0.2, 0.4), height, 0.4, friction, 1e-7
+    given = (0.2, 1.0, 0.0), (0.3, 0.1, -0.1), height, 0.2, friction, 1e-7
     rigid = np.hstack(rebounds(*given)[:2])
     errors = [
         np.abs(np.hstack(rebounds(*given, tangential_stiffness=k)[:2]) - rigid).max()
