@@ -328,13 +328,14 @@ def test_corners_without_pockets_let_nothing_through():
         assert (np.abs(run.final_position['cue'][:2]) <= (1.27 - 0.02, 0.635 - 0.02)).all()
 
 
-def outcomes(heights, velocity, spin):
+def outcomes(heights, velocity, spin, ratio):
     """Place 60 ms after a ball in the air met the cushion (n, 2), and motion 2 s later (n, 6)."""
     ahead = 1.27 - 0.031
     states = [
         {'cue': BallState((ahead, 0.1, R + height), velocity, spin)} for height in heights.tolist()
     ]
-    scene = replace(POOL, table=replace(POOL.table, pockets=False))
+    scene = scene_with(cushion={'frequency_ratio': ratio})
+    scene = replace(scene, table=replace(scene.table, pockets=False))
     runs = [simulate(scene, state, tolerance=1e-8) for state in states]
     soon, late = [run.at(0.06)['cue'] for run in runs], [run.at(0.4)['cue'] for run in runs]
     speed = np.linalg.norm(velocity)
@@ -349,25 +350,26 @@ def outcomes(heights, velocity, spin):
 
 
 @pytest.mark.parametrize(
-    ('velocity', 'spin'),
+    ('velocity', 'spin', 'ratio'),
     [
-        ((2, 0, 0), (0, 0, 0)),
-        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20)),
-        ((0.5, 0, 0), (0, -0.5 / R, 0)),
+        ((2, 0, 0), (0, 0, 0), 0.0),
+        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20), 0.0),
+        ((0.5, 0, 0), (0, -0.5 / R, 0), 0.0),
+        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20), 1.8),
     ],
-    ids=['stun', 'rolling', 'draw'],
+    ids=['stun', 'rolling', 'draw', 'rolling, tangential spring'],
 )
-def test_no_hop_makes_a_jump(velocity, spin):
+def test_no_hop_makes_a_jump(velocity, spin, ratio):
     """Steps of 1 % are bisected: a smooth one gets smaller with its interval."""
     heights = np.concatenate([[0.0], np.geomspace(1e-9, 3e-3, 300)])
-    found = outcomes(heights, velocity, spin)
+    found = outcomes(heights, velocity, spin, ratio)
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     for low in np.flatnonzero(steps > 1e-3):
         a, b = heights[low], heights[low + 1]
         one, other = found[low], found[low + 1]
         while np.abs(other - one).max() > 5e-4 and b - a > 1e-9:
             middle = 0.5 * (a + b)
-            between = outcomes(np.array([middle]), velocity, spin)[0]
+            between = outcomes(np.array([middle]), velocity, spin, ratio)[0]
             if np.abs(between - one).max() > np.abs(other - between).max():
                 b, other = middle, between
             else:

@@ -90,7 +90,7 @@ def test_a_stiff_spring_is_a_rigid_nose(height, friction):
         np.abs(np.hstack(rebounds(*given, tangential_stiffness=k)[:2]) - rigid).max()
         for k in (1.0, 3e3)
     ]
-    assert errors[1] < 1e-3 < errors[0]
+    assert errors[1] < min(2e-3, 0.1 * errors[0])
 
 
 def test_energy_is_never_gained_and_the_tolerance_holds():
