@@ -100,6 +100,13 @@ class Cushion:
         Stiffness of the virtual spring, above 0, in the units of the other contacts; it matters
         only if a ball is struck that touches a cushion. 0.1: a contact of 5 ms, as for
         `BallBall.stiffness`.
+    frequency_ratio : float
+        Frequency of the ball on the spring along the surface of the nose, relative to that on the
+        normal spring: the root of (1 + m r^2 / I) times the ratio of stiffnesses; at most 3. 0:
+        the nose has no such spring, and is rigid along its surface. Stronge (Impact Mechanics, 2nd
+        ed., 2018, chapter 5) has 1.5 to 1.7 for elastic bodies, whose ratio of stiffnesses is
+        (2 - 2 nu) / (2 - nu) at Poisson's ratio nu. It does not matter if a ball is struck that
+        touches a cushion, or lies and meets `han`.
 
     """
 
@@ -113,6 +120,7 @@ class Cushion:
     depth: float = number('m', above=0, default=0.0508)
     duration: float = number('s', minimum=0, maximum=0.02, default=5e-3)
     stiffness: float = number('any unit', above=0, default=0.1)
+    frequency_ratio: float = number('', minimum=0, maximum=3, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)

@@ -118,6 +118,7 @@ def collide_compliant(table: Table, r: Rebound, ball: Ball, x: float, y: float, 
     r.time, r.sine, r.cosine = 0.0, -z, flat
     r.turn = params.mass * radius * radius / params.inertia
     r.restitution, r.nose_friction = restitution_at(n, ball, x, y, z), n.cushion_friction
+    r.tangential_stiffness = n.cushion_frequency_ratio**2 / (1.0 + r.turn)
     r.cloth_friction = min(params.sliding_friction, GRIP)
     r.bounce_restitution, r.bounce_friction = params.cloth_restitution, params.cloth_friction
     error = min(COARSEST, SHARE * n.tolerance)

@@ -211,7 +211,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
     five, two = (1.0,) * 5, (1.0,) * 2
     table = TableParams(
-        math.inf, math.inf, False, HAN, *(1.0,) * 7, five, five, two, two, *(1.0,) * 7
+        math.inf, math.inf, False, HAN, *(1.0,) * 8, five, five, two, two, *(1.0,) * 7
     )
     states = np.zeros((1, 1, STATE_COLUMNS))
     states[0, 0, 2] = 1.0

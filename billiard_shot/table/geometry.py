@@ -44,6 +44,7 @@ class TableNumbers:
     cushion_restitution: float
     cushion_friction: float
     cushion_fading: float  # s/m, of the restitution
+    cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
     cushion_stiffness: float  # for a strike on a ball that touches a cushion
     cushion_duration: float  # s, of a contact; 0: none
     ball_restitution: float
@@ -140,6 +141,7 @@ def numbers_of(
         'cushion_restitution',
         'cushion_friction',
         'cushion_fading',
+        'cushion_frequency_ratio',
         'cushion_stiffness',
         'cushion_duration',
         'ball_restitution',

@@ -36,7 +36,7 @@ def table_params(scene: Scene) -> TableParams:
     """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
     if table is None:
-        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 0.0, 1.0, 0.0)
+        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
         height, depth, pockets = float(scene.ball.radius), 0.0, False
         corner = side = (1.0, 1.0, 0.0, 0.0, 0.0)
         corner_hole = side_hole = (0.0, 0.0)
@@ -48,6 +48,7 @@ def table_params(scene: Scene) -> TableParams:
             float(cushion.restitution),
             float(cushion.friction),
             float(cushion.fading),
+            float(cushion.frequency_ratio),
             float(cushion.stiffness),
             float(cushion.duration),
         )

@@ -43,6 +43,7 @@ class TableParams(NamedTuple):
     cushion_restitution: float
     cushion_friction: float
     cushion_fading: float  # s/m, of the restitution
+    cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
     cushion_stiffness: float  # for a strike on a ball that touches a cushion
     cushion_duration: float  # s, of a contact; 0: none
     nose_height: float  # m, above the cloth

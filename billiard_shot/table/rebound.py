@@ -8,6 +8,10 @@ lies this is the cushion of Mathavan, Jackson and Parkin (2010); for a ball in t
 same ball without a cloth, until it lands. A contact of a cushion is at least ten times as long as
 one of the cloth, so the cloth acts within it in no time (docs/model.md).
 
+A nose may also have a linear spring along its surface (Stronge, Impact Mechanics, 2nd ed., 2018,
+chapter 5). The spring holds while its force is below the limit of friction. Otherwise the nose
+slips on the ball: the force has the size of the limit, and the direction of the slip.
+
 Units here: the ball's mass and radius are 1, so spins are velocities; the largest velocity before
 is 1, and the spring's frequency is 1. x along the cushion, y into it, z up. The normal keeps the
 direction that it has when the contact begins. Gravity is left out: in 5 ms it gives 0.05 m/s.
@@ -20,8 +24,8 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.impact.friction import minimize_over_disc
 from billiard_shot.records import record, Vector
 
-Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ = range(9)  # of a state: see `Rebound`
-SIZE = 9
+Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ, SHEAR, LIFT = range(11)  # of a state: see `Rebound`
+SIZE, RIGID_SIZE = 11, 9  # with the deflection of the tangential spring, and without
 SLIP_ENDS = 0.9  # of a slip that ends may go in a step
 LONGEST, SHORTEST = 0.7, 1e-12  # steps; a contact lasts about 3
 MAX_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
@@ -49,21 +53,26 @@ ERRORS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1
 class Rebound:
     """A ball that meets a nose."""
 
-    # Compression of the nose, height above the cloth, way along the cushion; velocity; spin.
-    state: Annotated[Any, 9]
-    trial: Annotated[Any, 9]
-    rates: Annotated[Any, 63]  # of seven stages
+    # Compression of the nose, height above the cloth, way along the cushion; velocity; spin;
+    # deflection of the tangential spring along the two tangents of `nose_slip` or, while the nose
+    # slips beneath it, the direction of that.
+    state: Annotated[Any, 11]
+    trial: Annotated[Any, 11]
+    rates: Annotated[Any, 77]  # of seven stages
     time: float
     held: bool  # the ball lies on the cloth
     press: float  # force on the cloth per force of the nose, where the rates were written last
     compressing: bool
-    nose_slips: bool  # or sticks, or begins to slip
+    nose_slips: bool  # or sticks, or begins to slip; always false with a tangential spring
+    spring_slips: bool  # the tangential spring's force is at the limit of friction
     cloth_slips: bool
     # The rest is the same during all of the contact.
     sine: float  # of the angle of the nose above the ball's centre
     cosine: float
     turn: float  # m r^2 / I
     restitution: float  # of the nose
+    lag: float  # shortest time in which a deflection turns
+    tangential_stiffness: float  # relative to that of the nose's normal spring; 0: rigid
     nose_friction: float
     cloth_friction: float
     bounce_restitution: float  # of the cloth, if the ball lands
@@ -74,6 +83,13 @@ class Rebound:
 def closing_speed(r: Rebound, state: Vector) -> float:
     """Speed at which the ball approaches the nose."""
     return r.cosine * state[VY] + r.sine * state[VZ]
+
+
+@innermost
+def compression_rate(r: Rebound, state: Vector) -> float:
+    """Rate of the nose's compression, which is its force: faster in restoring."""
+    closing = closing_speed(r, state)
+    return closing if r.compressing else closing / (r.restitution * r.restitution)
 
 
 @innermost
@@ -149,6 +165,66 @@ def friction_without_slip(r: Rebound, state: Vector) -> tuple[float, float, floa
     return f, g, h, k
 
 
+@innermost
+def slip_beneath_spring(r: Rebound, state: Vector) -> tuple[float, float, float]:
+    """
+    Speed at which a nose with a tangential spring slips on the ball, and its direction.
+
+    The direction is that of the deflection, which is zero only when the contact begins. If the
+    nose slips, the deflection grows with the limit of friction, and the rest of the motion is the
+    slip. If the speed is negative, the spring holds.
+    """
+    a, b = nose_slip(r, state)
+    x, y = state[SHEAR], state[LIFT]
+    size = size_of(x, y)
+    if size == 0.0:
+        x, y, size = a, b, max(size_of(a, b), TINY)
+    x, y = x / size, y / size
+    growth = r.nose_friction / r.tangential_stiffness * compression_rate(r, state)
+    return a * x + b * y - growth, x, y
+
+
+@inner
+def spring_rates(r: Rebound, state: Vector) -> tuple[float, float]:
+    """
+    Rates of the tangential spring's variables.
+
+    A spring that holds is deflected as fast as the ball moves. In a slip the motion across its
+    direction turns the deflection. Where that takes less than `lag`, as at the beginning and the
+    end of a contact, it is slowed down to that: so small a deflection matters less than the error.
+    """
+    a, b = nose_slip(r, state)
+    if not r.spring_slips:
+        return a, b
+    _, x, y = slip_beneath_spring(r, state)
+    along = a * x + b * y
+    most = r.nose_friction * state[Y] / r.tangential_stiffness
+    size = max(most, r.lag * size_of(a, b), TINY)
+    return (a - along * x) / size, (b - along * y) / size
+
+
+@innermost
+def spring_margin(r: Rebound, state: Vector) -> float:
+    """Return how far the tangential spring is from slipping or, if it slips, from holding."""
+    if r.spring_slips:
+        return slip_beneath_spring(r, state)[0]
+    most = r.nose_friction * state[Y] / r.tangential_stiffness
+    return most - size_of(state[SHEAR], state[LIFT])
+
+
+@inner
+def friction_of_spring(r: Rebound, state: Vector) -> tuple[float, float]:
+    """Friction per force of a nose with a tangential spring."""
+    if r.spring_slips:
+        _, x, y = slip_beneath_spring(r, state)
+        return -r.nose_friction * x, -r.nose_friction * y
+    x, y, force = state[SHEAR], state[LIFT], state[Y]
+    if force == 0.0:  # the contact begins: both grow from zero
+        x, y = nose_slip(r, state)
+        force = closing_speed(r, state)
+    return -r.tangential_stiffness * x / force, -r.tangential_stiffness * y / force
+
+
 @inner
 def frictions(r: Rebound, state: Vector) -> tuple[float, float, float, float]:
     """
@@ -158,13 +234,17 @@ def frictions(r: Rebound, state: Vector) -> tuple[float, float, float, float]:
     it from slipping or, if that is too much, the one that takes most energy: its slip begins
     against that.
     """
-    if not r.nose_slips:
-        if r.held:
-            return friction_without_slip(r, state)
+    h, k = 0.0, 0.0
+    if r.tangential_stiffness > 0.0:
+        f, g = friction_of_spring(r, state)
+    elif r.nose_slips:
+        x, y = nose_slip(r, state)
+        share = r.nose_friction / max(size_of(x, y), TINY)
+        f, g = -share * x, -share * y
+    elif r.held:
+        return friction_without_slip(r, state)
+    else:
         return 0.0, 0.0, 0.0, 0.0
-    x, y = nose_slip(r, state)
-    share = r.nose_friction / max(size_of(x, y), TINY)
-    f, g, h, k = -share * x, -share * y, 0.0, 0.0
     if r.held:
         h, k = friction_of_cloth(r, state, f, g)
     return f, g, h, k
@@ -175,9 +255,8 @@ def write_rates(r: Rebound, state: Vector, stage: int) -> None:
     """Write how a state changes in time into the rates of a stage."""
     f, g, h, k = frictions(r, state)
     r.press = press_of(r, g) if r.held else 0.0
-    force, out = state[Y], r.rates
-    closing, first = closing_speed(r, state), SIZE * stage
-    out[first + Y] = closing if r.compressing else closing / (r.restitution * r.restitution)
+    force, out, first = state[Y], r.rates, SIZE * stage
+    out[first + Y] = compression_rate(r, state)
     out[first + Z] = 0.0 if r.held else state[VZ]
     out[first + ALONG] = state[VX]
     out[first + VX] = force * (f + h)
@@ -186,21 +265,24 @@ def write_rates(r: Rebound, state: Vector, stage: int) -> None:
     out[first + WX] = force * r.turn * (g + k)
     out[first + WY] = force * r.turn * (r.sine * f - h)
     out[first + WZ] = -force * r.turn * r.cosine * f
+    if r.tangential_stiffness > 0.0:
+        out[first + SHEAR], out[first + LIFT] = spring_rates(r, state)
 
 
 @inner
 def take_trial(r: Rebound, step: float) -> float:
     """Make a step from `state` to `trial`, whose first rates are there; return its error."""
+    size = SIZE if r.tangential_stiffness > 0.0 else RIGID_SIZE
     for stage in range(1, 7):
         weights = STAGES[stage]
-        for i in range(SIZE):
+        for i in range(size):
             change = 0.0
             for j in range(stage):
                 change += weights[j] * r.rates[SIZE * j + i]
             r.trial[i] = r.state[i] + step * change
         write_rates(r, r.trial, stage)
     error = 0.0
-    for i in range(SIZE):
+    for i in range(size):
         change = 0.0
         for j in range(7):
             change += ERRORS[j] * r.rates[SIZE * j + i]
@@ -213,11 +295,14 @@ def margin(r: Rebound, state: Vector) -> float:
     """
     Return how far a state is from the next event: negative if it is past it.
 
-    Events are the end of the contact and of compression or restoring, a landing and a take-off.
-    The rates of the state are those that were written last.
+    Events are the end of the contact and of compression or restoring, a landing and a take-off,
+    and with a tangential spring the beginning and end of slip. The rates of the state are those
+    that were written last.
     """
     closing = closing_speed(r, state)
     left = closing if r.compressing else min(-closing, state[Y])
+    if r.tangential_stiffness > 0.0:
+        left = min(left, spring_margin(r, state))
     if r.held:
         return min(left, r.press)
     return min(left, -state[Z] / state[VZ]) if state[VZ] < 0.0 else left  # the time until it lands
@@ -259,6 +344,17 @@ def turns_around(r: Rebound) -> bool:
 
 
 @inner
+def may_skip_landing(r: Rebound, step: float) -> bool:
+    """Whether a tangential spring may have lifted the ball in the trial after it met the cloth."""
+    if r.held or r.tangential_stiffness == 0.0:
+        return False
+    state, trial = r.state, r.trial
+    down, up = -state[VZ], trial[VZ]
+    # the tangents of its path at both ends meet below the cloth
+    return down > 0.0 and up > 0.0 and state[Z] * up + trial[Z] * down < down * up * step
+
+
+@inner
 def land(r: Rebound, still: float) -> None:
     """Let the ball bounce on the cloth; if it hardly leaves it, the nose holds it there."""
     state = r.state
@@ -278,6 +374,22 @@ def land(r: Rebound, still: float) -> None:
 
 
 @inner
+def note_slip_beneath_spring(r: Rebound, close: float) -> None:
+    """Note whether a nose with a tangential spring slips on the ball."""
+    state = r.state
+    speed, x, y = slip_beneath_spring(r, state)
+    if not r.spring_slips:
+        r.spring_slips = speed > close and spring_margin(r, state) <= close
+        if r.spring_slips:
+            state[SHEAR], state[LIFT] = x, y
+    elif speed <= close:
+        r.spring_slips = False
+        most = r.nose_friction * state[Y] / r.tangential_stiffness
+        size = max(most - 2.0 * close, 0.0)  # so that it does not begin to slip at once
+        state[SHEAR], state[LIFT] = size * x, size * y
+
+
+@inner
 def note_slips(r: Rebound, tolerance: float) -> None:
     """
     Note which contacts slip.
@@ -287,9 +399,13 @@ def note_slips(r: Rebound, tolerance: float) -> None:
     """
     begins = tolerance ** (2.0 / 3.0)
     least = STILL * tolerance
-    a, b = nose_slip(r, r.state)
     p, q = cloth_slip(r.state)
-    r.nose_slips = size_of(a, b) > (least if r.nose_slips else begins)
+    if r.tangential_stiffness > 0.0:
+        r.nose_slips = False
+        note_slip_beneath_spring(r, 2.0 * CLOSE * tolerance)
+    else:
+        a, b = nose_slip(r, r.state)
+        r.nose_slips = size_of(a, b) > (least if r.nose_slips else begins)
     r.cloth_slips = size_of(p, q) > (least if r.cloth_slips else begins)
 
 
@@ -324,6 +440,8 @@ def follow(r: Rebound, tolerance: float) -> bool:
     step, accepted, ahead = 0.3, True, 0.0
     r.compressing = True
     r.nose_slips = r.cloth_slips = True
+    r.spring_slips, r.lag = False, tolerance ** (1.0 / 3.0)
+    state[SHEAR] = state[LIFT] = 0.0
     note_slips(r, tolerance)
     for _ in range(MAX_STEPS):
         if accepted:
@@ -339,7 +457,9 @@ def follow(r: Rebound, tolerance: float) -> bool:
                 step = min(step, -state[VZ] / r.rates[VZ])  # so that it does not land in this one
         error = take_trial(r, step)
         factor = 0.9 * (tolerance / max(error, TINY)) ** 0.2
-        accepted = step <= SHORTEST or (error <= tolerance and not turns_around(r))
+        accepted = step <= SHORTEST or (
+            error <= tolerance and not turns_around(r) and not may_skip_landing(r, step)
+        )
         if not accepted:
             step *= min(max(factor, 0.1), 0.5)
             continue

@@ -30,7 +30,7 @@ STEPS = 20_000  # of the compression, about
 PLANE, SPIN = (VX, VY, VZ), (WX, WY, WZ)
 
 
-def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=1e-8):
+def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=1e-8, **changes):
     """Velocity, spin, height and duration after a contact, in the units of rebound.py."""
     r = Rebound()
     scale = max(*np.abs(velocity), *np.abs(spin))
@@ -41,6 +41,8 @@ def rebounds(velocity, spin, height=0.0, sine=SINE, friction=CUSHION, tolerance=
     r.sine, r.cosine, r.turn = sine, np.sqrt(1 - sine**2), TURN
     r.restitution, r.nose_friction, r.cloth_friction = RESTITUTION, friction, CLOTH
     r.bounce_restitution, r.bounce_friction = BOUNCE
+    for name, value in changes.items():
+        setattr(r, name, value)
     assert follow(r, tolerance)
     state = np.array(r.state) * scale
     return state[list(PLANE)], state[list(SPIN)], state[Z], r.time
@@ -113,10 +115,12 @@ class Steps:
     height: float
     sine: float
     step: float = 1e-4
+    stiffness: float = 0.0  # of the tangential spring; 0: none
 
     def run(self):
         """Return velocity, spin and height after the contact."""
         v, w, z = np.array(self.velocity), np.array(self.spin), self.height
+        deflection = np.zeros(3)
         normal = np.array([0.0, -np.sqrt(1 - self.sine**2), -self.sine])
         y = 0.0
         while True:
@@ -125,7 +129,16 @@ class Steps:
             if y < 0:
                 return v, w, z
             push = self.step * y
-            self.rub(v, w, -normal, CUSHION * push)
+            if self.stiffness:
+                slip = v + np.cross(w, -normal)
+                deflection += self.step * (slip - (slip @ normal) * normal)
+                size = np.linalg.norm(deflection)
+                deflection *= min(1.0, CUSHION * y / self.stiffness / max(size, 1e-300))
+                friction = -self.step * self.stiffness * deflection
+                v += friction
+                w += TURN * np.cross(-normal, friction)
+            else:
+                self.rub(v, w, -normal, CUSHION * push)
             v += push * normal
             z += self.step * v[2]
             if z <= 0.0:
@@ -315,13 +328,14 @@ def test_corners_without_pockets_let_nothing_through():
         assert (np.abs(run.final_position['cue'][:2]) <= (1.27 - 0.02, 0.635 - 0.02)).all()
 
 
-def outcomes(heights, velocity, spin):
+def outcomes(heights, velocity, spin, ratio):
     """Place 60 ms after a ball in the air met the cushion (n, 2), and motion 2 s later (n, 6)."""
     ahead = 1.27 - 0.031
     states = [
         {'cue': BallState((ahead, 0.1, R + height), velocity, spin)} for height in heights.tolist()
     ]
-    scene = replace(POOL, table=replace(POOL.table, pockets=False))
+    scene = scene_with(cushion={'frequency_ratio': ratio})
+    scene = replace(scene, table=replace(scene.table, pockets=False))
     runs = [simulate(scene, state, tolerance=1e-8) for state in states]
     soon, late = [run.at(0.06)['cue'] for run in runs], [run.at(0.4)['cue'] for run in runs]
     speed = np.linalg.norm(velocity)
@@ -336,25 +350,26 @@ def outcomes(heights, velocity, spin):
 
 
 @pytest.mark.parametrize(
-    ('velocity', 'spin'),
+    ('velocity', 'spin', 'ratio'),
     [
-        ((2, 0, 0), (0, 0, 0)),
-        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20)),
-        ((0.5, 0, 0), (0, -0.5 / R, 0)),
+        ((2, 0, 0), (0, 0, 0), 0.0),
+        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20), 0.0),
+        ((0.5, 0, 0), (0, -0.5 / R, 0), 0.0),
+        ((1, 0.5, 0), (-0.5 / R, 1 / R, 20), 1.8),
     ],
-    ids=['stun', 'rolling', 'draw'],
+    ids=['stun', 'rolling', 'draw', 'rolling, tangential spring'],
 )
-def test_no_hop_makes_a_jump(velocity, spin):
+def test_no_hop_makes_a_jump(velocity, spin, ratio):
     """Steps of 1 % are bisected: a smooth one gets smaller with its interval."""
     heights = np.concatenate([[0.0], np.geomspace(1e-9, 3e-3, 300)])
-    found = outcomes(heights, velocity, spin)
+    found = outcomes(heights, velocity, spin, ratio)
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     for low in np.flatnonzero(steps > 1e-3):
         a, b = heights[low], heights[low + 1]
         one, other = found[low], found[low + 1]
         while np.abs(other - one).max() > 5e-4 and b - a > 1e-9:
             middle = 0.5 * (a + b)
-            between = outcomes(np.array([middle]), velocity, spin)[0]
+            between = outcomes(np.array([middle]), velocity, spin, ratio)[0]
             if np.abs(between - one).max() > np.abs(other - between).max():
                 b, other = middle, between
             else:
