@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score_tables
 from billiard_shot.planning.strikes import Array, vectors_of
@@ -16,7 +17,10 @@ from billiard_shot.shot.strike import refusals, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import BatchRecording, run_recorded
 
-TOLERANCE = 1e-3  # m, of trajectories: well below the effect of execution noise
+TOLERANCE = 1e-3  # m, of trajectories
+# m: while the search compares strokes, trajectories may err as much as the standard error of the
+# azimuth moves a ball over this distance
+ORDINARY_PATH = 2.0
 # A planned stroke may end with these. MISCUE is not among them: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
@@ -47,7 +51,7 @@ def evaluate_strokes(
         a, b, elevation, azimuth, speed; see `vectors_of`.
     motions : (n, MOTION) float array, optional
         Of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN are
-        solved.
+        solved. With them, trajectories are as coarse as a search needs them.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
 
@@ -95,13 +99,16 @@ def simulate_strokes(
     """
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
+    tolerance = TOLERANCE
+    if motions is not None:
+        tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
     around = surroundings_of(scene)
     normals, velocities = vectors_of(strokes)
     mapped = np.zeros(len(strokes), np.bool_)
     if motions is not None:
         mapped = ~np.isnan(motions[:, 0])
     played = strike_batch(
-        model, normals[~mapped], velocities[~mapped], centre, TOLERANCE, around
+        model, normals[~mapped], velocities[~mapped], centre, tolerance, around
     ).strikes
     strikes = np.zeros(len(strokes), played.dtype)
     strikes[~mapped] = played
@@ -119,5 +126,5 @@ def simulate_strokes(
         states[~usable, :, 3:] = 0.0
     cues = following_cues(model, strikes, velocities, centre)
     return run_recorded(
-        model.surface, problem.table, states, 0.25 * TOLERANCE, rules=rules, cues=cues
+        model.surface, problem.table, states, 0.25 * tolerance, rules=rules, cues=cues
     ), usable

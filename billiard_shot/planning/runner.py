@@ -108,9 +108,11 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _motions(self, strokes: Array) -> Array:
-        """Map strokes to motions of the ball, fitting the cells that are missing."""
+    def _motions(self, strokes: Array) -> Array | None:
+        """Map strokes to motions, fitting the cells that are missing; None: all are exact."""
         maps = self._maps
+        if not maps.applies:
+            return None
         missing = maps.missing(strokes)
         futures = [self._executor.submit(fit_cell, maps.model, cell) for cell in missing]
         for cell, fit in zip(missing, self._results(futures), strict=True):

@@ -61,13 +61,13 @@ class Maps:
 
     def __init__(self, model: StrikeModel, bounds: Array) -> None:
         self.model, self.bounds = model, bounds
+        # Without errors of the player, every error of a map matters.
+        self.applies = model.exponent == 1.0 and bool(bounds.any())
         self.fits = fits_of(model)
         self._strokes: Counter[Cell] = Counter()  # of this search so far
 
     def missing(self, strokes: Array) -> list[Cell]:
         """List the cells that strokes (n, 5) need and that are not fitted yet; count strokes."""
-        if self.model.exponent != 1.0 or not self.bounds.any():
-            return []
         cells, _, counts = _cells_of(strokes)
         for cell, count in zip(map(_cell, cells), counts.tolist(), strict=True):
             self._strokes[cell] += count

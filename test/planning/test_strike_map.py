@@ -65,9 +65,11 @@ def test_few_strokes_players_without_errors_and_springs_that_are_not_linear_are_
     strokes = np.tile((0.05, 0.05, 0.1, 0.0, 2.0), (4 * FEWEST, 1))
     assert not np.isnan(mapped(SCENE, strokes, problem().sigmas)).any()
     assert np.isnan(mapped(SCENE, strokes[: FEWEST - 1], problem().sigmas)).all()
-    assert np.isnan(mapped(SCENE, strokes, np.zeros(5))).all()
     hertz = Scene.from_dict({**SCENE.to_dict(), 'exponent': 1.5})
-    assert np.isnan(mapped(hertz, strokes, problem().sigmas)).all()
+    bounds = bounds_of(problem().sigmas)
+    assert Maps(model_of(SCENE), bounds).applies
+    assert not Maps(model_of(SCENE), bounds_of(np.zeros(5))).applies
+    assert not Maps(model_of(hertz), bounds).applies
 
 
 def test_success_of_mapped_strokes_is_that_of_exact_ones():
