@@ -18,7 +18,8 @@ from billiard_shot.scene.fields import boolean, choice, number, section
 # Restitution, friction and fading of the cushion models: Mathavan, Jackson and Parkin (Proc.
 # IMechE C 224, 2010), measured for snooker cushions up to 2.5 m/s, with a fading that fits what
 # they measured up to 3.5 m/s (Am. J. Phys. 77, 2009); Han (J. Mech. Sci. Technol. 19, 2005), who
-# neglects the cloth, with van Balen's restitution and friction from Alciatore's range.
+# neglects the cloth, with van Balen's restitution and friction from Alciatore's range. Scenes of
+# pool have them too, because what is published for pool does not decide (docs/measured.md).
 CUSHIONS = {'mathavan': (0.98, 0.14, 0.11), 'han': (0.85, 0.2, 0.0)}
 
 

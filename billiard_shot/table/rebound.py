@@ -345,8 +345,8 @@ def turns_around(r: Rebound) -> bool:
 
 @inner
 def may_skip_landing(r: Rebound, step: float) -> bool:
-    """Whether a tangential spring may have lifted the ball in the trial after it met the cloth."""
-    if r.held or r.tangential_stiffness == 0.0:
+    """Whether friction at the nose may have lifted the ball in the trial after it met the cloth."""
+    if r.held:
         return False
     state, trial = r.state, r.trial
     down, up = -state[VZ], trial[VZ]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot import Scene
+from billiard_shot import EventKind, Scene
 from billiard_shot.cli import main
 from billiard_shot.study.measured import published, shots
 from billiard_shot.study.measured.comparison import (
@@ -21,6 +21,7 @@ from billiard_shot.study.measured.comparison import (
 )
 
 POOL, SNOOKER, CAROM = Scene.load('pool'), Scene.load('snooker'), Scene.load('carom')
+POOL_TABLE = Scene.load('pool_table')
 BALLS = shots.endless(POOL)
 IDEAL = shots.endless(POOL, shots.IDEAL)
 
@@ -188,6 +189,92 @@ def test_rebounds_deviate_by_less_than_a_twentieth_of_a_metre_per_second():
     assert np.sqrt(np.mean(np.square(deviations))) < 0.05
     with pytest.raises(ValueError, match='table: is missing'):
         shots.rebound(POOL, 1.0)
+
+
+def rebound_errors(scene):
+    """Computed minus measured kept speeds of carom balls, from 0.5 m/s on: away, and along."""
+    away, along = [], []
+    for each in published.CAROM_REBOUNDS:
+        if each.speed < 0.5:
+            continue
+        computed = shots.kept_speeds(scene, each.speed, each.angle)
+        away.append(computed[0] - each.away)
+        if each.along is not None:
+            along.append(computed[1] - each.along)
+    return np.array(away), np.array(along)
+
+
+def test_carom_cushions_keep_as_much_speed_as_measured():
+    away, along = rebound_errors(CAROM)
+    assert np.abs(away).max() < 0.02
+    assert np.abs(along).max() < 0.02
+
+
+def test_snooker_cushions_keep_more_speed_than_measured_on_a_carom_table():
+    snooker = replace(SNOOKER.table.cushion, height=CAROM.table.cushion.height)
+    away, along = rebound_errors(replace(CAROM, table=replace(CAROM.table, cushion=snooker)))
+    assert away[:4].min() > 0.03
+    assert along.min() > 0.05
+
+
+def test_slow_carom_balls_keep_more_speed_than_computed():
+    slow = published.CAROM_REBOUNDS[0]
+    computed = shots.kept_speeds(CAROM, slow.speed, slow.angle)[0]
+    assert 0.05 < 1.0 - computed / slow.away < 0.06
+
+
+def test_kept_speed_follows_from_velocity_and_spin_just_after():
+    """A ball that slips keeps its angular momentum about its lowest point: 5/7 v + 2/7 R w."""
+    run = shots.bounce(CAROM, 1.0, 30.0)
+    ball = run.balls['cue']
+    met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
+    left = ball.at(next(segment.end for segment in ball.segments if segment.start == met))
+    rolls = (5.0 * left.velocity[1] - 2.0 * CAROM.ball.radius * left.spin[0]) / 7.0
+    before = ball.at(0.0).velocity[1]
+    assert shots.kept_speeds(CAROM, 1.0, 30.0)[0] == pytest.approx(-rolls / before, rel=0.01)
+
+
+def test_no_cushion_number_of_pool_meets_all_published_values():
+    """Restitution as published asks for less than the table lengths do."""
+    least = replace(POOL_TABLE.cloth, rolling_resistance=published.LEAST_ROLLING)
+
+    def of(restitution):
+        cushion = replace(POOL_TABLE.table.cushion, restitution=restitution)
+        return replace(POOL_TABLE, table=replace(POOL_TABLE.table, cushion=cushion))
+
+    low, high = published.POOL_RESTITUTION
+    assert shots.rebound(of(0.98), 2.0) / 2.0 > high
+    assert low < shots.rebound(of(0.9), 2.0) / 2.0 < high
+    for restitution in (0.9, 0.98):
+        scene = replace(of(restitution), cloth=least)
+        assert shots.table_lengths(scene, published.POWER_SHOT) < published.TABLE_LENGTHS[0]
+
+
+def test_corner_five_system_holds_on_a_pool_table():
+    side = shots.corner_five_side(POOL_TABLE, *published.CORNER_FIVE_CHOSEN)
+    assert 0.4 < side < 0.9  # running
+    for origin, first in published.CORNER_FIVE:
+        third = shots.third_cushion(POOL_TABLE, origin, first, side)
+        assert third == pytest.approx(origin - first, abs=0.2)
+
+
+def test_running_side_spin_lengthens_a_corner_five_shot():
+    """It reaches the third cushion farther from the origin, at a smaller number."""
+    numbers = [shots.third_cushion(POOL_TABLE, 5.0, 2.0, side) for side in (0.0, 0.3, 0.6, 0.9)]
+    assert np.all(np.diff(numbers) < 0.0)
+
+
+@pytest.mark.parametrize(
+    'ask',
+    [
+        lambda: shots.kept_speeds(POOL, 1.0, 0.0),
+        lambda: shots.table_lengths(POOL, 1.0),
+        lambda: shots.third_cushion(POOL, 5.0, 2.0, 0.5),
+    ],
+)
+def test_cushions_need_a_table(ask):
+    with pytest.raises(ValueError, match='table: is missing'):
+        ask()
 
 
 def test_json_has_the_rows_of_the_table(capsys):

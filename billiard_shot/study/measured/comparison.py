@@ -61,7 +61,8 @@ class Group:
 
 def comparisons() -> list[Callable[[], Group]]:
     """Return functions that compute a group each; processes can share them."""
-    pool, snooker = Scene.load('pool'), Scene.load('snooker')
+    pool, snooker, carom = (Scene.load(name) for name in ('pool', 'snooker', 'carom'))
+    pool_table = Scene.load('pool_table')
     cloths = {
         'Ideal balls (restitution 1, no friction)': shots.endless(pool, shots.IDEAL),
         'Scene pool': shots.endless(pool),
@@ -70,13 +71,16 @@ def comparisons() -> list[Callable[[], Group]]:
         partial(_collisions, snooker),
         partial(_collision_errors, snooker),
         partial(_rebounds, snooker),
+        partial(_carom_rebounds, carom),
+        partial(_pool_cushions, pool_table),
+        partial(_corner_five, pool_table),
         *(
             partial(group, name, scene)
             for name, scene in cloths.items()
             for group in (_deflections, _draw)
         ),
         partial(_throw, shots.endless(pool)),
-        partial(_rolling, snooker, Scene.load('carom')),
+        partial(_rolling, snooker, carom),
         partial(_ramp, pool),
     ]
 
@@ -206,6 +210,78 @@ def _rebounds(scene: Scene) -> Group:
         'shots. Scene snooker.',
         ('imaging',),
         tuple(rows),
+    )
+
+
+def _carom_rebounds(scene: Scene) -> Group:
+    rows = []
+    for each in published.CAROM_REBOUNDS:
+        case = f'{each.speed:.2f} m/s, {each.angle:.0f} deg'
+        away, along = shots.kept_speeds(scene, each.speed, each.angle)
+        rows.append(Comparison(case, 'away from it', '', each.away, away, each.away_error, 3))
+        if each.along is not None:
+            rows.append(Comparison(case, 'along it', '', each.along, along, each.along_error, 3))
+    return Group(
+        'A carom ball rolls at a cushion, at an angle from its normal: speed after slip, relative '
+        'to that before. Medians of 6 to 31 rebounds. Scene carom, whose cushion is a fit to all '
+        'rebounds of this source.',
+        ('carom',),
+        tuple(rows),
+    )
+
+
+def _pool_cushions(scene: Scene) -> Group:
+    low, high = published.POOL_RESTITUTION
+    fewest, most = published.TABLE_LENGTHS
+    least = replace(scene, cloth=replace(scene.cloth, rolling_resistance=published.LEAST_ROLLING))
+    case = f'squarely, {SPEED:g} m/s'
+    just_after = shots.rebound(scene, SPEED) / SPEED
+    after_slip = shots.kept_speeds(scene, SPEED, 0.0)[0]
+    rows = [
+        Comparison(case, 'just after', '', 0.5 * (low + high), just_after, 0.5 * (high - low), 2),
+        Comparison(case, 'after slip', '', published.POOL_KEPT, after_slip, None, 2),
+    ]
+    rows += [
+        Comparison(
+            f'rolling resistance {cloth.cloth.rolling_resistance}',
+            'lengths',
+            '',
+            0.5 * (fewest + most),
+            shots.table_lengths(cloth, published.POWER_SHOT),
+            0.5 * (most - fewest),
+            2,
+        )
+        for cloth in (scene, least)
+    ]
+    return Group(
+        'Cushions of pool: speed over that before (coefficient of restitution; "about half"), and '
+        'least table lengths of a ball that is shot firmly along the table, here at '
+        f'{published.POWER_SHOT:.1f} m/s. Scene pool_table.',
+        ('properties', 'efficiency', 'equipment', 'speeds'),
+        tuple(rows),
+    )
+
+
+def _corner_five(scene: Scene) -> Group:
+    side = shots.corner_five_side(scene, *published.CORNER_FIVE_CHOSEN)
+    origin, first = published.CORNER_FIVE_CHOSEN
+    return Group(
+        f'Corner-five system, {shots.CORNER_FIVE_SPEED:g} m/s: place at the third cushion. The '
+        f"side spin, {side:.2f} of a rolling ball's spin, is chosen for {origin:g} to {first:g}. "
+        'Scene pool_table.',
+        ('corner five', 'equipment'),
+        tuple(
+            Comparison(
+                '',
+                f'from {origin:g} to {first:g}',
+                'diamonds',
+                origin - first,
+                shots.third_cushion(scene, origin, first, side),
+                None,
+                2,
+            )
+            for origin, first in published.CORNER_FIVE
+        ),
     )
 
 

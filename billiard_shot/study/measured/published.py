@@ -17,7 +17,17 @@ SOURCES = {
     'draw': 'D. G. Alciatore: draw shots (billiards.colostate.edu)',
     'throw': 'D. G. Alciatore: Throw, part II: results, Billiards Digest, September 2006',
     'throw formula': 'D. G. Alciatore: technical proof TP A.14 (billiards.colostate.edu)',
-    'carom': '99 roll-outs among the recorded shots that repository tailuge/billiards publishes',
+    'carom': (
+        'Recorded shots that repository tailuge/billiards publishes: 99 roll-outs, 363 rebounds'
+    ),
+    'properties': (
+        'D. G. Alciatore: physical properties of pool balls, cues and tables '
+        '(billiards.colostate.edu)'
+    ),
+    'efficiency': 'D. G. Alciatore: cushion efficiency (billiards.colostate.edu)',
+    'equipment': 'World Pool-Billiard Association: Tables & Equipment Specifications',
+    'speeds': 'D. G. Alciatore: typical speeds of shots (billiards.colostate.edu)',
+    'corner five': 'D. G. Alciatore: technical proof TP 7.2 (billiards.colostate.edu)',
     'ramp': 'Roll-outs from a ramp; the publication is not identified',
 }
 
@@ -56,6 +66,47 @@ def rebound_speed(speed: float) -> float:
     """Return the rebound speed [m/s] of a snooker ball that rolls squarely at a cushion: a fit."""
     return (-0.0877 * speed + 1.131) * speed - 0.0953
 
+
+@dataclass(frozen=True, slots=True)
+class Rebounds:
+    """
+    Medians over rebounds of carom balls that rolled at a cushion and rolled again after it.
+
+    Measured from the recorded shots, by lines fitted to the rolling ball before and after. The
+    side spin is not known. It hardly changes the speed away from a cushion that is met steeply. At
+    more than 20 degrees there are only object balls at their first cushion, whose side spin comes
+    from throw alone.
+    """
+
+    speed: float  # m/s, before
+    angle: float  # degrees, of the way before from the normal of the cushion
+    away: float  # from the cushion: speed after over speed before
+    away_error: float  # standard error of the median
+    along: float | None = None  # the cushion
+    along_error: float | None = None
+
+
+CAROM_REBOUNDS = (
+    Rebounds(0.32, 10.0, 0.618, 0.005),
+    Rebounds(0.70, 7.0, 0.593, 0.003),
+    Rebounds(1.02, 8.0, 0.575, 0.006),
+    Rebounds(1.42, 11.0, 0.575, 0.009),
+    Rebounds(2.07, 9.0, 0.552, 0.008),
+    Rebounds(0.86, 32.0, 0.588, 0.010, 0.694, 0.032),
+    Rebounds(0.84, 60.0, 0.533, 0.016, 0.762, 0.012),
+)
+
+POOL_RESTITUTION = 0.6, 0.9  # of ball and cushion
+POOL_KEPT = 0.5  # of the speed, after a cushion that is met steeply: "about half"
+# Least way, in table lengths, of a ball that is shot firmly from the head spot along the table.
+# The fastest power shot of Alciatore's list and the least rolling resistance of his range.
+TABLE_LENGTHS = 4.0, 4.5
+POWER_SHOT = 4.4704  # m/s, 10 mph
+LEAST_ROLLING = 0.005
+
+# Corner-five system for three cushions: place at the third one = origin - place at the first one.
+CORNER_FIVE_CHOSEN = 5.0, 2.0  # origin and place at the first cushion
+CORNER_FIVE = ((5.0, 2.5), (5.0, 3.0), (4.5, 1.5), (4.5, 2.5), (4.0, 1.0), (4.0, 2.0), (3.0, 1.0))
 
 HALF_BALL_DEFLECTION = 33.7  # degrees
 DEFLECTION_RANGE = 27.0, 34.0  # degrees, from 1/4 to 3/4 ball

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import BallBall, Scene
+from billiard_shot.scene.table import Table
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState, EventKind
@@ -14,6 +15,8 @@ from billiard_shot.table.trajectory import BallState, EventKind
 IDEAL = BallBall(restitution=1.0, friction_fast=0.0, friction_slow=0.0)
 NEAR = 1e-9  # m: from ball to ball before they meet, so that nothing changes on the way
 CUTS = np.arange(5.0, 85.25, 0.5)  # degrees, among which the largest throw is looked for
+SIGHTS = 0.09366  # m: diamonds behind the noses, 3 11/16 in (WPA)
+CORNER_FIVE_SPEED = 2.0  # m/s: between medium and fast (Alciatore)
 _NOTHING = np.zeros(3)
 
 
@@ -93,18 +96,118 @@ def largest_throw(scene: Scene, speed: float) -> tuple[float, float]:
 
 def rebound(scene: Scene, speed: float) -> float:
     """Return the speed [m/s] with which a ball leaves a long cushion that it rolls at squarely."""
-    if scene.table is None:
-        raise ValueError('table: is missing; a rebound needs a scene with a table')
-    radius = scene.ball.radius
-    # a quarter of the length from the middle: no pocket is near
-    place = np.array([0.25 * scene.table.length, 0.5 * scene.table.width - 1.5 * radius, radius])
-    spin = np.array([-speed / radius, 0.0, 0.0])
-    state = BallState(place, np.array([0.0, speed, 0.0]), spin)
-    run = simulate(replace(scene, rack=None, balls={}), {'cue': state}, tolerance=1e-6)
+    run = bounce(scene, speed, 0.0)
     ball = run.balls['cue']
     met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
     left = next(segment.end for segment in ball.segments if segment.start == met)
     return _speed_and_direction(ball.at(left).velocity)[0]
+
+
+def kept_speeds(scene: Scene, speed: float, angle: float) -> tuple[float, float]:
+    """
+    Return the speed after a cushion, relative to that before: away from it, and along it.
+
+    The ball rolls before and, after slip, again; see `bounce`. Along the cushion it is NaN for an
+    angle of 0.
+    """
+    run = bounce(scene, speed, angle)
+    met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
+    rolls = next(e.time for e in run.events if e.kind == EventKind.ROLL and e.time > met)
+    ball = run.balls['cue']
+    before, after = ball.at(0.0).velocity, ball.at(rolls).velocity
+    return float(-after[1] / before[1]), float(after[0] / before[0]) if angle else math.nan
+
+
+def bounce(scene: Scene, speed: float, angle: float) -> TableRun:
+    """
+    Play a ball that rolls at a long cushion without side spin.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table.
+    speed : float
+        Near the cushion [m/s].
+    angle : float
+        Of its way from the normal of the cushion [degrees].
+
+    """
+    table = _table_of(scene)
+    radius = scene.ball.radius
+    # a quarter of the length from the middle, moving to the middle: no pocket is near
+    place = np.array([0.25 * table.length, 0.5 * table.width - 1.5 * radius, radius])
+    along, into = -speed * math.sin(math.radians(angle)), speed * math.cos(math.radians(angle))
+    spin = np.array([-into / radius, along / radius, 0.0])
+    state = BallState(place, np.array([along, into, 0.0]), spin)
+    return simulate(replace(scene, rack=None, balls={}), {'cue': state}, tolerance=1e-6)
+
+
+def table_lengths(scene: Scene, speed: float) -> float:
+    """Return how many table lengths a ball goes that slides from the head spot along the table."""
+    table = _table_of(scene)
+    state = BallState(
+        np.array([-0.25 * table.length, 0.0, scene.ball.radius]),
+        np.array([speed, 0.0, 0.0]),
+        _NOTHING,
+    )
+    run = simulate(replace(scene, rack=None, balls={}), {'cue': state})
+    ball = run.balls['cue']
+    places = [ball.at(time).position[0] for time in (0.0, *(e.time for e in run.events))]
+    return float(np.abs(np.diff(places)).sum()) / table.length
+
+
+def third_cushion(scene: Scene, origin: float, first: float, side: float) -> float:
+    """
+    Return the number at the third cushion of a shot of the corner-five system.
+
+    The ball comes from a long cushion, and meets the other one, a short one and the first one
+    again. All places are numbered on the line of the diamonds, where the line of the ball's centre
+    crosses it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table.
+    origin : float
+        5 at the corner, and 1/2 less with each diamond.
+    first : float
+        Diamonds from the far end, at the first cushion.
+    side : float
+        Running side spin, relative to the spin of a rolling ball.
+
+    """
+    table = _table_of(scene)
+    radius, diamond = scene.ball.radius, table.length / 8.0
+    sights = 0.5 * table.width + SIGHTS
+    end = 0.5 * table.length
+    start = np.array([end - 2.0 * (origin - 1.0) * diamond, -sights, 0.0])
+    line = np.array([end - first * diamond, sights, 0.0]) - start
+    line /= np.linalg.norm(line)
+    place = start + (SIGHTS + 4.0 * radius) / line[1] * line + np.array([0.0, 0.0, radius])
+    velocity = CORNER_FIVE_SPEED * line
+    spin = np.array([-velocity[1], velocity[0], side * CORNER_FIVE_SPEED]) / radius
+    run = simulate(replace(scene, rack=None, balls={}), {'cue': BallState(place, velocity, spin)})
+    met = [e.time for e in run.events if e.kind == EventKind.CUSHION]
+    second, third = (run.balls['cue'].at(time).position for time in met[1:3])
+    way = third - second
+    crossing = third[0] - way[0] / way[1] * (sights + third[1])
+    return float(end - crossing) / diamond
+
+
+def corner_five_side(scene: Scene, origin: float, first: float) -> float:
+    """Return the running side spin with which this shot ends as the system says."""
+    low, high = 0.0, 1.25  # as much as offsets up to half a radius give
+    while high - low > 1e-4:
+        middle = 0.5 * (low + high)
+        far = third_cushion(scene, origin, first, middle) > origin - first
+        low, high = (middle, high) if far else (low, middle)
+    return 0.5 * (low + high)
+
+
+def _table_of(scene: Scene) -> Table:
+    if scene.table is None:
+        raise ValueError('table: is missing; a rebound needs a scene with a table')
+    return scene.table
 
 
 def roll_out(scene: Scene, speed: float) -> float:
