@@ -382,3 +382,21 @@ def test_batches_press_cushions_as_single_tables_do():
     one = simulate(POOL, states)
     many = simulate_batch(POOL, [states, states])
     assert (many.final_position == one.final_position['cue']).all()
+
+
+@pytest.mark.parametrize(
+    ('velocity', 'spin', 'height', 'sine'),
+    [
+        ((-0.152, 1.177, -0.04), (-1.046, 1.767, -0.333), 0.0002, 0.338),
+        ((-2.324, 0.827, -0.204), (-2.817, -3.627, -3.237), 0.0747, 0.346),
+    ],
+)
+def test_a_landing_within_a_step_is_found(velocity, spin, height, sine):
+    """Friction at the nose lifts the ball at once: it is above the cloth at both ends."""
+    coarse, fine = (
+        np.concatenate(
+            rebounds(velocity, spin, height, sine, friction=2.0, tolerance=tolerance)[:2]
+        )
+        for tolerance in (1e-5, 1e-8)
+    )
+    assert coarse == pytest.approx(fine, abs=1e-3)
