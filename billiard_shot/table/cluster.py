@@ -205,7 +205,26 @@ def collide_balls(
         params.exponent,
     )
     system = system_of_balls(params, states, pairs)
-    return pairs, collide_system(system, properties, TOLERANCE, gaps, phases=False)
+    return pairs, collide_system(
+        system, properties, TOLERANCE, gaps, phases=False, radius=params.radius
+    )
+
+
+def move_ball(table: Table, ball: Ball, place: list[float]) -> None:
+    """
+    Move a ball to where it would have been at the beginning of an impact, if it came from there.
+
+    From there it goes along its true line after the impact, and is where it should be in time. A
+    ball on the cloth stays on it, and no ball is moved into a cushion.
+    """
+    n, radius = table.numbers, table.params.radius
+    x, y, z = place
+    beyond = abs(x) > n.centre_half_length or abs(y) > n.centre_half_width
+    if n.nose_standoff > 0.0 and beyond:
+        return
+    ball.position[0], ball.position[1] = x, y
+    if ball.position[2] > radius:
+        ball.position[2] = max(z, radius)
 
 
 def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
@@ -224,17 +243,17 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         Number of the event, and a ball that takes part.
 
     """
-    params, progress = table.params, s.progress
+    n, params, progress = table.numbers, table.params, s.progress
     time, number = float(progress.time), int(progress.events)
     every = _as_objects(s.balls)
-    places = {
+    centres = {
         i: np.array(position_at(ball, time))
         for i, ball in enumerate(every)
         if ball.motion <= FLIGHT
     }
     reach = float(progress.reach)
     seeds = {int(progress.ball), int(progress.other)}
-    members = touching_group(places, seeds, 2.0 * params.radius + reach)
+    members = touching_group(centres, seeds, 2.0 * params.radius + reach)
     balls = [every[i] for i in members]
     for ball in balls:
         advance_free(table, ball, time)
@@ -248,7 +267,10 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for pair, impulse in zip(pairs.numbers.tolist(), result.impulses, strict=True)
         if impulse.any()
     ]
+    places = (result.positions - result.duration * result.velocities).tolist()
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
+        if n.ball_duration > 0.0 and any(k in hit for hit in hits):
+            move_ball(table, ball, places[k])
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
