@@ -26,6 +26,7 @@ from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
 from billiard_shot.table.simulation_state import energy_of, log_event, position_at, Simulation
+from billiard_shot.table.true_lines import without_overlap
 
 TOLERANCE = 1e-7  # of the impact, relative to the approach
 LAW_NAMES = {number: name for name, number in LAWS.items()}
@@ -210,21 +211,34 @@ def collide_balls(
     )
 
 
-def move_ball(table: Table, ball: Ball, place: list[float]) -> None:
+def true_places(
+    table: Table, places: NDArray[np.float64], result: CollisionResult
+) -> NDArray[np.float64]:
     """
-    Move a ball to where it would have been at the beginning of an impact, if it came from there.
+    Places (B, 3) at the beginning of an impact from which balls go along their lines after it.
 
-    From there it goes along its true line after the impact, and is where it should be in time. A
-    ball on the cloth stays on it, and no ball is moved into a cushion.
+    Parameters
+    ----------
+    table : Table
+    places : (B, 3) float array
+        At the beginning of the impact [m].
+    result : CollisionResult
+
+    Returns
+    -------
+    (B, 3) float array
+        [m] If there is no such place for a ball, because there is a cushion, it stays. If balls
+        would overlap, all stay.
+
     """
-    n, radius = table.numbers, table.params.radius
-    x, y, z = place
-    beyond = abs(x) > n.centre_half_length or abs(y) > n.centre_half_width
-    if n.nose_standoff > 0.0 and beyond:
-        return
-    ball.position[0], ball.position[1] = x, y
-    if ball.position[2] > radius:
-        ball.position[2] = max(z, radius)
+    n, diameter = table.numbers, 2.0 * table.params.radius
+    lines = result.positions - result.duration * result.velocities
+    if n.nose_standoff > 0.0:
+        beyond = np.abs(lines[:, :2]) > (n.centre_half_length, n.centre_half_width)
+        lines = np.where(beyond.any(axis=1, keepdims=True), places, lines)
+    lines[:, 2] = places[:, 2]
+    moved = without_overlap(lines, result.velocities, diameter)
+    return places if moved is None else moved
 
 
 def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
@@ -267,11 +281,13 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for pair, impulse in zip(pairs.numbers.tolist(), result.impulses, strict=True)
         if impulse.any()
     ]
-    places = (result.positions - result.duration * result.velocities).tolist()
+    places = states_of(balls).positions
+    if n.ball_duration > 0.0:
+        places = true_places(table, places, result)
+    positions = places.tolist()
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
-        if n.ball_duration > 0.0 and any(k in hit for hit in hits):
-            move_ball(table, ball, places[k])
         for axis in range(3):
+            ball.position[axis] = positions[k][axis]
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
         met = {members[j] for hit in hits if k in hit for j in hit - {k}}
