@@ -43,7 +43,6 @@ ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
     'billiard_shot.impact.contact_space:write_contact_space',
     'billiard_shot.impact.moving_balls:place_balls',
-    'billiard_shot.table.true_lines:set_apart',
     'billiard_shot.table.event_loop:simulate_tables',
     'billiard_shot.shot.strike:finish_strikes',
     'billiard_shot.planning.score:score_tables',

@@ -6,6 +6,7 @@ The balls take part that are connected to those that meet by gaps within reach o
 after the other. A strike is longer, and includes the cushion and the cloth below.
 """
 
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,13 +23,20 @@ from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import Table, TableNumbers
-from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING
+from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING, SLIDE
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
-from billiard_shot.table.simulation_state import energy_of, log_event, position_at, Simulation
-from billiard_shot.table.true_lines import without_overlap
+from billiard_shot.table.simulation_state import (
+    energy_of,
+    log_event,
+    log_segment,
+    position_at,
+    Simulation,
+)
 
 TOLERANCE = 1e-7  # of the impact, relative to the approach
+MAX_SWEEPS = 100
+CLEARANCE = 1e-7  # m, to which balls are set apart
 LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
@@ -211,34 +219,78 @@ def collide_balls(
     )
 
 
-def true_places(
-    table: Table, places: NDArray[np.float64], result: CollisionResult
-) -> NDArray[np.float64]:
+def end_of_impact(
+    table: Table, s: Simulation, balls: list[Ball], members: list[int], result: CollisionResult
+) -> NDArray[np.float64] | None:
     """
-    Places (B, 3) at the beginning of an impact from which balls go along their lines after it.
+    Places (B, 3) of balls at the end of their impact, or None: the impact is to take no time.
+
+    That is so if anything else happens meanwhile, or if a ball gets to a cushion or to a ball that
+    does not take part.
 
     Parameters
     ----------
     table : Table
-    places : (B, 3) float array
-        At the beginning of the impact [m].
+    s : Simulation
+    balls : list of Ball
+        All of the table.
+    members : list of int
+        Balls that take part.
     result : CollisionResult
 
-    Returns
-    -------
-    (B, 3) float array
-        [m] If there is no such place for a ball, because there is a cushion, it stays. If balls
-        would overlap, all stay.
-
     """
-    n, diameter = table.numbers, 2.0 * table.params.radius
-    lines = result.positions - result.duration * result.velocities
+    n, p, diameter = table.numbers, s.progress, 2.0 * table.params.radius
+    end = float(p.time) + result.duration
+    others = [i for i, ball in enumerate(balls) if i not in members and ball.motion <= FLIGHT]
+    times = [min(balls[i].end, balls[i].boundary_time) for i in others]
+    meetings = np.asarray(s.collisions)[np.ix_(others, others)]
+    if min(times, default=inf) <= end or meetings.min(initial=inf) <= end:
+        return None
+    places = np.array(result.positions)
+    lying = np.array([balls[i].position[2] for i in members]) == table.params.radius
+    places[lying, 2] = table.params.radius
     if n.nose_standoff > 0.0:
-        beyond = np.abs(lines[:, :2]) > (n.centre_half_length, n.centre_half_width)
-        lines = np.where(beyond.any(axis=1, keepdims=True), places, lines)
-    lines[:, 2] = places[:, 2]
-    moved = without_overlap(lines, result.velocities, diameter)
-    return places if moved is None else moved
+        beyond = np.abs(places[:, :2]) > (n.centre_half_length, n.centre_half_width)
+        if beyond.any():
+            return None
+    if not set_apart(places, diameter):
+        return None
+    around = np.array([position_at(balls[i], end) for i in others]).reshape(-1, 1, 3)
+    near = np.linalg.norm(places - around, axis=2) < diameter
+    return None if near.any() else places
+
+
+def bridge(s: Simulation, ball: Ball, place: list[float], time: float) -> None:
+    """Move a ball on a straight line to a place, where it is when an impact ends."""
+    duration, motion = time - ball.time, ball.motion
+    for k in range(3):
+        ball.velocity[k] = (place[k] - ball.position[k]) / duration
+        ball.acceleration[k] = ball.spin_acceleration[k] = 0.0
+    ball.motion, ball.cause = (FLIGHT if motion == FLIGHT else SLIDE), CLUSTER
+    log_segment(s, ball)
+    for k in range(3):
+        ball.position[k] = place[k]
+    ball.motion, ball.time = motion, time
+
+
+def set_apart(places: NDArray[np.float64], diameter: float) -> bool:
+    """
+    Move balls apart that are still dented, each by half of what they overlap.
+
+    Return whether none overlap in the end.
+    """
+    first, second = np.triu_indices(len(places), 1)
+    for _ in range(MAX_SWEEPS):
+        apart = places[first] - places[second]
+        distances = np.sqrt((apart * apart).sum(axis=1))
+        inside = np.flatnonzero(distances < diameter)
+        if len(inside) == 0:
+            return True
+        size = distances[inside, np.newaxis]
+        way = 0.5 * (diameter + CLEARANCE - size) / size * apart[inside]
+        np.add.at(places, first[inside], way)
+        np.add.at(places, second[inside], -way)
+    return False
 
 
 def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
@@ -281,13 +333,16 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for pair, impulse in zip(pairs.numbers.tolist(), result.impulses, strict=True)
         if impulse.any()
     ]
-    places = states_of(balls).positions
-    if n.ball_duration > 0.0:
-        places = true_places(table, places, result)
-    positions = places.tolist()
+    places = None
+    if n.ball_duration > 0.0 and result.duration > 0.0:
+        places = end_of_impact(table, s, every, members, result)
+    if places is not None:
+        time += result.duration
+        progress.time = time
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
+        if places is not None:
+            bridge(s, ball, places[k].tolist(), time)
         for axis in range(3):
-            ball.position[axis] = positions[k][axis]
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
         met = {members[j] for hit in hits if k in hit for j in hit - {k}}
@@ -302,7 +357,16 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
 
 
 _CHANGED = ('time', 'position', 'velocity', 'spin', 'first_contact', 'modified', 'nose')
-_FIXED = ('acceleration', 'spin_acceleration', 'motion', 'ball', 'exit_velocity', 'exit_spin')
+_FIXED = (
+    'acceleration',
+    'spin_acceleration',
+    'motion',
+    'ball',
+    'end',
+    'boundary_time',
+    'exit_velocity',
+    'exit_spin',
+)
 
 
 def _as_objects(balls: Any) -> list[Ball]:

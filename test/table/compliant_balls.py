@@ -8,8 +8,17 @@ contact closes at the distance at which it ended last.
 """
 
 from math import gamma, pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
+
+
+class State(NamedTuple):
+    """Positions and velocities (B, 3) of balls, and whether any contact is closed."""
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    closed: bool
 
 
 def spring(mass, duration, exponent, speed=3.0):
@@ -22,7 +31,7 @@ def spring(mass, duration, exponent, speed=3.0):
 
 def collide(positions, velocities, balls, times, step=1e-6):
     """
-    Positions and velocities at some times, and whether a contact is closed then.
+    Return the states at some times.
 
     Leapfrog: half a step of the positions, a step of compressions and velocities, half a step of
     the positions.
@@ -35,6 +44,10 @@ def collide(positions, velocities, balls, times, step=1e-6):
         Ascending [s].
     step : float
         [s]
+
+    Returns
+    -------
+    list of State
 
     """
     radius, mass, restitution, stiffness, exponent = balls
@@ -60,5 +73,5 @@ def collide(positions, velocities, balls, times, step=1e-6):
         v += step * signs @ (force[:, np.newaxis] * normals)
         x += 0.5 * step * v
         if number in steps:
-            found.append((x.copy(), v.copy(), bool(closed.any())))
+            found.append(State(x.copy(), v.copy(), bool(closed.any())))
     return found
