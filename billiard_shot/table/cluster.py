@@ -260,17 +260,18 @@ def end_of_impact(
     return None if near.any() else places
 
 
-def bridge(s: Simulation, ball: Ball, place: list[float], time: float) -> None:
-    """Move a ball on a straight line to a place, where it is when an impact ends."""
-    duration, motion = time - ball.time, ball.motion
+def go_on_to(s: Simulation, ball: Ball, place: list[float], end: float) -> None:
+    """Let a ball go on with its velocity after an impact, until it is set to its place."""
+    motion, up = ball.motion, ball.velocity[2]
     for k in range(3):
-        ball.velocity[k] = (place[k] - ball.position[k]) / duration
         ball.acceleration[k] = ball.spin_acceleration[k] = 0.0
-    ball.motion, ball.cause = (FLIGHT if motion == FLIGHT else SLIDE), CLUSTER
+    if motion != FLIGHT:
+        ball.motion, ball.velocity[2] = SLIDE, 0.0
+    ball.cause = CLUSTER
     log_segment(s, ball)
+    ball.motion, ball.velocity[2], ball.time = motion, up, end
     for k in range(3):
         ball.position[k] = place[k]
-    ball.motion, ball.time = motion, time
 
 
 def set_apart(places: NDArray[np.float64], diameter: float) -> bool:
@@ -336,15 +337,13 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     places = None
     if n.ball_duration > 0.0 and result.duration > 0.0:
         places = end_of_impact(table, s, every, members, result)
-    if places is not None:
-        time += result.duration
-        progress.time = time
+        progress.time = time if places is None else time + result.duration
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
-        if places is not None:
-            bridge(s, ball, places[k].tolist(), time)
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
+        if places is not None and any(k in hit for hit in hits):
+            go_on_to(s, ball, places[k].tolist(), time + result.duration)
         met = {members[j] for hit in hits if k in hit for j in hit - {k}}
         if ball.first_contact == NOTHING and met:
             ball.first_contact = min(met & seeds or met)
