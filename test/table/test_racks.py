@@ -55,12 +55,12 @@ SPEEDS = [
 ]
 
 
-def scene_of(duration, exponent=1.5):
+def scene_of(duration, exponent=1.5, friction=0.0):
     ball = replace(POOL.ball, mass=MASS, radius=R, inertia=0.4 * MASS * R * R)
     balls = replace(
         POOL.contacts.ball_ball,
         restitution=0.95,
-        friction_fast=0.0,
+        friction_fast=friction,
         friction_slow=0.0,
         duration=duration,
     )
@@ -179,6 +179,26 @@ def test_racks_and_clusters_break_as_an_integration_with_moving_normals_has_it()
     errors = [worst_error(seed) for seed in (range(60) if NIGHTLY else range(4, 60, 8))]
     assert max(errors) < 0.035
     assert np.median(errors) < 0.012
+
+
+@pytest.mark.parametrize('law', ['bistiffness', 'energetic', 'poisson'])
+@pytest.mark.parametrize('friction', [0.0, 0.06])
+def test_balls_that_move_keep_momentum_and_gain_no_energy(law, friction):
+    """Normals change only while there is no force. Law poisson may gain energy."""
+    for seed in range(4, 60, 8):
+        _, exponent, places, velocities = struck(seed)
+        scene = scene_of(0.25e-3, exponent, friction)
+        states = {
+            str(i): BallState(place, velocity, np.zeros(3))
+            for i, (place, velocity) in enumerate(zip(places, velocities, strict=True))
+        }
+        run = simulate(replace(scene, law=law), states)
+        first = run.events[0]
+        assert first.kind == EventKind.CLUSTER
+        assert law == 'poisson' or first.energy_after < first.energy_before
+        after = [ball.at(first.time).velocity for ball in run.balls.values()]
+        level = np.sum(after, axis=0)[:2]
+        assert level == pytest.approx(velocities.sum(axis=0)[:2], abs=1e-3)
 
 
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
