@@ -6,7 +6,7 @@ The balls take part that are connected to those that meet by gaps within reach o
 after the other. A strike is longer, and includes the cushion and the cloth below.
 """
 
-from math import inf
+from math import inf, nextafter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +37,8 @@ from billiard_shot.table.simulation_state import (
 TOLERANCE = 1e-7  # of the impact, relative to the approach
 MAX_SWEEPS = 100
 CLEARANCE = 1e-7  # m, to which balls are set apart
+LONGEST = 2e-3  # s
+OVERLAP = 1e-10  # m, that is only rounding
 LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
@@ -225,8 +227,8 @@ def end_of_impact(
     """
     Places (B, 3) of balls at the end of their impact, or None: the impact is to take no time.
 
-    That is so if anything else happens meanwhile, or if a ball gets to a cushion or to a ball that
-    does not take part.
+    That is so if it takes longer than LONGEST, if anything else happens meanwhile, or if a ball
+    gets to a cushion or to a ball that does not take part.
 
     Parameters
     ----------
@@ -244,7 +246,10 @@ def end_of_impact(
     others = [i for i, ball in enumerate(balls) if i not in members and ball.motion <= FLIGHT]
     times = [min(balls[i].end, balls[i].boundary_time) for i in others]
     meetings = np.asarray(s.collisions)[np.ix_(others, others)]
-    if min(times, default=inf) <= end or meetings.min(initial=inf) <= end:
+    if (
+        result.duration > LONGEST
+        or min(float(p.cue_time), *times, meetings.min(initial=inf)) <= end
+    ):
         return None
     places = np.array(result.positions)
     lying = np.array([balls[i].position[2] for i in members]) == table.params.radius
@@ -260,18 +265,45 @@ def end_of_impact(
     return None if near.any() else places
 
 
-def go_on_to(s: Simulation, ball: Ball, place: list[float], end: float) -> None:
-    """Let a ball go on with its velocity after an impact, until it is set to its place."""
-    motion, up = ball.motion, ball.velocity[2]
+def go_on_to(
+    s: Simulation, ball: Ball, hit: bool, waits: bool, place: list[float], end: float
+) -> None:
+    """Let a ball go on with its velocity after an impact, or wait; then set it to its place."""
+    motion, velocity = ball.motion, list(ball.velocity)
+    if hit:
+        for k in range(3):
+            ball.acceleration[k] = ball.spin_acceleration[k] = 0.0
+        if motion != FLIGHT:
+            ball.motion, ball.velocity[2] = SLIDE, 0.0
+        ball.cause = CLUSTER
+        log_segment(s, ball)
+        if waits:
+            ball.time = nextafter(ball.time, inf)
+            for k in range(3):
+                ball.velocity[k] = 0.0
+            log_segment(s, ball)
+    ball.motion, ball.time = motion, end
     for k in range(3):
-        ball.acceleration[k] = ball.spin_acceleration[k] = 0.0
-    if motion != FLIGHT:
-        ball.motion, ball.velocity[2] = SLIDE, 0.0
-    ball.cause = CLUSTER
-    log_segment(s, ball)
-    ball.motion, ball.velocity[2], ball.time = motion, up, end
-    for k in range(3):
-        ball.position[k] = place[k]
+        ball.position[k], ball.velocity[k] = place[k], velocity[k]
+
+
+def wait(table: Table, balls: list[Ball], result: CollisionResult) -> NDArray[np.bool_]:
+    """Which balls (B,) would overlap others if they left an impact when it begins."""
+    first, second = np.triu_indices(len(balls), 1)
+    places = states_of(balls).positions
+    apart = places[first] - places[second]
+    closest = np.minimum(np.linalg.norm(apart, axis=1), 2.0 * table.params.radius) - OVERLAP
+    waiting = np.zeros(len(balls), bool)
+    while True:
+        velocities = np.where(waiting[:, np.newaxis], 0.0, result.velocities)
+        leaving = velocities[first] - velocities[second]
+        squares = (leaving * leaving).sum(axis=1)
+        times = -(apart * leaving).sum(axis=1) / np.where(squares > 0.0, squares, 1.0)
+        times = np.clip(times, 0.0, result.duration)[:, np.newaxis]
+        overlap = np.linalg.norm(apart + times * leaving, axis=1) < closest
+        if not overlap.any():
+            return waiting
+        waiting[first[overlap]] = waiting[second[overlap]] = True
 
 
 def set_apart(places: NDArray[np.float64], diameter: float) -> bool:
@@ -338,12 +370,14 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
     if n.ball_duration > 0.0 and result.duration > 0.0:
         places = end_of_impact(table, s, every, members, result)
         progress.time = time if places is None else time + result.duration
+    waiting = [] if places is None else wait(table, balls, result).tolist()
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
-        if places is not None and any(k in hit for hit in hits):
-            go_on_to(s, ball, places[k].tolist(), time + result.duration)
+        if places is not None:
+            met_any, end = any(k in hit for hit in hits), time + result.duration
+            go_on_to(s, ball, met_any, waiting[k], places[k].tolist(), end)
         met = {members[j] for hit in hits if k in hit for j in hit - {k}}
         if ball.first_contact == NOTHING and met:
             ball.first_contact = min(met & seeds or met)
