@@ -34,6 +34,7 @@ from billiard_shot.impact.events import (
 )
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.laws import elastic_energy
+from billiard_shot.impact.moving_balls import advance_motion, expand_motion
 from billiard_shot.impact.options import Options
 from billiard_shot.impact.state import (
     ContactState,
@@ -203,6 +204,8 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         error, noise = tolerance, max(o.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
+        if m.balls.number > 0:
+            expand_motion(m.balls, contacts, ws, scale, order)
         length = min(length, (m.until - p.time) / scale)
         if redundant:
             length = min(length, o.max_redundant_step / scale)
@@ -239,6 +242,8 @@ def take_step(
                 p.modes_changed = p.modes_changed or not feasible
                 break
         advance(m, contacts, step.scale, step.order, event.x)
+        if m.balls.number > 0:
+            advance_motion(m.balls, ws, step.order, event.x)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]

@@ -21,14 +21,22 @@ from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
 from billiard_shot.impact.laws import elastic_energy, POISSON, restitution_end, unloading_rate
+from billiard_shot.impact.moving_balls import (
+    change_units,
+    kinetic_energy,
+    release_open_contacts,
+)
 from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
 from billiard_shot.impact.state import (
+    Balls,
     components,
     COMPRESSION,
     ContactState,
     FRICTIONLESS,
     INACTIVE,
+    is_active,
     Model,
+    NO_BALLS,
     PhaseLog,
     Progress,
     RESTITUTION,
@@ -100,6 +108,7 @@ def begin(
     velocity: Vector,
     lengths: Vector,
     until: float,
+    balls: Balls,
     tolerance: float,
     contacts: list[ContactState],
     ws: Workspace,
@@ -133,11 +142,16 @@ def begin(
             )
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
+        if balls.number > 0:
+            balls = Balls(balls.number, balls.response / mobility, balls.turning / mobility)
+            change_units(contacts, ws.motion, balls.number, units.speed, units.speed * units.time)
+            release_open_contacts(contacts, ws)
+            p.energy = kinetic_energy(balls, ws.motion)
     else:
         units, planar = Units(0.0, 0.0, 0.0), False
     limit = until / units.time if approaches else inf
     tolerance = min(tolerance, options.max_tolerance)
-    return Model(law, exponent, tolerance, planar, distances, limit, options), units
+    return Model(law, exponent, tolerance, planar, distances, limit, balls, options), units
 
 
 @inner
@@ -171,8 +185,15 @@ def finish(
             contacts[j].restitution_loss += loss_since_peak(m, contacts[j])
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
         allowed = max(m.options.imbalance * m.tolerance, m.options.min_imbalance)
-        if energy_imbalance(m, contacts, velocity, units.speed, ws) > allowed:
+        if m.balls.number > 0:
+            imbalance = energy_imbalance_of_balls(m, contacts, p.energy, ws)
+        else:
+            imbalance = energy_imbalance(m, contacts, velocity, units.speed, ws)
+        if imbalance > allowed:
             p.status = TOLERANCE_NOT_REACHED
+    if m.balls.number > 0:
+        length = units.speed * units.time
+        change_units(contacts, ws.motion, m.balls.number, 1.0 / units.speed, 1.0 / length)
     for j in range(count):
         write_result(contacts[j], results[first + j], units)
     for i in range(min(p.phases * count, len(log))):
@@ -301,6 +322,20 @@ def energy_imbalance(
     return abs(gap) / turnover if turnover > 0.0 else 0.0
 
 
+@inner
+def energy_imbalance_of_balls(
+    m: Model, contacts: list[ContactState], before: float, ws: Workspace
+) -> float:
+    """Energy imbalance of balls that move, relative to all the energy exchanged at most."""
+    gap, turnover = kinetic_energy(m.balls, ws.motion) - before, 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        gap += c.restitution_loss + c.friction_loss - c.initial_energy
+        gap += elastic_energy(c.stiffness, c.compression[0], m.exponent) if is_active(c) else 0.0
+        turnover += abs(c.impulse)
+    return abs(gap) / turnover if turnover > 0.0 else 0.0
+
+
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
@@ -313,6 +348,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.array(-np.eye(1, 3)),
         storage.array(np.zeros((1, 1))),
         inf,
+        NO_BALLS,
         storage.array([1e-9]),
         *new_scratch(storage, 1),
         storage.records(ContactResult, 1),
@@ -332,6 +368,7 @@ def solve_collisions(
     velocity: Floats,
     lengths: Floats,
     until: float,
+    balls: Balls,
     tolerance: Vector,
     contacts: list[ContactState],
     ws: Workspace,
@@ -360,6 +397,9 @@ def solve_collisions(
         law bistiffness knows how a compressed spring goes on. Without `distances` they are unused.
     until : float
         Time after which a collision ends, whatever is still active [s].
+    balls : Balls
+        That move: `place_balls` has put them where the only collision begins, and afterwards
+        `ws.motion` says where they are. Or NO_BALLS: bodies stay in place.
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision with a
         tolerance that is not above 0 is left out.
@@ -385,6 +425,7 @@ def solve_collisions(
             velocity[i],
             lengths[i],
             until,
+            balls,
             tolerance[i],
             contacts,
             ws,
@@ -450,6 +491,7 @@ def solve_in_contact_space(
     phases: int = 0,
     lengths: NDArray[np.float64] | None = None,
     until: float = inf,
+    balls: Balls = NO_BALLS,
 ) -> Solved:
     """
     Solve n collisions of the same N contacts.
@@ -464,6 +506,7 @@ def solve_in_contact_space(
     lengths : (n, N) float array, optional
         See `solve_collisions`; without them there are no distances at all.
     until : float
+    balls : Balls
         See `solve_collisions`.
 
     """
@@ -478,6 +521,7 @@ def solve_in_contact_space(
         phases,
         lengths,
         until,
+        balls,
     )
     rows = as_rows(ContactResult, results)
     table = rows.view(np.float64).reshape(n, count, 9)
@@ -520,6 +564,7 @@ class _Thread(threading.local):
 
 
 _thread = _Thread()
+scratch = _thread.scratch
 
 
 def solve_stored(
@@ -531,6 +576,7 @@ def solve_stored(
     phases: int,
     lengths: NDArray[np.float64] | None = None,
     until: float = inf,
+    balls: Balls = NO_BALLS,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
     Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
@@ -556,8 +602,9 @@ def solve_stored(
             velocity,
             begun,
             until,
+            balls,
             tolerance,
-            *_thread.scratch(storage, count),
+            *scratch(storage, count),
             results,
             log,
             outcomes,

@@ -8,7 +8,7 @@ import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.options import Options
-from billiard_shot.records import Floats, record, Storage
+from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
 STAGES = 8  # of an implicit step
@@ -81,6 +81,14 @@ class ContactState:
     final_slip: float  # when the contact last ended
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
     closings: int  # how often it became active
+    # If the bodies are balls that move (moving_balls.py): their numbers, the axes at the last
+    # closing, and the distance of their centres at which the contact closes next.
+    ball_a: int
+    ball_b: int
+    closing_distance: float
+    normal: Vector3
+    tangent_1: Vector3
+    tangent_2: Vector3
     velocity: Series  # polynomials: normal velocity, slip,
     slip_1: Series
     slip_2: Series
@@ -119,6 +127,7 @@ class Progress:
     time: float  # since the start
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
+    energy: float  # kinetic, of balls that move, when the collision began
 
 
 @record
@@ -134,6 +143,17 @@ class PhaseLog:
     energy: float  # [J] elastic
 
 
+class Balls(NamedTuple):
+    """Equal balls that move while they collide; none: bodies stay in place."""
+
+    number: int
+    response: float  # 1 / mass [1/kg]
+    turning: float  # radius^2 / inertia [1/kg]
+
+
+NO_BALLS = Balls(0, 0.0, 0.0)
+
+
 class Model(NamedTuple):
     """Law, exponent, tolerance and options with which a collision is solved."""
 
@@ -143,6 +163,7 @@ class Model(NamedTuple):
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
     until: float  # time at which the collision ends, whatever is still active
+    balls: Balls  # that move
     options: Options
 
 
@@ -164,6 +185,7 @@ class Workspace(NamedTuple):
     monomial: Any  # (STAGES, STAGES) from values at the nodes to coefficients
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
+    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) polynomials of moving_balls.py, a matrix a ball
 
 
 def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
@@ -187,6 +209,7 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
         monomial,
         zeros(HISTORY, SECTION * count),
         storage.array(np.zeros(HISTORY, np.int64)),
+        zeros(2 * count + 2, 9, MAX_COEFFICIENTS),
     )
 
 

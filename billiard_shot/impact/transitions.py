@@ -19,6 +19,7 @@ from billiard_shot.impact.laws import (
     unloading_loss,
     unloading_rate,
 )
+from billiard_shot.impact.moving_balls import part, push_balls, take_normal
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -62,13 +63,17 @@ def apply(
             eliminate_sticking(contacts, ws)
             return False
     elif event.kind == ACTIVATION:
+        if m.balls.number > 0:
+            take_normal(m.balls, m.planar, m.options.rounding, contacts, ws, j)
         activate(c, known and not m.distances)
     else:
         if event.kind == SPRING_EXHAUSTED:
-            apply_remaining_impulse(contacts, ws, j)
+            apply_remaining_impulse(m, contacts, ws, j)
         margin = recompression_margin(m, contacts, ws, j)
         c.discontinuity_margin = min(c.discontinuity_margin, margin)
         deactivate(m, c)
+        if m.balls.number > 0:
+            part(contacts, ws, j)
     return True
 
 
@@ -172,7 +177,7 @@ def set_onset_direction(c: ContactState, order: int, x: float) -> None:
 
 
 @inner
-def apply_remaining_impulse(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
     Law poisson: give a contact with an empty spring the rest of its impulse, all others untouched.
 
@@ -211,6 +216,10 @@ def apply_remaining_impulse(contacts: list[ContactState], ws: Workspace, j: int)
             d.impulse += amount * push[3 * k]
             d.impulse_1 += amount * push[3 * k + 1]
             d.impulse_2 += amount * push[3 * k + 2]
+            if m.balls.number > 0:
+                for i in range(3):
+                    ws.residual[i] = amount * push[3 * k + i]
+                push_balls(m.balls, d, ws.motion, ws.residual, 0)
         remaining -= amount
         if remaining > 0.0:
             c.friction_mode = FRICTIONLESS  # it stopped; no spring sets a direction

@@ -6,6 +6,7 @@ The balls take part that are connected to those that meet by gaps within reach o
 after the other. A strike is longer, and includes the cushion and the cloth below.
 """
 
+from math import inf, nextafter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,12 +23,22 @@ from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import Table, TableNumbers
-from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING
+from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, NOTHING, SLIDE
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
-from billiard_shot.table.simulation_state import energy_of, log_event, position_at, Simulation
+from billiard_shot.table.simulation_state import (
+    energy_of,
+    log_event,
+    log_segment,
+    position_at,
+    Simulation,
+)
 
 TOLERANCE = 1e-7  # of the impact, relative to the approach
+MAX_SWEEPS = 100
+CLEARANCE = 1e-7  # m, to which balls are set apart
+LONGEST = 2e-3  # s
+OVERLAP = 1e-10  # m, that is only rounding
 LAW_NAMES = {number: name for name, number in LAWS.items()}
 UP = (0.0, 0.0, 1.0)
 
@@ -205,7 +216,114 @@ def collide_balls(
         params.exponent,
     )
     system = system_of_balls(params, states, pairs)
-    return pairs, collide_system(system, properties, TOLERANCE, gaps, phases=False)
+    return pairs, collide_system(
+        system, properties, TOLERANCE, gaps, phases=False, radius=params.radius
+    )
+
+
+def end_of_impact(
+    table: Table, s: Simulation, balls: list[Ball], members: list[int], result: CollisionResult
+) -> NDArray[np.float64] | None:
+    """
+    Places (B, 3) of balls at the end of their impact, or None: the impact is to take no time.
+
+    That is so if it takes longer than LONGEST, if anything else happens meanwhile, or if a ball
+    gets to a cushion or to a ball that does not take part.
+
+    Parameters
+    ----------
+    table : Table
+    s : Simulation
+    balls : list of Ball
+        All of the table.
+    members : list of int
+        Balls that take part.
+    result : CollisionResult
+
+    """
+    n, p, diameter = table.numbers, s.progress, 2.0 * table.params.radius
+    end = float(p.time) + result.duration
+    others = [i for i, ball in enumerate(balls) if i not in members and ball.motion <= FLIGHT]
+    times = [min(balls[i].end, balls[i].boundary_time) for i in others]
+    meetings = np.asarray(s.collisions)[np.ix_(others, others)]
+    if (
+        result.duration > LONGEST
+        or min(float(p.cue_time), *times, meetings.min(initial=inf)) <= end
+    ):
+        return None
+    places = np.array(result.positions)
+    lying = np.array([balls[i].position[2] for i in members]) == table.params.radius
+    places[lying, 2] = table.params.radius
+    if n.nose_standoff > 0.0:
+        beyond = np.abs(places[:, :2]) > (n.centre_half_length, n.centre_half_width)
+        if beyond.any():
+            return None
+    if not set_apart(places, diameter):
+        return None
+    around = np.array([position_at(balls[i], end) for i in others]).reshape(-1, 1, 3)
+    near = np.linalg.norm(places - around, axis=2) < diameter
+    return None if near.any() else places
+
+
+def go_on_to(
+    s: Simulation, ball: Ball, hit: bool, waits: bool, place: list[float], end: float
+) -> None:
+    """Let a ball go on with its velocity after an impact, or wait; then set it to its place."""
+    motion, velocity = ball.motion, list(ball.velocity)
+    if hit:
+        for k in range(3):
+            ball.acceleration[k] = ball.spin_acceleration[k] = 0.0
+        if motion != FLIGHT:
+            ball.motion, ball.velocity[2] = SLIDE, 0.0
+        ball.cause = CLUSTER
+        log_segment(s, ball)
+        if waits:
+            ball.time = nextafter(ball.time, inf)
+            for k in range(3):
+                ball.velocity[k] = 0.0
+            log_segment(s, ball)
+    ball.motion, ball.time = motion, end
+    for k in range(3):
+        ball.position[k], ball.velocity[k] = place[k], velocity[k]
+
+
+def wait(table: Table, balls: list[Ball], result: CollisionResult) -> NDArray[np.bool_]:
+    """Which balls (B,) would overlap others if they left an impact when it begins."""
+    first, second = np.triu_indices(len(balls), 1)
+    places = states_of(balls).positions
+    apart = places[first] - places[second]
+    closest = np.minimum(np.linalg.norm(apart, axis=1), 2.0 * table.params.radius) - OVERLAP
+    waiting = np.zeros(len(balls), bool)
+    while True:
+        velocities = np.where(waiting[:, np.newaxis], 0.0, result.velocities)
+        leaving = velocities[first] - velocities[second]
+        squares = (leaving * leaving).sum(axis=1)
+        times = -(apart * leaving).sum(axis=1) / np.where(squares > 0.0, squares, 1.0)
+        times = np.clip(times, 0.0, result.duration)[:, np.newaxis]
+        overlap = np.linalg.norm(apart + times * leaving, axis=1) < closest
+        if not overlap.any():
+            return waiting
+        waiting[first[overlap]] = waiting[second[overlap]] = True
+
+
+def set_apart(places: NDArray[np.float64], diameter: float) -> bool:
+    """
+    Move balls apart that are still dented, each by half of what they overlap.
+
+    Return whether none overlap in the end.
+    """
+    first, second = np.triu_indices(len(places), 1)
+    for _ in range(MAX_SWEEPS):
+        apart = places[first] - places[second]
+        distances = np.sqrt((apart * apart).sum(axis=1))
+        inside = np.flatnonzero(distances < diameter)
+        if len(inside) == 0:
+            return True
+        size = distances[inside, np.newaxis]
+        way = 0.5 * (diameter + CLEARANCE - size) / size * apart[inside]
+        np.add.at(places, first[inside], way)
+        np.add.at(places, second[inside], -way)
+    return False
 
 
 def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) -> None:
@@ -224,17 +342,17 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         Number of the event, and a ball that takes part.
 
     """
-    params, progress = table.params, s.progress
+    n, params, progress = table.numbers, table.params, s.progress
     time, number = float(progress.time), int(progress.events)
     every = _as_objects(s.balls)
-    places = {
+    centres = {
         i: np.array(position_at(ball, time))
         for i, ball in enumerate(every)
         if ball.motion <= FLIGHT
     }
     reach = float(progress.reach)
     seeds = {int(progress.ball), int(progress.other)}
-    members = touching_group(places, seeds, 2.0 * params.radius + reach)
+    members = touching_group(centres, seeds, 2.0 * params.radius + reach)
     balls = [every[i] for i in members]
     for ball in balls:
         advance_free(table, ball, time)
@@ -248,10 +366,18 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
         for pair, impulse in zip(pairs.numbers.tolist(), result.impulses, strict=True)
         if impulse.any()
     ]
+    places = None
+    if n.ball_duration > 0.0 and result.duration > 0.0:
+        places = end_of_impact(table, s, every, members, result)
+        progress.time = time if places is None else time + result.duration
+    waiting = [] if places is None else wait(table, balls, result).tolist()
     for k, (i, ball) in enumerate(zip(members, balls, strict=True)):
         for axis in range(3):
             ball.velocity[axis], ball.spin[axis] = velocities[k][axis], spins[k][axis]
         ball.modified = True
+        if places is not None:
+            met_any, end = any(k in hit for hit in hits), time + result.duration
+            go_on_to(s, ball, met_any, waiting[k], places[k].tolist(), end)
         met = {members[j] for hit in hits if k in hit for j in hit - {k}}
         if ball.first_contact == NOTHING and met:
             ball.first_contact = min(met & seeds or met)
@@ -264,7 +390,16 @@ def resolve(table: Table, s: Simulation, participants: list[tuple[int, int]]) ->
 
 
 _CHANGED = ('time', 'position', 'velocity', 'spin', 'first_contact', 'modified', 'nose')
-_FIXED = ('acceleration', 'spin_acceleration', 'motion', 'ball', 'exit_velocity', 'exit_spin')
+_FIXED = (
+    'acceleration',
+    'spin_acceleration',
+    'motion',
+    'ball',
+    'end',
+    'boundary_time',
+    'exit_velocity',
+    'exit_spin',
+)
 
 
 def _as_objects(balls: Any) -> list[Ball]:

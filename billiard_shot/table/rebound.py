@@ -345,7 +345,7 @@ def turns_around(r: Rebound) -> bool:
 
 @inner
 def may_skip_landing(r: Rebound, step: float) -> bool:
-    """Whether friction at the nose may have lifted the ball in the trial after it met the cloth."""
+    """Whether friction may have lifted the ball in the trial after it met the cloth."""
     if r.held:
         return False
     state, trial = r.state, r.trial

@@ -1,0 +1,281 @@
+"""
+Balls that move while they collide: a contact takes its normal when it closes, and keeps it then.
+
+Positions, velocities and spins of balls are polynomials, as the forces are. They say how far the
+balls of an open contact are apart; it closes at the distance at which it ended last. An open
+contact has no row in W: it gets one, with its normal, when it closes, and its force is zero then.
+Both laws that know distances keep their energy so.
+
+Balls are equal. Spins are times the radius, so they are velocities.
+"""
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.state import (
+    Balls,
+    ContactState,
+    INACTIVE,
+    MAX_COEFFICIENTS,
+    resists,
+    Workspace,
+)
+from billiard_shot.numerics import rounding
+from billiard_shot.numerics.frames import contact_axes
+from billiard_shot.numerics.polynomial import evaluate
+from billiard_shot.numerics.vectors import dot
+from billiard_shot.records import Floats, Storage, Vector
+
+PLACE, VELOCITY, SPIN = 0, 3, 6  # rows of a ball in `Workspace.motion`, three each
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    """Two balls that meet."""
+    return (
+        storage.array(np.array([[0, 1]])),
+        storage.array(np.eye(3)),
+        storage.array(np.arange(18.0).reshape(2, 9)),
+        storage.array([0.0]),
+        storage.records(ContactState, 1),
+        storage.zeros(4, 9, MAX_COEFFICIENTS),
+    )
+
+
+@entry(_example)
+def place_balls(
+    pairs: Any,
+    axes: Floats,
+    states: Floats,
+    gaps: Vector,
+    contacts: list[ContactState],
+    motion: Floats,
+) -> None:
+    """
+    Put balls where their collision begins, in SI units.
+
+    Parameters
+    ----------
+    pairs : (N, 2) ints
+        Balls a and b of each contact.
+    axes : (3 N, 3) floats
+        Three rows for each contact: the normal and two tangents.
+    states : (B, 9) floats
+        Position [m], velocity [m/s], and radius times spin [m/s] of each ball.
+    gaps : (N,) floats
+        Distance over which each contact is open [m].
+    contacts : N ContactState, written
+    motion : `Workspace.motion`, written
+
+    """
+    for b in range(len(states)):
+        for k in range(9):
+            motion[b][k][0] = states[b][k]
+    for j in range(len(contacts)):
+        c = contacts[j]
+        c.ball_a, c.ball_b = pairs[j][0], pairs[j][1]
+        for k in range(3):
+            c.normal[k], c.tangent_1[k] = axes[3 * j][k], axes[3 * j + 1][k]
+            c.tangent_2[k] = axes[3 * j + 2][k]
+        c.closing_distance = distance(c, motion) - gaps[j]
+
+
+@inner
+def distance(c: ContactState, motion: Floats) -> float:
+    """Distance of the centres of a contact's balls."""
+    a, b, square = motion[c.ball_a], motion[c.ball_b], 0.0
+    for k in range(3):
+        apart = a[k][0] - b[k][0]
+        square += apart * apart
+    return sqrt(square)
+
+
+@inner
+def change_units(
+    contacts: list[ContactState], motion: Floats, count: int, speed: float, length: float
+) -> None:
+    """Divide the motion of balls by units of speed and length."""
+    for b in range(count):
+        for k in range(3):
+            motion[b][k][0] /= length
+            motion[b][VELOCITY + k][0] /= speed
+            motion[b][SPIN + k][0] /= speed
+    for j in range(len(contacts)):
+        contacts[j].closing_distance /= length
+
+
+@inner
+def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
+    """Take the rows of all open contacts from W."""
+    for j in range(len(contacts)):
+        if contacts[j].normal_mode == INACTIVE:
+            release(ws, j)
+
+
+@inner
+def release(ws: Workspace, j: int) -> None:
+    """Take the rows of a contact from W."""
+    for row in range(3 * j, 3 * j + 3):
+        for column in range(len(ws.delassus)):
+            ws.delassus[row][column] = ws.delassus[column][row] = 0.0
+
+
+@inner
+def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+    """Note at which distance a contact ends: there it closes again."""
+    contacts[j].closing_distance = distance(contacts[j], ws.motion)
+    release(ws, j)
+
+
+@inner
+def push_balls(balls: Balls, c: ContactState, motion: Floats, impulses: Vector, at: int) -> None:
+    """Add what a contact's impulses do to coefficient `at` of its balls' velocities and spins."""
+    n, t, s = c.normal, c.tangent_1, c.tangent_2
+    a, b = motion[c.ball_a], motion[c.ball_b]
+    for k in range(3):
+        change = impulses[0] * n[k] + impulses[1] * t[k] + impulses[2] * s[k]
+        a[VELOCITY + k][at] += balls.response * change
+        b[VELOCITY + k][at] -= balls.response * change
+        if resists(c):  # both balls by -n x impulse
+            turn = balls.turning * (impulses[1] * s[k] - impulses[2] * t[k])
+            a[SPIN + k][at] -= turn
+            b[SPIN + k][at] -= turn
+
+
+@inner
+def expand_motion(
+    balls: Balls, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+) -> None:
+    """Fill the polynomials of the balls, and those of the open contacts."""
+    motion, impulses = ws.motion, ws.vector[0]
+    for b in range(balls.number):
+        for row in range(VELOCITY, 9):
+            for k in range(1, order + 1):
+                motion[b][row][k] = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode != INACTIVE:
+            rubs = resists(c)
+            for k in range(order):
+                factor = scale / (k + 1)
+                impulses[0] = factor * c.force[k]
+                impulses[1] = factor * c.friction_1[k] if rubs else 0.0
+                impulses[2] = factor * c.friction_2[k] if rubs else 0.0
+                push_balls(balls, c, motion, impulses, k + 1)
+    for b in range(balls.number):
+        for row in range(3):
+            for k in range(order):
+                motion[b][row][k + 1] = scale * motion[b][VELOCITY + row][k] / (k + 1)
+    for j in range(len(contacts)):
+        if contacts[j].normal_mode == INACTIVE:
+            expand_distance(contacts[j], ws, scale, order)
+
+
+@inner
+def expand_distance(c: ContactState, ws: Workspace, scale: float, order: int) -> None:
+    """
+    Fill the polynomials of an open contact.
+
+    Its compression is (D^2 - d^2) / (2 D) for a distance d that closes at D: the square of d is a
+    polynomial.
+    """
+    a, b, apart = ws.motion[c.ball_a], ws.motion[c.ball_b], ws.polynomials
+    for row in range(3):
+        for k in range(order + 1):
+            apart[row][k] = a[row][k] - b[row][k]
+    for k in range(1, order + 1):
+        half = 0.0  # of coefficient k of d^2
+        for row in range(3):
+            r = apart[row]
+            for i in range((k + 1) // 2):
+                half += r[i] * r[k - i]
+            if k % 2 == 0:
+                half += 0.5 * r[k // 2] * r[k // 2]
+        c.compression[k] = -half / c.closing_distance
+        c.velocity[k - 1] = half * k / (scale * c.closing_distance)
+
+
+@inner
+def advance_motion(balls: Balls, ws: Workspace, order: int, x: float) -> None:
+    """Move the balls to x on their polynomials."""
+    for b in range(balls.number):
+        for row in range(9):
+            series = ws.motion[b][row]
+            series[0] = evaluate(series, order, x)
+
+
+@inner
+def take_normal(
+    balls: Balls, planar: bool, least: float, contacts: list[ContactState], ws: Workspace, j: int
+) -> None:
+    """
+    Give a contact that closes its axes, its velocity and its rows in W.
+
+    `planar`: see `Model`. `least`: velocity below which there is only rounding.
+    """
+    c, axes = contacts[j], ws.polynomials
+    a, b, n, t, s = ws.motion[c.ball_a], ws.motion[c.ball_b], c.normal, c.tangent_1, c.tangent_2
+    impulse, direction = ws.vector[0], ws.vector[1]
+    size = distance(c, ws.motion)
+    for k in range(3):
+        impulse[k] = c.impulse * n[k] + c.impulse_1 * t[k] + c.impulse_2 * s[k]
+        direction[k] = (a[k][0] - b[k][0]) / size
+    contact_axes(direction, t, n, axes, 0)
+    for k in range(3):
+        n[k], t[k], s[k] = axes[0][k], axes[1][k], axes[2][k]
+    c.impulse, c.impulse_1, c.impulse_2 = dot(n, impulse), dot(t, impulse), dot(s, impulse)
+    normal, first, second = 0.0, 0.0, 0.0
+    for k in range(3):
+        approach = a[VELOCITY + k][0] - b[VELOCITY + k][0]
+        spin = a[SPIN + k][0] + b[SPIN + k][0]
+        normal += n[k] * approach
+        first += t[k] * approach - s[k] * spin
+        second += s[k] * approach + t[k] * spin
+    c.velocity[0] = normal
+    c.slip_1[0] = first if abs(first) > least else 0.0
+    c.slip_2[0] = second if abs(second) > least and not planar else 0.0
+    for k in range(len(contacts)):
+        if k == j or contacts[k].normal_mode != INACTIVE:
+            couple(balls, contacts, ws, j, k)
+
+
+@inner
+def couple(balls: Balls, contacts: list[ContactState], ws: Workspace, j: int, k: int) -> None:
+    """Write what impulses at contact k change of the velocities at contact j, and the reverse."""
+    c, d = contacts[j], contacts[k]
+    same = (1.0 if c.ball_a == d.ball_a else 0.0) + (1.0 if c.ball_b == d.ball_b else 0.0)
+    other = (1.0 if c.ball_a == d.ball_b else 0.0) + (1.0 if c.ball_b == d.ball_a else 0.0)
+    if same + other == 0.0:
+        return
+    pulls, turns = balls.response * (same - other), balls.turning * (same + other)
+    w, row, column = ws.delassus, 3 * j, 3 * k
+    n, t, s = c.normal, c.tangent_1, c.tangent_2
+    p, q, r = d.normal, d.tangent_1, d.tangent_2
+    w[row][column] = pulls * dot(n, p)
+    w[row][column + 1] = pulls * dot(n, q)
+    w[row][column + 2] = pulls * dot(n, r)
+    w[row + 1][column] = pulls * dot(t, p)
+    w[row + 1][column + 1] = pulls * dot(t, q) + turns * dot(s, r)
+    w[row + 1][column + 2] = pulls * dot(t, r) - turns * dot(s, q)
+    w[row + 2][column] = pulls * dot(s, p)
+    w[row + 2][column + 1] = pulls * dot(s, q) - turns * dot(t, r)
+    w[row + 2][column + 2] = pulls * dot(s, r) + turns * dot(t, q)
+    rounded = 2.0 * rounding.COUPLING * (balls.response + balls.turning)
+    for x in range(row, row + 3):
+        for y in range(column, column + 3):
+            if abs(w[x][y]) <= rounded:
+                w[x][y] = 0.0
+            w[y][x] = w[x][y]
+
+
+@inner
+def kinetic_energy(balls: Balls, motion: Floats) -> float:
+    """Kinetic energy of the balls."""
+    energy = 0.0
+    for b in range(balls.number):
+        for k in range(3):
+            v, spin = motion[b][VELOCITY + k][0], motion[b][SPIN + k][0]
+            energy += 0.5 * (v * v / balls.response + spin * spin / balls.turning)
+    return energy
