@@ -1,7 +1,7 @@
 """Simultaneous frictional impacts between any rigid bodies: the library's front door."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -92,7 +92,7 @@ class CollisionResult:
     evaluations : int
         Series expanded and collocation steps taken.
     positions : (bodies, 3) float array
-        Of the centres of mass at the end [m]: as before, unless the bodies are balls that move.
+        Of the centres at the end [m], if the bodies are balls that move; else none.
 
     """
 
@@ -106,7 +106,7 @@ class CollisionResult:
     duration: float
     phases: tuple[Phase, ...]
     evaluations: int
-    positions: Vector
+    positions: Vector = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
@@ -197,9 +197,8 @@ def collide(
             for name in ('velocity', 'spin')
         )
         return CollisionResult(
-            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0,
-            np.array([body.position for body in bodies], float).reshape(-1, 3),
-        )  # fmt: skip
+            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
+        )
     properties = Properties(
         np.array([c.friction for c in contacts], float),
         np.array([c.restitution for c in contacts], float),
@@ -250,7 +249,7 @@ def collide_system(
         Status(solved.status[0]), system.velocities + changes[:, :3],
         system.spins + changes[:, 3:], impulses, solved.losses[0], solved.final_slips[0],
         solved.lengths[0], float(solved.durations[0]),
-        read_log(solved.log, space.axes), int(solved.steps[0]), system.positions,
+        read_log(solved.log, space.axes), int(solved.steps[0]),
     )  # fmt: skip
 
 
