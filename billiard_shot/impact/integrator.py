@@ -243,7 +243,7 @@ def take_step(
                 break
         advance(m, contacts, step.scale, step.order, event.x)
         if m.balls.number > 0:
-            advance_motion(m.balls, ws, step.order, event.x)
+            advance_motion(m.balls, contacts, ws, step.order, event.x, m.options.rounding)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]

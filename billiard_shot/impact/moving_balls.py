@@ -179,12 +179,20 @@ def expand_distance(c: ContactState, ws: Workspace, scale: float, order: int) ->
     Fill the polynomials of an open contact.
 
     Its compression is (D^2 - d^2) / (2 D) for a distance d that closes at D: the square of d is a
-    polynomial.
+    polynomial. If the balls cannot come so near in this step, the polynomials are constants.
     """
     a, b, apart = ws.motion[c.ball_a], ws.motion[c.ball_b], ws.polynomials
+    farthest = 0.0  # that one ball can move relative to the other
     for row in range(3):
         for k in range(order + 1):
             apart[row][k] = a[row][k] - b[row][k]
+            if k > 0:
+                farthest += abs(apart[row][k])
+    left = -c.compression[0]
+    if farthest * (c.closing_distance + left) < left * c.closing_distance:
+        for k in range(1, order + 1):
+            c.compression[k] = c.velocity[k] = 0.0
+        return
     for k in range(1, order + 1):
         half = 0.0  # of coefficient k of d^2
         for row in range(3):
@@ -198,12 +206,39 @@ def expand_distance(c: ContactState, ws: Workspace, scale: float, order: int) ->
 
 
 @inner
-def advance_motion(balls: Balls, ws: Workspace, order: int, x: float) -> None:
-    """Move the balls to x on their polynomials."""
+def advance_motion(
+    balls: Balls,
+    contacts: list[ContactState],
+    ws: Workspace,
+    order: int,
+    x: float,
+    rounding_error: float,
+) -> None:
+    """Move the balls to x on their polynomials, and find how far open contacts are then."""
     for b in range(balls.number):
         for row in range(9):
             series = ws.motion[b][row]
             series[0] = evaluate(series, order, x)
+    for j in range(len(contacts)):
+        if contacts[j].normal_mode == INACTIVE:
+            measure(contacts[j], ws.motion, rounding_error)
+
+
+@inner
+def measure(c: ContactState, motion: Floats, rounding_error: float) -> None:
+    """Find the compression of an open contact, and the velocity at which it opens."""
+    a, b, square, opening = motion[c.ball_a], motion[c.ball_b], 0.0, 0.0
+    for k in range(3):
+        apart = a[k][0] - b[k][0]
+        square += apart * apart
+        opening += apart * (a[VELOCITY + k][0] - b[VELOCITY + k][0])
+    closes_at = c.closing_distance
+    c.compression[0] = min(0.5 * (closes_at - square / closes_at), 0.0)
+    c.velocity[0] = opening / closes_at
+    if abs(c.velocity[0]) <= rounding_error:
+        c.velocity[0] = 0.0
+        if c.compression[0] >= -rounding_error:  # nothing has reached it yet
+            c.compression[0] = 0.0
 
 
 @inner
