@@ -154,7 +154,11 @@ def test_a_file_of_version_1_is_read(name):
     data['scene']['contacts']['ball_ball']['duration'] = 0.0  # contacts took no time
     data['scene']['effects']['double_hit'] = 'off'
     if data['scene'].get('table'):
-        data['scene']['table']['cushion'] |= {'duration': 0.0, 'fading': 0.0}
+        data['scene']['table']['cushion'] |= {
+            'duration': 0.0,
+            'fading': 0.0,
+            'frequency_ratio': 0.0,
+        }
     for key in ('scene', 'stroke', 'position', 'tolerance', 'phases', 'trajectory'):
         assert again[key] == data[key], key
     together = data['together'] or {}
