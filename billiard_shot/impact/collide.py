@@ -1,27 +1,18 @@
 """Simultaneous frictional impacts between any rigid bodies: the library's front door."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
-from billiard_shot.impact.contact_space import (
-    contact_space,
-    ContactSpace,
-    System,
-    system_of,
-    velocity_changes,
-)
+from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.events import EventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
-from billiard_shot.impact.kernel import Properties, scratch, solve_in_contact_space
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
-from billiard_shot.impact.moving_balls import place_balls
-from billiard_shot.impact.state import Balls, ContactState
-from billiard_shot.records import as_rows
 from billiard_shot.status import Status
 
 USUAL_PHASES = 64  # room for them; a collision with more is solved twice
@@ -91,8 +82,6 @@ class CollisionResult:
         The states that the collision passed through.
     evaluations : int
         Series expanded and collocation steps taken.
-    positions : (bodies, 3) float array
-        Of the centres at the end [m], if the bodies are balls that move; else none.
 
     """
 
@@ -106,7 +95,6 @@ class CollisionResult:
     duration: float
     phases: tuple[Phase, ...]
     evaluations: int
-    positions: Vector = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
@@ -204,44 +192,15 @@ def collide(
         np.array([c.restitution for c in contacts], float),
         np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
     )  # fmt: skip
-    gaps = None if reactivation == 'instant' else gap
-    return collide_system(system_of(bodies, contacts), properties, tolerance, gaps, phases)
-
-
-def collide_system(
-    system: System,
-    properties: Properties,
-    tolerance: float,
-    gaps: Vector | None,
-    phases: bool,
-    radius: float | None = None,
-) -> CollisionResult:
-    """
-    Let bodies collide whose numbers are known to be sound; see `collide`.
-
-    Parameters
-    ----------
-    system : System
-    properties : Properties
-    tolerance : float
-    gaps : (N,) float array, optional
-        Distances of the bodies [m], with reactivation `distance`; None: `instant`.
-    phases : bool
-    radius : float, optional
-        Of the bodies, if all are equal balls [m]. Then they move while they collide, and contacts
-        take their normals when they close; only without phases and with gaps.
-
-    """
+    system = system_of(bodies, contacts)
     space = contact_space(system)
-    if radius is not None and gaps is not None:
-        return _collide_balls(system, space, properties, tolerance, gaps, radius)
     solved = solve_in_contact_space(
         properties,
         space.delassus[np.newaxis],
         space.approach[np.newaxis],
         [tolerance],
         USUAL_PHASES if phases else 0,
-        None if gaps is None else -gaps[np.newaxis],
+        None if reactivation == 'instant' else -gap[np.newaxis],
     )
     impulses = np.einsum('ik,ikl->il', solved.impulses[0], space.axes)
     changes = velocity_changes(system, impulses)
@@ -250,40 +209,4 @@ def collide_system(
         system.spins + changes[:, 3:], impulses, solved.losses[0], solved.final_slips[0],
         solved.lengths[0], float(solved.durations[0]),
         read_log(solved.log, space.axes), int(solved.steps[0]),
-    )  # fmt: skip
-
-
-def _collide_balls(
-    system: System,
-    space: ContactSpace,
-    properties: Properties,
-    tolerance: float,
-    gaps: Vector,
-    radius: float,
-) -> CollisionResult:
-    """Let equal balls collide that move meanwhile."""
-    count, contacts, response = len(system.positions), len(gaps), system.mobility[0]
-    balls = Balls(count, float(response[0, 0]), float(radius * radius * response[3, 3]))
-    states = np.hstack([system.positions, system.velocities, radius * system.spins])
-    run = place_balls.current()
-    storage = run.storage
-    records, ws, _ = scratch(storage, contacts)
-    given = system.pairs, space.axes.reshape(-1, 3), states, gaps
-    run(*map(storage.array, given), records, ws.motion)
-    solved = solve_in_contact_space(
-        properties,
-        space.delassus[np.newaxis],
-        space.approach[np.newaxis],
-        [tolerance],
-        lengths=-gaps[np.newaxis],
-        balls=balls,
-    )
-    after = np.array(ws.motion)[:count, :, 0]
-    rows = as_rows(ContactState, records)
-    axes = np.stack([rows['normal'], rows['tangent_1'], rows['tangent_2']], axis=1)
-    return CollisionResult(
-        Status(solved.status[0]), after[:, 3:6], after[:, 6:] / radius,
-        np.einsum('ik,ikl->il', solved.impulses[0], axes), solved.losses[0],
-        solved.final_slips[0], solved.lengths[0], float(solved.durations[0]), (),
-        int(solved.steps[0]), after[:, :3],
     )  # fmt: skip

@@ -57,15 +57,14 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
             reduced[i][j] = w[i][j]
             gain[i][j] = 0.0
     if count > 0:
-        eliminate(ws, count)
+        eliminate(ws, count, size)
     find_coupled(contacts, ws)
 
 
 @inner
-def eliminate(ws: Workspace, count: int) -> None:
-    """Eliminate the first `count` components that `ws.indices` names."""
+def eliminate(ws: Workspace, count: int, size: int) -> None:
+    """Eliminate the first `count` of `size` components that `ws.indices` names."""
     w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
-    size = len(reduced)
     block, inverse = ws.matrix[0], ws.matrix[1]
     for a in range(count):
         for b in range(count):
@@ -166,7 +165,9 @@ def minimize_over_disc(
 
 
 @inner
-def acceleration(ws: Workspace, row: int, force: Floats, without: int) -> tuple[float, float]:
+def acceleration(
+    contacts: list[ContactState], ws: Workspace, row: int, force: Floats, without: int
+) -> tuple[float, float]:
     """
     Acceleration of one contact velocity under all forces but two, and its rounding scale.
 
@@ -174,7 +175,7 @@ def acceleration(ws: Workspace, row: int, force: Floats, without: int) -> tuple[
     """
     total = 0.0
     scale = 0.0
-    for i in range(len(force)):
+    for i in range(3 * len(contacts)):
         if i != without and i != without + 1:
             total += ws.delassus[row][i] * force[i]
             scale += abs(ws.delassus[row][i] * force[i])
@@ -192,7 +193,7 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
     """
     w = ws.delassus
     largest = 0.0
-    for i in range(len(force)):
+    for i in range(3 * len(contacts)):
         largest = max(largest, abs(force[i]))
     for _ in range(MAX_SWEEPS):
         change = 0.0
@@ -200,8 +201,8 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
             c = contacts[j]
             if is_active(c) and sticks(c):
                 x, y = 3 * j + 1, 3 * j + 2
-                bx, _scale = acceleration(ws, x, force, x)
-                by, _scale = acceleration(ws, y, force, x)
+                bx, _scale = acceleration(contacts, ws, x, force, x)
+                by, _scale = acceleration(contacts, ws, y, force, x)
                 fx, fy = minimize_over_disc(
                     w[x][x], w[x][y], w[y][y], bx, by, c.friction * force[3 * j]
                 )
@@ -213,12 +214,13 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
 
 @inner
 def exceeds_cone(
-    c: ContactState, ws: Workspace, force: Floats, j: int, noise: float
+    contacts: list[ContactState], ws: Workspace, force: Floats, j: int, noise: float
 ) -> tuple[bool, float, float]:
     """Whether a contact cannot stick under these forces; then also the direction of its slip."""
+    c = contacts[j]
     x, y = 3 * j + 1, 3 * j + 2
-    ax, scale_x = acceleration(ws, x, force, -2)
-    ay, scale_y = acceleration(ws, y, force, -2)
+    ax, scale_x = acceleration(contacts, ws, x, force, -2)
+    ay, scale_y = acceleration(contacts, ws, y, force, -2)
     size = sqrt(ax * ax + ay * ay)
     used = sqrt(force[x] * force[x] + force[y] * force[y])
     rim = c.friction * force[3 * j]
@@ -234,7 +236,7 @@ def start_slip_onsets(
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            exceeds, along_1, along_2 = exceeds_cone(c, ws, force, j, noise)
+            exceeds, along_1, along_2 = exceeds_cone(contacts, ws, force, j, noise)
             if exceeds:
                 c.friction_mode = SLIP_ONSET
                 c.slip_dir_1, c.slip_dir_2 = along_1, along_2
@@ -275,7 +277,7 @@ def sticking_is_feasible(
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            exceeds, _along_1, _along_2 = exceeds_cone(c, ws, force, j, 1e-9)
+            exceeds, _along_1, _along_2 = exceeds_cone(contacts, ws, force, j, 1e-9)
             if exceeds:
                 return False
     return True

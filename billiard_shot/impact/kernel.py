@@ -398,8 +398,8 @@ def solve_collisions(
     until : float
         Time after which a collision ends, whatever is still active [s].
     balls : Balls
-        That move: `place_balls` has put them where the only collision begins, and afterwards
-        `ws.motion` says where they are. Or NO_BALLS: bodies stay in place.
+        That move: `ws.motion` says where they are when the only collision begins, and afterwards
+        where they are then. Or NO_BALLS: bodies stay in place.
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision with a
         tolerance that is not above 0 is left out.
@@ -491,7 +491,6 @@ def solve_in_contact_space(
     phases: int = 0,
     lengths: NDArray[np.float64] | None = None,
     until: float = inf,
-    balls: Balls = NO_BALLS,
 ) -> Solved:
     """
     Solve n collisions of the same N contacts.
@@ -506,7 +505,6 @@ def solve_in_contact_space(
     lengths : (n, N) float array, optional
         See `solve_collisions`; without them there are no distances at all.
     until : float
-    balls : Balls
         See `solve_collisions`.
 
     """
@@ -521,7 +519,6 @@ def solve_in_contact_space(
         phases,
         lengths,
         until,
-        balls,
     )
     rows = as_rows(ContactResult, results)
     table = rows.view(np.float64).reshape(n, count, 9)
@@ -576,7 +573,6 @@ def solve_stored(
     phases: int,
     lengths: NDArray[np.float64] | None = None,
     until: float = inf,
-    balls: Balls = NO_BALLS,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
     Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
@@ -602,7 +598,7 @@ def solve_stored(
             velocity,
             begun,
             until,
-            balls,
+            NO_BALLS,
             tolerance,
             *scratch(storage, count),
             results,

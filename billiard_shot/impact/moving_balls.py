@@ -10,16 +10,12 @@ Balls are equal. Spins are times the radius, so they are velocities.
 """
 
 from math import sqrt
-from typing import Any
 
-import numpy as np
-
-from billiard_shot.compiled import entry, inner
+from billiard_shot.compiled import inner
 from billiard_shot.impact.state import (
     Balls,
     ContactState,
     INACTIVE,
-    MAX_COEFFICIENTS,
     resists,
     Workspace,
 )
@@ -27,59 +23,53 @@ from billiard_shot.numerics import rounding
 from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.records import Floats, Storage, Vector
+from billiard_shot.records import Floats, Vector
 
 PLACE, VELOCITY, SPIN = 0, 3, 6  # rows of a ball in `Workspace.motion`, three each
 
 
-def _example(storage: Storage) -> tuple[Any, ...]:
-    """Two balls that meet."""
-    return (
-        storage.array(np.array([[0, 1]])),
-        storage.array(np.eye(3)),
-        storage.array(np.arange(18.0).reshape(2, 9)),
-        storage.array([0.0]),
-        storage.records(ContactState, 1),
-        storage.zeros(4, 9, MAX_COEFFICIENTS),
-    )
-
-
-@entry(_example)
-def place_balls(
-    pairs: Any,
-    axes: Floats,
-    states: Floats,
-    gaps: Vector,
-    contacts: list[ContactState],
-    motion: Floats,
+@inner
+def place_contact(
+    contacts: list[ContactState], motion: Floats, axes: Floats, j: int, gap: float
 ) -> None:
     """
-    Put balls where their collision begins, in SI units.
+    Give a contact of balls its axes where their collision begins.
 
     Parameters
     ----------
-    pairs : (N, 2) ints
-        Balls a and b of each contact.
-    axes : (3 N, 3) floats
-        Three rows for each contact: the normal and two tangents.
-    states : (B, 9) floats
-        Position [m], velocity [m/s], and radius times spin [m/s] of each ball.
-    gaps : (N,) floats
-        Distance over which each contact is open [m].
-    contacts : N ContactState, written
-    motion : `Workspace.motion`, written
+    contacts : N ContactState
+        Whose `ball_a` and `ball_b` are known; contact j is written.
+    motion : `Workspace.motion`
+        Constant coefficients: places [m], velocities, and radius times spins [m/s].
+    axes : (3, 3) floats
+        Scratch.
+    j : int
+    gap : float
+        Distance over which the contact is open [m].
 
     """
-    for b in range(len(states)):
-        for k in range(9):
-            motion[b][k][0] = states[b][k]
+    c = contacts[j]
+    c.closing_distance = distance(c, motion) - gap
+    a, b = motion[c.ball_a], motion[c.ball_b]
+    # Tangents along the cloth and across it: balls that lie stay in a plane.
+    c.tangent_1[0], c.tangent_1[1], c.tangent_1[2] = b[1][0] - a[1][0], a[0][0] - b[0][0], 0.0
+    turn_axes(c, motion, axes)
+
+
+@inner
+def write_contact_motion(
+    balls: Balls, contacts: list[ContactState], motion: Floats, velocity: Floats, w: Floats
+) -> None:
+    """Write the velocities (3 N,) at all contacts, and W (3 N, 3 N)."""
     for j in range(len(contacts)):
-        c = contacts[j]
-        c.ball_a, c.ball_b = pairs[j][0], pairs[j][1]
         for k in range(3):
-            c.normal[k], c.tangent_1[k] = axes[3 * j][k], axes[3 * j + 1][k]
-            c.tangent_2[k] = axes[3 * j + 2][k]
-        c.closing_distance = distance(c, motion) - gaps[j]
+            for column in range(3 * len(contacts)):
+                w[3 * j + k][column] = 0.0
+        velocity[3 * j], velocity[3 * j + 1], velocity[3 * j + 2] = velocity_of(
+            contacts[j], motion
+        )
+        for k in range(j + 1):
+            couple(balls, contacts, w, j, k)
 
 
 @inner
@@ -111,14 +101,14 @@ def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
     """Take the rows of all open contacts from W."""
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
-            release(ws, j)
+            release(contacts, ws, j)
 
 
 @inner
-def release(ws: Workspace, j: int) -> None:
+def release(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Take the rows of a contact from W."""
     for row in range(3 * j, 3 * j + 3):
-        for column in range(len(ws.delassus)):
+        for column in range(3 * len(contacts)):
             ws.delassus[row][column] = ws.delassus[column][row] = 0.0
 
 
@@ -126,7 +116,7 @@ def release(ws: Workspace, j: int) -> None:
 def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Note at which distance a contact ends: there it closes again."""
     contacts[j].closing_distance = distance(contacts[j], ws.motion)
-    release(ws, j)
+    release(contacts, ws, j)
 
 
 @inner
@@ -138,7 +128,7 @@ def push_balls(balls: Balls, c: ContactState, motion: Floats, impulses: Vector, 
         change = impulses[0] * n[k] + impulses[1] * t[k] + impulses[2] * s[k]
         a[VELOCITY + k][at] += balls.response * change
         b[VELOCITY + k][at] -= balls.response * change
-        if resists(c):  # both balls by -n x impulse
+        if impulses[1] != 0.0 or impulses[2] != 0.0:  # both balls by -n x impulse
             turn = balls.turning * (impulses[1] * s[k] - impulses[2] * t[k])
             a[SPIN + k][at] -= turn
             b[SPIN + k][at] -= turn
@@ -250,17 +240,38 @@ def take_normal(
 
     `planar`: see `Model`. `least`: velocity below which there is only rounding.
     """
-    c, axes = contacts[j], ws.polynomials
-    a, b, n, t, s = ws.motion[c.ball_a], ws.motion[c.ball_b], c.normal, c.tangent_1, c.tangent_2
-    impulse, direction = ws.vector[0], ws.vector[1]
-    size = distance(c, ws.motion)
+    c, impulse = contacts[j], ws.vector[0]
     for k in range(3):
-        impulse[k] = c.impulse * n[k] + c.impulse_1 * t[k] + c.impulse_2 * s[k]
+        impulse[k] = (
+            c.impulse * c.normal[k] + c.impulse_1 * c.tangent_1[k] + c.impulse_2 * c.tangent_2[k]
+        )
+    turn_axes(c, ws.motion, ws.polynomials)
+    c.impulse, c.impulse_1 = dot(c.normal, impulse), dot(c.tangent_1, impulse)
+    c.impulse_2 = dot(c.tangent_2, impulse)
+    normal, first, second = velocity_of(c, ws.motion)
+    c.velocity[0] = normal
+    c.slip_1[0] = first if abs(first) > least else 0.0
+    c.slip_2[0] = second if abs(second) > least and not planar else 0.0
+    for k in range(len(contacts)):
+        if k == j or contacts[k].normal_mode != INACTIVE:
+            couple(balls, contacts, ws.delassus, j, k)
+
+
+@inner
+def turn_axes(c: ContactState, motion: Floats, axes: Floats) -> None:
+    """Turn the axes of a contact to where its balls are; the first tangent as little as can be."""
+    a, b, direction, size = motion[c.ball_a], motion[c.ball_b], c.normal, distance(c, motion)
+    for k in range(3):
         direction[k] = (a[k][0] - b[k][0]) / size
-    contact_axes(direction, t, n, axes, 0)
+    contact_axes(direction, c.tangent_1, direction, axes, 0)
     for k in range(3):
-        n[k], t[k], s[k] = axes[0][k], axes[1][k], axes[2][k]
-    c.impulse, c.impulse_1, c.impulse_2 = dot(n, impulse), dot(t, impulse), dot(s, impulse)
+        c.tangent_1[k], c.tangent_2[k] = axes[1][k], axes[2][k]
+
+
+@inner
+def velocity_of(c: ContactState, motion: Floats) -> tuple[float, float, float]:
+    """Velocity of ball a relative to ball b where they touch: normal, and slip."""
+    a, b, n, t, s = motion[c.ball_a], motion[c.ball_b], c.normal, c.tangent_1, c.tangent_2
     normal, first, second = 0.0, 0.0, 0.0
     for k in range(3):
         approach = a[VELOCITY + k][0] - b[VELOCITY + k][0]
@@ -268,24 +279,19 @@ def take_normal(
         normal += n[k] * approach
         first += t[k] * approach - s[k] * spin
         second += s[k] * approach + t[k] * spin
-    c.velocity[0] = normal
-    c.slip_1[0] = first if abs(first) > least else 0.0
-    c.slip_2[0] = second if abs(second) > least and not planar else 0.0
-    for k in range(len(contacts)):
-        if k == j or contacts[k].normal_mode != INACTIVE:
-            couple(balls, contacts, ws, j, k)
+    return normal, first, second
 
 
 @inner
-def couple(balls: Balls, contacts: list[ContactState], ws: Workspace, j: int, k: int) -> None:
-    """Write what impulses at contact k change of the velocities at contact j, and the reverse."""
+def couple(balls: Balls, contacts: list[ContactState], w: Floats, j: int, k: int) -> None:
+    """Write into W how contacts j and k change the velocities of each other."""
     c, d = contacts[j], contacts[k]
     same = (1.0 if c.ball_a == d.ball_a else 0.0) + (1.0 if c.ball_b == d.ball_b else 0.0)
     other = (1.0 if c.ball_a == d.ball_b else 0.0) + (1.0 if c.ball_b == d.ball_a else 0.0)
     if same + other == 0.0:
         return
     pulls, turns = balls.response * (same - other), balls.turning * (same + other)
-    w, row, column = ws.delassus, 3 * j, 3 * k
+    row, column = 3 * j, 3 * k
     n, t, s = c.normal, c.tangent_1, c.tangent_2
     p, q, r = d.normal, d.tangent_1, d.tangent_2
     w[row][column] = pulls * dot(n, p)

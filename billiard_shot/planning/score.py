@@ -13,7 +13,15 @@ from typing import Any
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, record, Storage, Vector
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
-from billiard_shot.table.motion import BALL, CLUSTER, NOTHING, OFF_TABLE, POCKETED, Segment
+from billiard_shot.table.motion import (
+    BALL,
+    CLUSTER,
+    NOTHING,
+    OFF_TABLE,
+    POCKETED,
+    RELEASE,
+    Segment,
+)
 from billiard_shot.table.simulation_state import BallRule
 
 STEP = 1.0
@@ -202,23 +210,46 @@ def hit_penalty(
         return STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
     if goal.kind == HIT:
         return 0.0
-    beyond = MAX_DISTANCE_PENALTY
-    mover = goal.ball if goal.kind == HIT_DIRECTION else 0
+    if goal.kind == HIT_DIRECTION:
+        return distance_penalty(direction_error(goal, segments, begin, end))
+    return distance_penalty(place_error(goal, x, y, segments, begin, end))
+
+
+@inner
+def direction_error(goal: Goal, segments: list[Segment], begin: int, end: int) -> float:
+    """
+    Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
+
+    Relative to pi. If the impact takes time, its direction is the one after the release.
+    """
+    error, met = MAX_DISTANCE_PENALTY, False
     for k in range(begin, end):
         segment = segments[k]
-        if segment.ball == mover and has_hit(segment):
-            if goal.kind == HIT_DIRECTION:
+        if segment.ball == goal.ball:
+            if met and segment.cause != RELEASE:
+                break
+            if met or has_hit(segment):
+                met = True
                 heading = math.atan2(segment.velocity[1], segment.velocity[0])
                 turn = abs(heading - math.atan2(goal.y, goal.x))
-                beyond = (min(turn, 2.0 * math.pi - turn) - goal.radius) / math.pi
-            else:
-                px, py = segment.position[0] - x, segment.position[1] - y
-                u, v = goal.x - x, goal.y - y
-                one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
-                px, py = px / one - u / two, py / one - v / two
-                beyond = goal.ball_radius * math.sqrt(px * px + py * py) - goal.radius
-            break
-    return distance_penalty(beyond)
+                error = (min(turn, 2.0 * math.pi - turn) - goal.radius) / math.pi
+    return error
+
+
+@inner
+def place_error(
+    goal: Goal, x: float, y: float, segments: list[Segment], begin: int, end: int
+) -> float:
+    """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
+    for k in range(begin, end):
+        segment = segments[k]
+        if segment.ball == 0 and has_hit(segment):
+            px, py = segment.position[0] - x, segment.position[1] - y
+            u, v = goal.x - x, goal.y - y
+            one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
+            px, py = px / one - u / two, py / one - v / two
+            return goal.ball_radius * math.sqrt(px * px + py * py) - goal.radius
+    return MAX_DISTANCE_PENALTY
 
 
 @inner

@@ -9,16 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
+from billiard_shot.impact.laws import LAWS
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
-from billiard_shot.table.cluster import body_of, contacts_among, LAW_NAMES, touching_group
 from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.motion import Ball, start_ball
 from billiard_shot.table.params import TableParams
+from billiard_shot.table.touching import body_of, contacts_among, touching_group
 
 TOLERANCE = 1e-9  # of the impact, relative to the cue's speed
 UP = (0.0, 0.0, 1.0)
+LAW_NAMES = {number: name for name, number in LAWS.items()}
 
 
 def touches(table: TableParams, radius: float, places: NDArray[np.float64]) -> bool:
@@ -56,9 +58,7 @@ def strike_together(
     """
     surface, still = model.surface, [0.0, 0.0, 0.0]
     places = given[:, :3]
-    members = touching_group(
-        dict(enumerate(places)), {0}, 2.0 * surface.radius + table.contact_gap
-    )
+    members = touching_group(places, 0, 2.0 * surface.radius + table.contact_gap)
     balls = [Ball() for _ in members]
     for i, ball in zip(members, balls, strict=True):
         start_ball(ball, places[i].tolist(), still, still)

@@ -79,14 +79,16 @@ def relative_component(a: Vector, b: Vector, x: float, y: float, z: float) -> fl
 
 
 @inner
+def friction_of_balls(n: TableNumbers, slip: float) -> float:
+    """Coefficient of friction between balls at a slip [m/s] (Alciatore, TP A.14)."""
+    return n.friction_fast + n.friction_slow * math.exp(-n.friction_decay * slip)
+
+
+@inner
 def collide_balls(
     params: BallClothParams, n: TableNumbers, a: Ball, b: Ball, restitution: float
 ) -> None:
-    """
-    Change the velocities and spins of two equal balls that meet: restitution and friction.
-
-    Friction after Alciatore (technical proof TP A.14): its coefficient depends on the slip.
-    """
+    """Change the velocities and spins of two equal balls that meet: restitution and friction."""
     x, y, z, distance = line_of_centres(a, b)
     overlap = 2.0 * params.radius - distance
     if overlap > OVERLAP:  # pressed together by their motion on the cloth
@@ -107,7 +109,7 @@ def collide_balls(
         * (1.0 + restitution)
         * relative_component(a.velocity, b.velocity, x, y, z)
     )
-    friction = n.friction_fast + n.friction_slow * math.exp(-n.friction_decay * slip)
+    friction = friction_of_balls(n, slip)
     drag = friction_impulse_per_slip(params, push, slip, friction, 2.0)
     u, v, w = push * x - drag * u, push * y - drag * v, push * z - drag * w
     apply_impulse(params, a, -params.radius, x, y, z, u, v, w)

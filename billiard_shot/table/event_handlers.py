@@ -30,6 +30,7 @@ from billiard_shot.table.motion import (
     Ball,
     CUSHION,
     FLIGHT,
+    IMPACT,
     NOTHING,
     OFF,
     OFF_TABLE,
@@ -128,7 +129,10 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
     it at once, but with what a nose that it presses will.
     """
     ball.cause = cause
-    if ball.nose != NOTHING:
+    if ball.nose == IMPACT:
+        predict_boundary_event(table, s, ball)
+        energy = kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
+    elif ball.nose != NOTHING:
         energy = energy_of(table.params, ball)
         meet_cushion(table, s, ball, ball.nose)
         press(table, s.rebound, ball)

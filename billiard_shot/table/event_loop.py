@@ -16,6 +16,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
+from billiard_shot.table.cluster import ClusterRoom, conclude, gather, room_for
 from billiard_shot.table.event_handlers import (
     defer_to_cluster,
     handle_boundary,
@@ -172,7 +173,12 @@ def load_cue(s: Simulation, cue: Vector) -> None:
 def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
     """Put balls where they are given to be; return whether they can be there."""
     p = s.progress
-    p.events, p.searches, p.unsolved = 0, 0, OK  # segments go on: those of all tables
+    p.events, p.participants, p.searches, p.unsolved = (
+        0,
+        0,
+        0,
+        OK,
+    )  # segments go on from table to table
     p.pending, p.time, p.cue_time, p.cue_hits, s.cue.end = False, 0.0, math.inf, 0, 0.0
     for i in range(len(s.balls)):
         ball, state = s.balls[i], states[i]
@@ -231,6 +237,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.records(Event, 0),
         storage.records(BallRule, 0),
         storage.records(Ball, 1),
+        room_for(storage, 1, 0),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
     )
@@ -254,13 +261,14 @@ def simulate_tables(
     events: list[Event],
     rules: list[BallRule],
     cue: list[Ball],
+    room: ClusterRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
 ) -> int:
     """
     Simulate tables, one after the other, each to its end or until an impact is pending.
 
-    That is one of several bodies, or of the cue, which Python solves.
+    An impact of several balls is for `cluster.solve`; one of the cue is solved by Python.
 
     Parameters
     ----------
@@ -280,6 +288,8 @@ def simulate_tables(
     rules : n BallRule, or none
     cue : 1 Ball
         Of the present table.
+    room : ClusterRoom
+        For an impact that is pending.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
 
     Returns
@@ -297,9 +307,13 @@ def simulate_tables(
         valid = goes_on or load_states(params, s, states[number])
         if valid and not goes_on and len(cues) > 0:
             load_cue(s, cues[number])
+        if goes_on and p.other != THE_CUE:
+            conclude(table, s, room)
         if valid:
             outcome.duration, outcome.status = run_events(table, s, max_events)
             if p.pending:
+                if p.other != THE_CUE:
+                    gather(table, s, room)
                 break
         else:
             outcome.duration, outcome.status = 0.0, INVALID_REQUEST

@@ -12,6 +12,7 @@ import math
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from billiard_shot.records import OBJECTS, record, Storage
+from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.params import BallClothParams, Mouth, ON, TableParams
 
 POCKETS = 6
@@ -53,6 +54,7 @@ class TableNumbers:
     friction_decay: float
     ball_stiffness: float
     ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
+    impact_stiffness: float  # N/m^exponent, of balls with that duration
     contact_gap: float
     pair_gate: int
     tolerance: float  # for leaving out bounces of a ball that flies
@@ -154,6 +156,8 @@ def numbers_of(
         'pair_gate',
     ):
         setattr(n, name, getattr(table, name))
+    if table.ball_duration > 0.0:
+        n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
     return numbers
 

@@ -34,7 +34,7 @@ class Cause(IntEnum):
     CLUSTER = 4  # an impact of more than two bodies
     POCKET = 5
     OFF = 6
-    RELEASE = 7  # a cushion presses the ball no longer
+    RELEASE = 7  # a contact that took time is over: with a cushion, or with several balls
     CUE = 8  # the cue, which follows its stroke, hits the ball again
 
 
@@ -42,6 +42,9 @@ REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
 START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE, CUE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
+IMPACT = (
+    -2
+)  # in place of the nose that a ball presses: it takes part in an impact of several balls
 
 
 @record
@@ -83,8 +86,10 @@ class Ball:
     first_contact: int  # the first ball that it met, or NOTHING
     cushions: int  # impacts with straight cushions so far
     modified: bool  # by an impact of several bodies: its next segment has to begin
-    nose: int  # the cushion that the ball presses in this segment, or NOTHING
-    exit_velocity: Vector3  # with which it leaves the cushion
+    # The cushion that the ball presses in this segment, or IMPACT, or NOTHING. At the end of the
+    # segment it gets its exit velocity and spin.
+    nose: int
+    exit_velocity: Vector3
     exit_spin: Vector3
 
 

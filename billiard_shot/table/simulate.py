@@ -15,11 +15,12 @@ from billiard_shot.records import as_rows, ROWS
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.status import Status
-from billiard_shot.table.cluster import resolve
+from billiard_shot.table import cluster
+from billiard_shot.table.cluster import room_for
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.event_handlers import THE_CUE
 from billiard_shot.table.event_loop import BallOutcome, simulate_tables, TableOutcome
-from billiard_shot.table.geometry import edges_of, layout_of, numbers_of
+from billiard_shot.table.geometry import edges_of, numbers_of
 from billiard_shot.table.initial_states import (
     batch_states,
     check_options,
@@ -213,49 +214,45 @@ def _simulate(
     edges, given = edges_of(storage, table, params.radius), storage.array(states)
     collisions, cue = never(storage, count), storage.records(Ball, 1)
     following = storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states)
-    participants: list[tuple[int, int]] = []
+    room = room_for(storage, count, segments if events else 0)  # each begins a segment
     number = 0
     while True:
-        before, number = (
+        number = run(
+            params,
+            numbers,
+            *edges,
+            given,
+            following,
             number,
-            run(
-                params,
-                numbers,
-                *edges,
-                given,
-                following,
-                number,
-                max_events,
-                balls,
-                collisions,
-                progress,
-                rebound,
-                segment_records,
-                event_records,
-                kept,
-                cue,
-                ball_outcomes,
-                table_outcomes,
-            ),
-        )
-        if number == tables:
-            break
-        if number != before:
-            participants.clear()
-        state = Simulation(
+            max_events,
             balls,
             collisions,
-            progress[0],
-            rebound[0],
+            progress,
+            rebound,
             segment_records,
             event_records,
             kept,
-            cue[0],
+            cue,
+            room,
+            ball_outcomes,
+            table_outcomes,
         )
+        if number == tables:
+            break
         if cues is not None and progress[0].other == THE_CUE:
+            state = Simulation(
+                balls,
+                collisions,
+                progress[0],
+                rebound[0],
+                segment_records,
+                event_records,
+                kept,
+                cue[0],
+            )
             cues.hit(state, params)
         else:
-            resolve(layout_of(params, table), state, participants)
+            cluster.solve(storage, params, table, room, progress[0])
     end = int(progress[0].segments), int(progress[0].events)
     return BatchRecording(
         as_rows(BallOutcome, ball_outcomes).reshape(tables, count),
@@ -263,7 +260,7 @@ def _simulate(
         as_rows(Segment, segment_records[: end[0]]),
         EventLog(
             as_rows(Event, event_records[: end[1]]),
-            np.array(participants, np.int64).reshape(-1, 2),
+            np.array(room.participants[: int(progress[0].participants)], np.int64).reshape(-1, 2),
         ),
     )
 

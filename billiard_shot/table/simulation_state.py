@@ -13,6 +13,7 @@ from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import (
     Ball,
     FLIGHT,
+    IMPACT,
     NOTHING,
     REST,
     Segment,
@@ -46,15 +47,17 @@ class Progress:
     segments: int  # so far, of all tables
     events: int  # so far, like the next one of this table
     searches: int  # contacts looked for
-    # An impact of several bodies, for cluster.py: whether the simulation waits for it, or the
-    # status of one that was not solved; when it is, the ball, and the one it met (itself: a
-    # cushion).
+    participants: int  # of impacts of several balls so far, like the next of this table
+    # An impact of several balls (cluster.py), or of the cue: whether the simulation waits for it,
+    # or the status of one that was not solved; when it is, the ball, and the one it met.
     pending: bool
     unsolved: int
     time: float
     ball: int
     other: int
     reach: float  # m: balls at so small distances take part
+    members: int  # balls within reach, and contacts between them
+    contacts: int
     cue_time: float  # s, when the cue meets ball 0, or inf
     cue_reach: float  # m, between the centres of tip and ball as they meet
     cue_hits: int  # so far, without the strike
@@ -215,7 +218,9 @@ def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> N
             continue
         other = s.balls[i]
         time = math.inf
-        if on_table and other.motion <= FLIGHT and (any_other or is_translating(other)):
+        together = ball.nose == IMPACT and other.nose == IMPACT and ball.end == other.end
+        may_meet = on_table and other.motion <= FLIGHT and not together
+        if may_meet and (any_other or is_translating(other)):
             end = other.end if other.end < until else until
             if gate != ON and other.boundary_time < end:
                 end = other.boundary_time

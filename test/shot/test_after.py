@@ -13,6 +13,8 @@ def test_shots_follow_each_other():
     for _ in range(40):
         azimuth, speed = draw.uniform(-3.1, 3.1), draw.uniform(1.0, 9.0)
         shot = predict(scene, Stroke.from_offsets(0.0, 0.1, 0.3, azimuth, speed), tolerance=1e-3)
+        if shot.status.refused:  # the cue would go through a ball
+            continue
         after = shot.after()
         gone = {*shot.table.pocketed, *shot.table.off_table} - {'cue'}
         assert set(after.balls) == set(scene.balls) - gone | {'cue'}

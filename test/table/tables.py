@@ -35,10 +35,16 @@ def rolling(x, y, vx, vy):
 
 
 def after(run, name, kind, nth=0):
-    """State of a ball just after its nth event of a kind, when it has left a cushion."""
+    """State of a ball just after its nth event of a kind, when that is over."""
     event = [e for e in run.events if e.kind == kind and name in e.balls][nth]
+    return state_after(run, name, event)
+
+
+def state_after(run, name, event):
+    """State of a ball just after an event: if its impact takes time, when that is over."""
     ball, time = run.balls[name], event.time
-    if kind == EventKind.CUSHION and not event.place.startswith('jaw'):
+    takes_time = event.kind in (EventKind.CUSHION, EventKind.CLUSTER) and name in event.balls
+    if takes_time and not event.place.startswith('jaw'):
         time = [segment.end for segment in ball.segments if segment.start == time][-1]
     return ball.at(time)
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tables import ENDLESS, play, POOL, R, rolling, scene_with, state
+from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.trajectory import EventKind
@@ -19,7 +19,7 @@ def speeds_of_three(exponent=1.0):
     assert event.balls == ('a', 'b', 'c')
     assert event.energy_after == pytest.approx(event.energy_before, rel=1e-9)
     before = run.balls['a'].at(event.time - 1e-12).velocity[0]
-    return [run.balls[name].at(event.time).velocity[0] / before for name in 'abc']
+    return [state_after(run, name, event).velocity[0] / before for name in 'abc']
 
 
 def test_three_in_a_line():
@@ -32,7 +32,7 @@ def test_a_longer_line_hands_the_motion_on():
     row = {str(i): state(2 * R * i, 0) for i in range(4)}
     run = play(scene, cue=rolling(-2 * R - 0.05, 0, 1, 0), **row)
     event = next(e for e in run.events if e.kind == EventKind.CLUSTER)
-    ends = np.array([run.balls[name].at(event.time).velocity[0] for name in ('cue', *row)])
+    ends = np.array([state_after(run, name, event).velocity[0] for name in ('cue', *row)])
     assert ends.sum() == pytest.approx(
         run.balls['cue'].at(event.time - 1e-12).velocity[0], rel=1e-9
     )

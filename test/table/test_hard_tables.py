@@ -4,13 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tables import ENDLESS, play, POOL, R, rolling, scene_with, state
+from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 from test_clusters import SMOOTH
 
 from billiard_shot import predict_batch, Scene, Stroke
-from billiard_shot.impact.collide import collide_system
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
+from billiard_shot.table.cluster import solve
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.trajectory import EventKind
@@ -38,8 +38,8 @@ def cradle(scene, count, gap):
     run = play(scene, cue=rolling(-2 * R - 0.05, 0, 1.0, 0), **row)
     check(run)
     soon = run.events[0].time + 1e-6 + 10 * count * gap  # before the cloth makes them meet anew
-    last = max(event.time for event in run.events if event.kind in MEETINGS and event.time < soon)
-    return np.array([ball.at(last).velocity[0] for ball in run.balls.values()])
+    last = [event for event in run.events if event.kind in MEETINGS and event.time < soon][-1]
+    return np.array([state_after(run, name, last).velocity[0] for name in run.balls])
 
 
 # Longer rows that rebound less are pushed together too often: see docs/table.md.
@@ -169,13 +169,14 @@ def test_a_frozen_rack_breaks_whatever_its_springs(exponent):
 def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only."""
 
-    def unsolved(*arguments, **options):
-        return dataclasses.replace(collide_system(*arguments, **options), status=status)
+    def unsolved(storage, params, table, room, progress):
+        solve(storage, params, table, room, progress)
+        room.outcome[0].status = status
 
     frozen = {'cue': rolling(-0.3, 0, 2, 0), '1': state(0, 0), '2': state(2 * R, 0)}
     free = {**frozen, '2': state(0.5, 0)}
     expected = play(ENDLESS, **free)
-    monkeypatch.setattr(cluster, 'collide_system', unsolved)
+    monkeypatch.setattr(cluster, 'solve', unsolved)
     run = play(ENDLESS, **frozen)
     assert run.status == status
     assert run.events[-1].kind == EventKind.CLUSTER
