@@ -26,7 +26,7 @@ from billiard_shot.records import record, Vector
 
 Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ, SHEAR, LIFT = range(11)  # of a state: see `Rebound`
 SIZE, RIGID_SIZE = 11, 9  # with the deflection of the tangential spring, and without
-SLIP_ENDS = 0.9  # of a slip that ends may go in a step
+SLIP_ENDS = 0.8  # of a slip that ends may go in a step
 LONGEST, SHORTEST = 0.7, 1e-12  # steps; a contact lasts about 3
 MAX_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
 SWEEPS = 200  # until the frictions at cushion and cloth agree
@@ -47,6 +47,17 @@ STAGES = (
 )
 # The solution minus that of fourth order.
 ERRORS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+# Within a step (Shampine, Math. Comp. 46, 1986): the weights of each stage are polynomials in the
+# part of the step, without a constant.
+WITHIN = (
+    (1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432),
+    (0.0, 0.0, 0.0, 0.0),
+    (0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799),
+    (0.0, -1754552775 / 470086768, 14199869525 / 1410260304, -10690763975 / 1880347072),
+    (0.0, 127303824393 / 49829197408, -318862633887 / 49829197408, 701980252875 / 199316789632),
+    (0.0, -282668133 / 205662961, 2019193451 / 616988883, -1453857185 / 822651844),
+    (0.0, 40617522 / 29380423, -110615467 / 29380423, 69997945 / 29380423),
+)
 
 
 @record
@@ -134,25 +145,54 @@ def friction_of_cloth(r: Rebound, state: Vector, f: float, g: float) -> tuple[fl
 
 
 @inner
+def friction_at_onset(r: Rebound, x: float, y: float) -> tuple[float, float, float, float]:
+    """
+    Friction per force of the nose if the nose does not slip, and the ball slips on the cloth.
+
+    (x, y) has the direction of that slip, and the size of its coefficient of friction. The nose's
+    friction (f, g) lies on the rim of its disc if no friction inside keeps it from slipping; then
+    the slip begins along `against` (f, g), against it, with the same equations otherwise. The size
+    of (f, g) falls as `against` grows.
+    """
+    s, c, turn, most = r.sine, r.cosine, r.turn, r.nose_friction
+    one, two, both = s * s + turn, 1.0 + turn, y * (turn - s)
+    against, low, high = 0.0, 0.0, inf
+    f, g, press = 0.0, 0.0, s
+    for _ in range(SWEEPS):
+        g = s * (both - c) / (one + against + c * both)
+        press = press_of(r, g)
+        f = press * x * (1.0 - turn * s) / (two + against)
+        size = size_of(f, g)
+        if size <= most and against == 0.0:
+            break
+        if size > most:
+            low = against
+        else:
+            high = against
+        # Newton's rule for most / size - 1, which is nearly linear
+        across = f * f / (two + against) + g * g / (one + against + c * both)
+        change = (size / most - 1.0) * size * size / across
+        if abs(change) <= 1e-14 * (two + against):
+            break
+        against += change
+        if not low <= against <= high:
+            against = 0.5 * (low + high) if high < inf else 2.0 * low + 1.0
+    return f, g, -press * x, -press * y
+
+
+@inner
 def friction_without_slip(r: Rebound, state: Vector) -> tuple[float, float, float, float]:
     """Friction per force of the nose if the nose does not slip, and the ball lies: as below."""
     s, c, turn = r.sine, r.cosine, r.turn
     one, two, both = s * s + turn, 1.0 + turn, turn - s
-    # Friction at the nose along the cushion, per friction at the cloth, if the nose sticks.
-    along = -(1.0 - turn * s) / two
     if r.cloth_slips:
         x, y = cloth_slip(state)
         share = r.cloth_friction / max(size_of(x, y), TINY)
-        g = s * (share * y * both - c) / (one + c * share * y * both)
-        h, k = -share * press_of(r, g) * x, -share * press_of(r, g) * y
-        f = along * h
-        sticks = True
-    else:
-        f, h, determinant = 0.0, 0.0, one * two - both * both
-        g, k = -c * (s * two + both) / determinant, c * (one + s * both) / determinant
-        sticks = abs(k) <= r.cloth_friction * press_of(r, g)
-    if sticks and size_of(f, g) <= r.nose_friction:
-        return f, g, h, k
+        return friction_at_onset(r, share * x, share * y)
+    determinant = one * two - both * both
+    g, k = -c * (s * two + both) / determinant, c * (one + s * both) / determinant
+    if abs(k) <= r.cloth_friction * press_of(r, g) and abs(g) <= r.nose_friction:
+        return 0.0, g, 0.0, k
     f, g, h, k = 0.0, 0.0, 0.0, 0.0
     for _ in range(SWEEPS):
         last_g, last_h, last_k = g, h, k
@@ -390,14 +430,13 @@ def note_slip_beneath_spring(r: Rebound, close: float) -> None:
 
 
 @inner
-def note_slips(r: Rebound, tolerance: float) -> None:
+def note_slips(r: Rebound, tolerance: float, begins: float) -> None:
     """
     Note which contacts slip.
 
     A slip ends when it is next to none; one that begins is slow, and follows its friction, until
-    it is large enough for a direction of its own.
+    it is large enough for a direction of its own: `begins`.
     """
-    begins = tolerance ** (2.0 / 3.0)
     least = STILL * tolerance
     p, q = cloth_slip(r.state)
     if r.tangential_stiffness > 0.0:
@@ -442,7 +481,8 @@ def follow(r: Rebound, tolerance: float) -> bool:
     r.nose_slips = r.cloth_slips = True
     r.spring_slips, r.lag = False, tolerance ** (1.0 / 3.0)
     state[SHEAR] = state[LIFT] = 0.0
-    note_slips(r, tolerance)
+    begins = tolerance ** (2.0 / 3.0)
+    note_slips(r, tolerance, begins)
     for _ in range(MAX_STEPS):
         if accepted:
             write_rates(r, state, 0)
@@ -473,8 +513,21 @@ def follow(r: Rebound, tolerance: float) -> bool:
         step = following
         if left < 0.0 and carry_out(r, close, still):
             return True
-        note_slips(r, tolerance)
+        note_slips(r, tolerance, begins)
     return False
+
+
+@inner
+def interpolate(r: Rebound, step: float, part: float) -> None:
+    """Write the state after part of a step, whose rates are there, to `trial`."""
+    size = SIZE if r.tangential_stiffness > 0.0 else RIGID_SIZE
+    for i in range(size):
+        r.trial[i] = r.state[i]
+    for stage in range(7):
+        p, q, s, t = WITHIN[stage]
+        weight = step * part * (p + part * (q + part * (s + part * t)))
+        for i in range(size):
+            r.trial[i] += weight * r.rates[SIZE * stage + i]
 
 
 @inner
@@ -484,21 +537,23 @@ def locate(r: Rebound, step: float, left: float, right: float, close: float) -> 
 
     `left` and `right` are the margins without the step and after all of it.
     """
-    low, high = 0.0, step
+    low, high, part = 0.0, 1.0, 1.0
     for i in range(LOCATING):
-        middle = 0.5 * (low + high)
+        part = 0.5 * (low + high)
         if i % 3 != 2 and left > 0.0:
-            middle = low + (high - low) * left / (left - right)
-        take_trial(r, middle)
+            part = low + (high - low) * left / (left - right)
+        interpolate(r, step, part)
+        if r.held:
+            _, g, _, _ = frictions(r, r.trial)
+            r.press = press_of(r, g)
         found = margin(r, r.trial)
-        step = middle
-        if abs(found) <= close or high - low <= SHORTEST:
+        if abs(found) <= close or (high - low) * step <= SHORTEST:
             break
         if found > 0.0:
-            low, left = middle, found
+            low, left = part, found
         else:
-            high, right = middle, found
-    return step
+            high, right = part, found
+    return part * step
 
 
 @inner
