@@ -16,9 +16,11 @@ from billiard_shot.table.motion import Ball, NOTHING
 from billiard_shot.table.rolling_boundary import (
     ARCS,
     beside_nose,
+    coordinate_range,
     crossing_time,
     FACINGS,
     HOLES,
+    may_enter,
     OUTSIDE,
 )
 
@@ -108,17 +110,39 @@ def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
         n.nose_half_length - max(abs(px), abs(px + vx * end)),
         n.nose_half_width - max(abs(py), abs(py + vy * end)),
     )
-    if clearance > radius and n.corner_end == 0.0:
-        return (ball.time + end if feature != NOTHING else math.inf), feature
-    for edge in range(4 if n.corner_end == 0.0 else HOLES):
+    for edge in range(4 if clearance <= radius else 0):
         t = reach_edge(table, ball, edge, end)
         if t < end:
             end, feature = t, edge
-    for pocket in range(POCKETS if n.corner_end > 0.0 else 0):
-        t = pocket_drop_time(table.pockets[pocket], n.nose_height + radius, ball, end)
-        if t < end:
-            end, feature = t, HOLES + pocket
+    # A ball in the air is wider at the height of the noses than one that lies.
+    low_x, high_x = coordinate_range(px, vx, 0.0, end)
+    low_y, high_y = coordinate_range(py, vy, 0.0, end)
+    wider = radius - n.nose_standoff
+    for index in range(POCKETS if n.corner_end > 0.0 else 0):
+        if may_enter(
+            table.pockets[index], low_x - wider, high_x + wider, low_y - wider, high_y + wider
+        ):
+            end, feature = fly_into_pocket(table, ball, index, end, feature)
     return (ball.time + end if feature != NOTHING else math.inf), feature
+
+
+@inner
+def fly_into_pocket(
+    table: Table, ball: Ball, index: int, end: float, feature: int
+) -> tuple[float, int]:
+    """Time from now until a ball in the air meets anything of a pocket, if before `end`."""
+    for jaw in range(2 * index, 2 * index + 2):
+        t = reach_edge(table, ball, FACINGS + jaw, end)
+        if t < end:
+            end, feature = t, FACINGS + jaw
+        t = reach_edge(table, ball, ARCS + jaw, end)
+        if t < end:
+            end, feature = t, ARCS + jaw
+    capture_height = table.numbers.nose_height + table.params.radius
+    t = pocket_drop_time(table.pockets[index], capture_height, ball, end)
+    if t < end:
+        end, feature = t, HOLES + index
+    return end, feature
 
 
 @inner

@@ -27,7 +27,8 @@ from billiard_shot.records import record, Vector
 Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ, SHEAR, LIFT = range(11)  # of a state: see `Rebound`
 SIZE, RIGID_SIZE = 11, 9  # with the deflection of the tangential spring, and without
 SLIP_ENDS = 0.8  # of a slip that ends may go in a step
-LONGEST, SHORTEST = 0.7, 1e-12  # steps; a contact lasts about 3
+FIRST = 3.5  # step, times the fifth root of the tolerance; a contact lasts about 3
+LONGEST, SHORTEST = 0.7, 1e-12  # steps
 MAX_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
 SWEEPS = 200  # until the frictions at cushion and cloth agree
 LOCATING = 60  # steps until an event is found
@@ -476,7 +477,7 @@ def follow(r: Rebound, tolerance: float) -> bool:
     """
     state, still = r.state, STILL * tolerance
     close = CLOSE * tolerance * min(closing_speed(r, state), 1.0)
-    step, accepted, ahead = 0.3, True, 0.0
+    step, accepted, ahead = FIRST * tolerance**0.2, True, 0.0
     r.compressing = True
     r.nose_slips = r.cloth_slips = True
     r.spring_slips, r.lag = False, tolerance ** (1.0 / 3.0)
