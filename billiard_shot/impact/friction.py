@@ -44,27 +44,29 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
     With S the tangential components of the sticking contacts, 0 = W_SS F_S + W_S. F gives
     F_S = gain F (least norm if contacts share a constraint), and the contact velocities follow
     u' = reduced F, reduced = W + W_.S gain. Columns of S are zero: F holds the other forces.
+    Columns of contacts that are not active are not written.
     """
     w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
-    size = 3 * len(contacts)
     count = 0
     for j in range(len(contacts)):
-        if is_active(contacts[j]) and sticks(contacts[j]):
-            stuck[count], stuck[count + 1] = 3 * j + 1, 3 * j + 2
-            count += 2
-    for i in range(size):
-        for j in range(size):
-            reduced[i][j] = w[i][j]
-            gain[i][j] = 0.0
+        if is_active(contacts[j]):
+            if sticks(contacts[j]):
+                stuck[count], stuck[count + 1] = 3 * j + 1, 3 * j + 2
+                count += 2
+            for i in range(3 * len(contacts)):
+                for column in range(3 * j, 3 * j + 3):
+                    reduced[i][column] = w[i][column]
+                    gain[i][column] = 0.0
     if count > 0:
-        eliminate(ws, count, size)
+        eliminate(contacts, ws, count)
     find_coupled(contacts, ws)
 
 
 @inner
-def eliminate(ws: Workspace, count: int, size: int) -> None:
-    """Eliminate the first `count` of `size` components that `ws.indices` names."""
+def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
+    """Eliminate the first `count` components that `ws.indices` names."""
     w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
+    size = 3 * len(contacts)
     block, inverse = ws.matrix[0], ws.matrix[1]
     for a in range(count):
         for b in range(count):
@@ -72,14 +74,15 @@ def eliminate(ws: Workspace, count: int, size: int) -> None:
     pseudo_inverse(block, inverse, ws.matrix[2], count)
     for a in range(count):
         for j in range(size):
-            for b in range(count):
-                gain[stuck[a]][j] -= inverse[a][b] * w[stuck[b]][j]
+            if is_active(contacts[j // 3]):
+                for b in range(count):
+                    gain[stuck[a]][j] -= inverse[a][b] * w[stuck[b]][j]
     for a in range(count):
         for b in range(count):
             gain[stuck[a]][stuck[b]] = 0.0
     for a in range(count):
         for j in range(size):
-            if gain[stuck[a]][j] != 0.0:
+            if is_active(contacts[j // 3]) and gain[stuck[a]][j] != 0.0:
                 for i in range(size):
                     reduced[i][j] += w[i][stuck[a]] * gain[stuck[a]][j]
     for a in range(count):
@@ -90,11 +93,11 @@ def eliminate(ws: Workspace, count: int, size: int) -> None:
 
 @inner
 def find_coupled(contacts: list[ContactState], ws: Workspace) -> None:
-    """List the contacts whose forces a contact feels: in a rack, a third of them at most."""
+    """List the active contacts whose forces a contact feels: in a rack, a third at most."""
     for i in range(len(contacts)):
         found = 0
         for j in range(len(contacts)):
-            if feels(ws, i, j):
+            if is_active(contacts[j]) and feels(ws, i, j):
                 ws.coupled[i][found] = j
                 found += 1
         ws.coupled[i][found] = -1

@@ -172,7 +172,7 @@ class Workspace(NamedTuple):
 
     delassus: Any  # (3 N, 3 N) W: contact velocities per contact impulse
     reduced: Any  # (3 N, 3 N) the same, with the friction of sticking contacts eliminated
-    coupled: Any  # (N, N + 1) the contacts whose forces `reduced` lets a contact feel, then -1
+    coupled: Any  # (N, N + 1) active contacts whose forces `reduced` lets a contact feel, then -1
     stick_gain: Any  # (3 N, 3 N) friction of sticking contacts per other force
     matrix: Any  # (3, 2 N, 2 N) scratch
     newton: Any  # (STAGES N, STAGES N) scratch

@@ -133,8 +133,6 @@ def integrate_coefficients(
             if j < 0:
                 break
             d = contacts[j]
-            if d.normal_mode == INACTIVE:
-                continue
             n = 3 * j
             force = d.force[k]
             normal += row[n] * force
