@@ -79,11 +79,15 @@ class CollisionOutcome:
 
 @dataclass(frozen=True, slots=True)
 class Properties:
-    """What n collisions of N contacts have in common."""
+    """
+    Law and contacts of n collisions of N contacts.
 
-    friction: Sequence[float] | NDArray[np.float64]  # (N,) Coulomb coefficients
-    restitution: Sequence[float] | NDArray[np.float64]  # (N,)
-    stiffness: Sequence[float] | NDArray[np.float64]  # (N,) N/m^exponent; see `Contact`
+    Numbers of contacts are (N,), the same for all collisions, or (n, N).
+    """
+
+    friction: Sequence[float] | NDArray[np.float64]  # Coulomb coefficients
+    restitution: Sequence[float] | NDArray[np.float64]
+    stiffness: Sequence[float] | NDArray[np.float64]  # N/m^exponent; see `Contact`
     law: int  # see laws.py
     exponent: float = 1.0
     options: Options = DEFAULT_OPTIONS
@@ -339,7 +343,7 @@ def energy_imbalance_of_balls(
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
-        storage.array(np.full((1, 3), 0.5)),
+        storage.array(np.full((1, 1, 3), 0.5)),
         0,
         1.0,
         False,
@@ -382,7 +386,7 @@ def solve_collisions(
 
     Parameters
     ----------
-    properties : (N, 3) floats
+    properties : (n, N, 3) floats
         Friction, restitution and stiffness of the contacts.
     law, exponent, distances, options : int, float, bool, Options
         See `Model`.
@@ -416,7 +420,7 @@ def solve_collisions(
         if not tolerance[i] > 0.0:
             continue
         m, units = begin(
-            properties,
+            properties[i],
             law,
             exponent,
             distances,
@@ -508,7 +512,7 @@ def solve_in_contact_space(
         See `solve_collisions`.
 
     """
-    n, count = len(velocity), len(properties.friction)
+    n, count = len(velocity), np.shape(properties.friction)[-1]
     storage = solve_collisions.current().storage
     results, outcomes, logged = solve_stored(
         storage,
@@ -580,16 +584,18 @@ def solve_stored(
     Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
     """
     run = solve_collisions.on(storage)
-    n, count = len(velocity), len(properties.friction)
+    n, count = len(velocity), np.shape(properties.friction)[-1]
     columns = properties.friction, properties.restitution, properties.stiffness
-    given = storage.array(np.array(columns, float).T)
+    given = np.empty((n, count, 3))
+    for k, column in enumerate(columns):
+        given[..., k] = column
     begun = storage.zeros(n, count) if lengths is None else storage.array(lengths)
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
         log = storage.records(PhaseLog, phases * count)
         run(
-            given,
+            storage.array(given),
             properties.law,
             float(properties.exponent),
             lengths is not None,

@@ -12,7 +12,7 @@ from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import tip_reach
-from billiard_shot.shot.on_table import states_of, strike_frozen
+from billiard_shot.shot.on_table import strike_among
 from billiard_shot.shot.strike import refusals, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import BatchRecording, run_recorded
@@ -119,12 +119,17 @@ def simulate_strokes(
         strikes['tip'][mapped] = tip_reach(model) * normals[mapped]
         refused = refusals(model, around, normals[mapped], velocities[mapped], centre)
         strikes['status'][mapped] = refused
-    states = states_of(scene, centre, strikes)
-    strike_frozen(model, problem.table, states, normals, velocities, strikes)
+    struck = strike_among(scene, model, problem.table, centre, velocities, strikes)
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
-        states[~usable, :, 3:] = 0.0
-    cues = following_cues(model, strikes, velocities, centre)
-    return run_recorded(
-        model.surface, problem.table, states, 0.25 * tolerance, rules=rules, cues=cues
-    ), usable
+        struck.states[~usable, :, 3:] = 0.0
+    recording = run_recorded(
+        model.surface,
+        problem.table,
+        struck.states,
+        0.25 * tolerance,
+        rules=rules,
+        cues=following_cues(model, strikes, velocities, centre),
+        first_met=struck.first_met,
+    )
+    return recording, usable

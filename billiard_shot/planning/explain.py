@@ -94,11 +94,11 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     """
     Compare the direction of a ball after its first contact with the ideal one.
 
-    None if the cue ball never meets that ball, or meets a cushion or several balls at once before,
-    or if the nearest pocket is behind.
+    None if the cue ball never meets that ball, or meets it during the strike, or meets a cushion
+    or several balls at once before, or if the nearest pocket is behind.
     """
     event = next((e for e in shot.events if {CUE, ball} <= {*e.balls}), None)
-    if event is None:
+    if event is None or event.time == 0.0:  # during the strike
         return None
     earlier = (e.kind for e in shot.events if e.time < event.time and CUE in e.balls)
     if event.kind != EventKind.BALL or EventKind.CUSHION in earlier:

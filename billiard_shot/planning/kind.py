@@ -119,6 +119,8 @@ def _deflection(shot: Shot, collision: TableEvent, ball: str) -> float:
     """Angle between the directions of the cue ball before a collision and of the ball after it."""
     assert shot.table is not None
     before = shot.trajectory.at(max(collision.time - 1e-6, 0.0)).velocity[:2]
+    if collision.time == 0.0:  # during the strike
+        before = np.array(shot.stroke.velocity[:2])
     after = shot.table.balls[ball].at(collision.time).velocity[:2]
     turn = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
     return abs((turn + math.pi) % (2.0 * math.pi) - math.pi)

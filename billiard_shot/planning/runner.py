@@ -15,15 +15,13 @@ from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
-from billiard_shot.shot.frozen import touches
+from billiard_shot.shot.group_strike import neighbours_of
 
 T = TypeVar('T')
 
 RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
-# The same if the cue ball touches others: such strikes are solved one by one.
-FROZEN_CHUNK = 16
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
 
 
@@ -62,13 +60,13 @@ class Runner:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas))
+        places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
+        _, near = neighbours_of(problem.table, problem.model, places)
+        self._alone = not near  # else maps know nothing of what takes part in a strike
         self._executor = executor
         self._work = partial(evaluate_strokes, problem)
         self._progress, self._cancel = progress, cancel
         self._begin, self._time_limit = perf_counter(), time_limit
-        places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
-        frozen = touches(problem.table, problem.radius, places)
-        self._chunk = FROZEN_CHUNK if frozen else CHUNK
 
     @property
     def left(self) -> int:
@@ -111,7 +109,7 @@ class Runner:
     def _motions(self, strokes: Array) -> Array | None:
         """Map strokes to motions, fitting the cells that are missing; None: all are exact."""
         maps = self._maps
-        if not maps.applies:
+        if not maps.applies or not self._alone:
             return None
         missing = maps.missing(strokes)
         futures = [self._executor.submit(fit_cell, maps.model, cell) for cell in missing]
@@ -131,14 +129,14 @@ class Runner:
         """
         self.poll()
         strokes = strokes[: self.left]
-        starts = range(0, len(strokes), self._chunk)
+        starts = range(0, len(strokes), CHUNK)
         motions = None if exact else self._motions(strokes)
         work = partial(self._work, to_the_end=to_the_end)
         futures = [
             self._executor.submit(
                 work,
-                strokes[i : i + self._chunk],
-                None if motions is None else motions[i : i + self._chunk],
+                strokes[i : i + CHUNK],
+                None if motions is None else motions[i : i + CHUNK],
             )
             for i in starts
         ]

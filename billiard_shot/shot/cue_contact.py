@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.impact.contact_space import without_rounding
 from billiard_shot.impact.events import RESTITUTION_END
 from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.impact.laws import BISTIFFNESS
@@ -130,7 +131,7 @@ def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
         given[(~clear[at] | (done.hits[at] >= MAX_HITS)) & ~pressed, TIP] = FAR
         frames, jacobian = _geometry(ball.radius, normals, c)
         mobile = response[at] @ jacobian.transpose(0, 2, 1)
-        delassus = _clean(jacobian @ mobile)
+        delassus = without_rounding(jacobian @ mobile)
         moving = np.concatenate([cue, v[at], w[at]], axis=1)
         solved = solve_in_contact_space(
             properties,
@@ -253,14 +254,6 @@ def _times(matrices: Array, vectors: Array) -> Array:
     """Multiply matrices (n, i, j) with vectors (n, j), each as it would be alone."""
     product: Array = (matrices @ vectors[:, :, np.newaxis])[:, :, 0]
     return product
-
-
-def _clean(delassus: Array) -> Array:
-    """Make couplings exactly zero that are only rounding."""
-    sizes = np.sqrt(np.einsum('nii->ni', delassus))
-    scale = sizes[:, :, np.newaxis] * sizes[:, np.newaxis]
-    symmetric = 0.5 * (delassus + delassus.transpose(0, 2, 1))
-    return np.where(np.abs(symmetric) < rounding.COUPLING * scale, 0.0, symmetric)
 
 
 def _set_back(tips: Array, axes: Array, centres: Array, distances: Array) -> Array:

@@ -1,16 +1,23 @@
 """What follows a strike where there is more than a ball on an endless cloth: the whole table."""
 
+from dataclasses import replace
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
+from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.shot.frozen import strike_together, touches
+from billiard_shot.shot.group_strike import neighbours_of, strike_group
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.status import Status
 from billiard_shot.table.initial_states import STATE_COLUMNS
-from billiard_shot.table.params import TableParams
+from billiard_shot.table.motion import Cause, Motion, NOTHING
+from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.run import EventLog, TableRun
+from billiard_shot.table.simulation_state import Event, kinetic_energy
 
 CUE = 'cue'
 
@@ -58,24 +65,74 @@ def states_of(
     return given
 
 
-def strike_frozen(
+class Struck(NamedTuple):
+    """What n strikes leave on the table."""
+
+    states: NDArray[np.float64]  # (n, balls, STATE_COLUMNS)
+    first_met: NDArray[np.int64]  # (n, balls) index of the ball that each one met, or NOTHING
+    together: NDArray[np.bool_]  # (n,) whether the ball reached what is near during the strike
+    # Of the last strike, if that is so and phases were asked for: in detail; balls that met.
+    group: CollisionResult | None
+    met: list[tuple[int, int]]
+
+
+def strike_among(
+    scene: Scene,
     model: StrikeModel,
     table: TableParams,
-    given: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    centre: NDArray[np.float64],
     velocities: NDArray[np.float64],
     strikes: NDArray[np.void],
-) -> list[CollisionResult | None]:
+    phases: int = 0,
+) -> Struck:
     """
-    Strike a ball that touches others or a cushion together with them, stroke by stroke.
+    Find the states after strikes on endless cloth; if other balls or cushions are near, with them.
 
-    None for a stroke that is refused, or if the ball lies free. Changes `given` and `strikes`.
+    Parameters
+    ----------
+    scene, model, table : Scene, StrikeModel, TableParams
+    centre : (3,) float array
+        Of the ball that is struck [m].
+    velocities : (n, 3) float array
+        Of the cue [m/s].
+    strikes : (n,) Strike, changed
+    phases : int
+        If above 0, the impact of the last strike is returned in detail.
+
     """
-    if not len(given) or not touches(table, model.surface.radius, given[0, :, :3]):
-        return [None] * len(given)
-    return [
-        strike_together(model, table, given[i], normals[i], velocities[i], strikes[i])
-        if strikes['status'][i] < Status.MISS
-        else None
-        for i in range(len(given))
-    ]
+    states = states_of(scene, centre, strikes)
+    count, balls = states.shape[:2]
+    met = np.full((count, balls), NOTHING)
+    places = states_of(scene, centre, strikes[:1])[0, :, :3] if count else np.zeros((1, 3))
+    members, neighbours = neighbours_of(table, model, places)
+    played = strikes['status'] < Status.MISS if neighbours else np.zeros(count, np.bool_)
+    if not played.any():
+        return Struck(states, met, played, None, [])
+    some = strikes[played]
+    done = strike_group(
+        model, table, members, neighbours, velocities[played], some, places, phases
+    )
+    played[played] = done.reached
+    strikes[played], met[played] = some[done.reached], done.first_met[done.reached]
+    states[played, :, 3:6] = done.velocities[done.reached]
+    states[played, :, 6:9] = done.spins[done.reached]
+    if not played[-1]:
+        return Struck(states, met, played, None, [])
+    return Struck(states, met, played, done.result, done.met)
+
+
+def with_first_events(run: TableRun, struck: Struck, params: BallClothParams) -> TableRun:
+    """Put the impacts between balls that are part of the strike before the events of a run."""
+    first: NDArray[np.void] = ROWS.records(Event, len(struck.met))
+    for row, pair in zip(first, struck.met, strict=True):
+        row['cause'], (row['ball'], row['other']) = Cause.BALL, pair
+        energies = [
+            kinetic_energy(params, struck.states[-1, ball, 3:6], struck.states[-1, ball, 6:9])
+            for ball in pair
+        ]
+        row['energy_before'] = row['energy_after'] = sum(energies)
+        row['motion_before'] = row['motion_after'] = Motion.SLIDE
+    log = run._events
+    participants = log.participants + np.array([len(first), 0])
+    events = EventLog(np.concatenate([first, log.rows]), participants)
+    return replace(run, _events=events)

@@ -1,8 +1,8 @@
 """
 Strokes from the cue to rest, one or many: strike, table, and how each of them ended.
 
-This is the one place that decides the status of a stroke: alone, in a batch, or at a ball that
-touches others.
+This is the one place that decides the status of a stroke: alone, in a batch, or at a ball to which
+others are near.
 """
 
 from typing import NamedTuple
@@ -17,7 +17,15 @@ from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import CUE, has_table, names_of, states_of, strike_frozen
+from billiard_shot.shot.on_table import (
+    CUE,
+    has_table,
+    names_of,
+    states_of,
+    strike_among,
+    Struck,
+    with_first_events,
+)
 from billiard_shot.shot.strike import no_phases, Strike, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.effects import table_on
@@ -41,7 +49,7 @@ class Played(NamedTuple):
     strikes: NDArray[np.void]  # (n,) Strike, with the status of the whole
     log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact
     segments: NDArray[np.void]  # (segments,) Segment of the last cue ball, on endless cloth
-    groups: list[CollisionResult | None]  # (n,) impacts of balls that touched others
+    group: CollisionResult | None  # impact of the last ball, if it was struck with what is near
     discontinuity: NDArray[np.float64]  # (n,) m
 
 
@@ -55,7 +63,7 @@ def play_one(
 ) -> tuple[Played, TableRun | None]:
     """Play a stroke, with all that happens."""
     table = table_on(scene) if has_table(scene) else None
-    played, given = _strike(
+    played, struck = _strike(
         scene, model, table, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
     )
     if played.strikes['status'][0] >= Status.MISS or not (
@@ -64,9 +72,18 @@ def play_one(
         decide(played.strikes, played.discontinuity, None)
         return played, None
     params = model.surface, table if table is not None else table_on(scene)
-    states = states_of(scene, centre, played.strikes) if given is None else given
     cues = following_cues(model, played.strikes, velocity[np.newaxis], centre)
-    run = run_one(params, names_of(scene), states, _hop_tolerance(scene, tolerance), cues=cues)
+    states = states_of(scene, centre, played.strikes) if struck is None else struck.states
+    run = run_one(
+        params,
+        names_of(scene),
+        states,
+        _hop_tolerance(scene, tolerance),
+        cues=cues,
+        first_met=None if struck is None else struck.first_met,
+    )
+    if struck is not None and struck.met:
+        run = with_first_events(run, struck, model.surface)
     played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
     decide(played.strikes, played.discontinuity, np.array([run.status]))
@@ -84,7 +101,7 @@ def play_many(
     """Play strokes on all cores."""
     table = table_on(scene) if has_table(scene) else None
 
-    def strike_part(part: slice) -> tuple[Played, NDArray[np.float64] | None]:
+    def strike_part(part: slice) -> tuple[Played, Struck | None]:
         return _strike(
             scene, model, table, normals[part], velocities[part], centre, tolerance, 0, 0
         )
@@ -95,15 +112,19 @@ def play_many(
         np.concatenate([nothing, *(each.strikes for each, _ in parts)]),
         no_phases(),
         ROWS.records(Segment, 0),
-        [group for each, _ in parts for group in each.groups],
+        None,
         np.concatenate([np.zeros(0), *(each.discontinuity for each, _ in parts)]),
     )
     if table is None:
         _follow_on_endless_cloth(scene, model, played, velocities, centre, tolerance)
         return played, None
-    given = [states_of(scene, centre, nothing), *(states for _, states in parts)]
-    states = np.concatenate([s for s in given if s is not None])
-    batch = _follow(scene, model, table, played.strikes, velocities, centre, tolerance, states)
+    given = states_of(scene, centre, nothing)
+    struck = [each for _, each in parts if each is not None]
+    states = np.concatenate([given, *(each.states for each in struck)])
+    met = np.concatenate([np.zeros(given.shape[:2], np.int64), *(e.first_met for e in struck)])
+    batch = _follow(
+        scene, model, table, played.strikes, velocities, centre, tolerance, states, met
+    )
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
 
@@ -137,6 +158,7 @@ def _follow(
     centre: NDArray[np.float64],
     tolerance: float,
     states: NDArray[np.float64],
+    first_met: NDArray[np.int64] | None = None,
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
     batch = run_many(
@@ -145,6 +167,7 @@ def _follow(
         states,
         _hop_tolerance(scene, tolerance),
         cues=following_cues(model, strikes, velocities, centre),
+        first_met=first_met,
     )
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration
     return batch
@@ -167,19 +190,19 @@ def _strike(
     tolerance: float,
     phases: int,
     segments: int,
-) -> tuple[Played, NDArray[np.float64] | None]:
-    """Strike the ball; return the states (n, balls, INPUT) that follow, if there is a table."""
+) -> tuple[Played, Struck | None]:
+    """Strike the ball; if there is a table, find what that leaves on it."""
     around = surroundings_of(scene)
     done = strike_batch(model, normals, velocities, centre, tolerance, around, phases, segments)
     strikes = done.strikes
-    given: NDArray[np.float64] | None = None
-    groups: list[CollisionResult | None] = [None] * len(strikes)
+    struck = None
     if table is not None:
-        given = states_of(scene, centre, strikes)
-        groups = strike_frozen(model, table, given, normals, velocities, strikes)
+        struck = strike_among(scene, model, table, centre, velocities, strikes, phases)
     gap = discontinuities_of_law(model, normals, velocities, centre, tolerance, strikes)
-    gap[[group is not None for group in groups]] = 0.0
-    return Played(strikes, done.log, done.segments, groups, gap), given
+    if struck is None:
+        return Played(strikes, done.log, done.segments, None, gap), None
+    gap[struck.together] = 0.0
+    return Played(strikes, done.log, done.segments, struck.group, gap), struck
 
 
 def decide(

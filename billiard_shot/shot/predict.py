@@ -79,7 +79,7 @@ def predict(
         float(played.discontinuity[0]),
         played.strikes[0],
         played.log,
-        played.groups[0],
+        played.group,
         partial(predict, stroke=stroke, tolerance=tolerance, position=centre),
     )
 

@@ -37,10 +37,11 @@ from billiard_shot.table.trajectory import (
     Trajectory,
 )
 
-FORMAT, VERSION = 'billiard_shot shot', 3
+FORMAT, VERSION = 'billiard_shot shot', 4
 # Version 1 has no discontinuity and no margin: they are found again. Versions 1 and 2 know no
-# double hits.
-READABLE = 1, 2, 3
+# double hits. Versions 1 to 3 do not say which ball was met during the strike.
+READABLE = 1, 2, 3, 4
+DOUBLE_HITS, MET_IN_STRIKE = 3, 4  # the first versions with these
 # Keys of the file, and the fields of `Strike`.
 FIELDS: Mapping[str, str] = {
     'velocity': 'velocity',
@@ -175,7 +176,7 @@ def _shot(data: dict[str, Any]) -> Shot:
     strikes = ROWS.records(Strike, 1)
     for key, field in FIELDS.items():
         strikes[field] = (
-            data['strike'].get(key, 0.0) if data['version'] < VERSION else data['strike'][key]
+            data['strike'].get(key, 0.0) if data['version'] < DOUBLE_HITS else data['strike'][key]
         )
     scene, stroke, tolerance = (
         _scene(data),
@@ -189,6 +190,8 @@ def _shot(data: dict[str, Any]) -> Shot:
         discontinuity = _find_discontinuity(scene, stroke, position, tolerance, strikes)
     strikes.flags.writeable = False
     table = _table(data['table']) if data['table'] else None
+    if table and group and data['version'] < MET_IN_STRIKE:
+        _note_first_met(table)
     trajectory = (
         table.balls[CUE]
         if table
@@ -234,7 +237,7 @@ def _find_discontinuity(
 
 def _scene(data: dict[str, Any]) -> Scene:
     scene = with_present_keys(Scene, data['scene'], warn=False)
-    if data['version'] < VERSION:  # when double hits were not simulated
+    if data['version'] < DOUBLE_HITS:
         scene.setdefault('effects', {})['double_hit'] = 'off'
     if data['version'] == 1:  # when contacts took no time
         scene['contacts']['ball_ball'].setdefault('duration', 0.0)
@@ -266,6 +269,13 @@ def _table(data: dict[str, Any]) -> TableRun:
         events,
         np.array(data['places'], dtype=np.int64),
     )
+
+
+def _note_first_met(table: TableRun) -> None:
+    """Note the ball that the strike made fastest as the one that the cue ball met first."""
+    speeds = [np.linalg.norm(ball.at(0.0).velocity) for ball in table.balls.values()][1:]
+    if max(speeds, default=0.0) > 0.0:
+        table._places[0, 1] = 1 + np.argmax(speeds)
 
 
 def _together(data: dict[str, Any]) -> CollisionResult:

@@ -32,7 +32,7 @@ class Impact:
     """
     The impact between cue, ball (contact 0) and table (contact 1).
 
-    Where the ball touches others or a cushion, their contacts come after these.
+    Where the ball reaches others or a cushion meanwhile, their contacts come after these.
     """
 
     dissipated: NDArray[np.float64]  # (N, 2) J: a row a contact: restitution, friction
@@ -61,7 +61,8 @@ class Shot:
     discontinuity: float
     _strike: np.void = field(repr=False)  # Strike
     _log: NDArray[np.void] = field(repr=False)  # (phases, 2) PhaseLog
-    _group: CollisionResult | None = field(repr=False)  # if the ball touched others
+    # If the ball reached other balls or a cushion while the tip touched it.
+    _group: CollisionResult | None = field(repr=False)
     _again: Callable[[Scene], Shot] = field(repr=False)  # predicts the stroke in another scene
 
     @property
@@ -116,22 +117,9 @@ class Shot:
         """Whether the cue ball fell into a pocket or left the table."""
         return CUE_BALL in self.pocketed or CUE_BALL in self.off_table
 
-    @cached_property
+    @property
     def first_contact(self) -> str | None:
-        """
-        The first ball that the cue ball met; None if it met none.
-
-        Of balls that touch the cue ball before the strike, the one that the strike makes fastest.
-        """
-        if self._group is not None:
-            speeds = {
-                name: float(np.linalg.norm(ball.at(0.0).velocity))
-                for name, ball in self.run.balls.items()
-                if name != CUE_BALL
-            }
-            fastest = max(speeds, key=speeds.__getitem__, default='')
-            if fastest and speeds[fastest] > 0.0:
-                return fastest
+        """The first ball that the cue ball met; None if it met none."""
         return self.run.first_met.get(CUE_BALL)
 
     @property

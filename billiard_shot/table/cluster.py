@@ -64,7 +64,7 @@ class ClusterRoom(NamedTuple):
     contacts: list[ContactState]
     workspace: Workspace  # whose `motion` has a matrix for each member
     progress: list[CollisionProgress]
-    properties: Any  # (N, 3), and further arguments of `solve_collisions`
+    properties: Any  # (1, N, 3), and further arguments of `solve_collisions`
     delassus: Any  # (1, 3 N, 3 N)
     velocity: Any  # (1, 3 N)
     lengths: Any  # (1, N)
@@ -81,7 +81,7 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     return ClusterRoom(
         storage.array(np.zeros(balls, np.int64)),
         *scratch(storage, count),
-        zeros(count, 3),
+        zeros(1, count, 3),
         zeros(1, 3 * count, 3 * count),
         zeros(1, 3 * count),
         zeros(1, count),
@@ -192,7 +192,7 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
             gap = sqrt(square) - 2.0 * radius
             if gap <= n.contact_gap or n.ball_duration == 0.0:
                 gap = 0.0
-            c, properties = room.contacts[number], room.properties[number]
+            c, properties = room.contacts[number], room.properties[0][number]
             c.ball_a, c.ball_b = a, b
             c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
             place_contact(room.contacts, motion, room.workspace.polynomials, number, gap)

@@ -170,7 +170,7 @@ def load_cue(s: Simulation, cue: Vector) -> None:
 
 
 @inner
-def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
+def load_states(params: BallClothParams, s: Simulation, states: Any, met: Any) -> bool:
     """Put balls where they are given to be; return whether they can be there."""
     p = s.progress
     p.events, p.participants, p.searches, p.unsolved = (
@@ -189,7 +189,7 @@ def load_states(params: BallClothParams, s: Simulation, states: Any) -> bool:
             ball.position[k], ball.velocity[k] = state[k], state[3 + k]
             ball.spin[k] = state[6 + k]
         start_ball(ball, ball.position, ball.velocity, ball.spin)
-        ball.ball, ball.modified = i, True
+        ball.ball, ball.modified, ball.first_contact = i, True, met[i]
         if ball.position[2] < params.radius * MIN_HEIGHT:
             return False
         for j in range(i):
@@ -226,6 +226,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         numbers_of(storage, params, table, 1.0, 1.0),
         *edges_of(storage, table, 1.0),
         storage.array(states),
+        storage.array(np.full((1, 1), NOTHING)),
         storage.array(np.ones((1, CUE_COLUMNS))),
         0,
         1,
@@ -250,6 +251,7 @@ def simulate_tables(
     jaws: list[Jaw],
     pockets: list[Pocket],
     states: Any,
+    met: Any,
     cues: Any,
     first: int,
     max_events: int,
@@ -275,6 +277,8 @@ def simulate_tables(
     params, numbers, jaws, pockets : BallClothParams, 1 TableNumbers, records
         The same for all tables, see `Table`.
     states : (tables, balls, STATE_COLUMNS) floats
+    met : (tables, balls) ints
+        Index of the first ball that each one met before, or NOTHING.
     cues : (tables, CUE_COLUMNS) floats, or none
         Which struck ball 0 of each table, and follow.
     first : int
@@ -304,7 +308,7 @@ def simulate_tables(
     while number < len(states):
         outcome = table_outcomes[number]
         goes_on = p.pending
-        valid = goes_on or load_states(params, s, states[number])
+        valid = goes_on or load_states(params, s, states[number], met[number])
         if valid and not goes_on and len(cues) > 0:
             load_cue(s, cues[number])
         if goes_on and p.other != THE_CUE:

@@ -27,7 +27,7 @@ from billiard_shot.table.initial_states import (
     States,
     validated_states,
 )
-from billiard_shot.table.motion import Ball, Segment
+from billiard_shot.table.motion import Ball, NOTHING, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
@@ -114,13 +114,22 @@ def run_one(
     hop_tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
     cues: Cues | None = None,
+    first_met: NDArray[np.int64] | None = None,
 ) -> TableRun:
     """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
     begin = perf_counter()
     segments = events = _CAPACITY * (2 + len(names))
     while True:
         played = _simulate(
-            *params, states, tolerance, hop_tolerance, max_events, segments, events, cues=cues
+            *params,
+            states,
+            tolerance,
+            hop_tolerance,
+            max_events,
+            segments,
+            events,
+            cues=cues,
+            first_met=first_met,
         )
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
@@ -168,16 +177,28 @@ def run_recorded(
     max_events: int = DEFAULT_MAX_EVENTS,
     rules: NDArray[np.void] | None = None,
     cues: Cues | None = None,
+    first_met: NDArray[np.int64] | None = None,
 ) -> BatchRecording:
     """
     Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion.
 
-    With `rules`, a BallRule for each ball, each run ends as soon as it is decided.
+    With `rules`, a BallRule for each ball, each run ends as soon as it is decided. `first_met`:
+    (tables, balls), the ball that each one has met already, or NOTHING.
     """
     capacity = 8 * states.shape[0] * (2 + states.shape[1])
     while True:
         played = _simulate(
-            params, table, states, tolerance, hop_tolerance, max_events, capacity, 0, rules, cues
+            params,
+            table,
+            states,
+            tolerance,
+            hop_tolerance,
+            max_events,
+            capacity,
+            0,
+            rules,
+            cues,
+            first_met,
         )
         needed = int(played.tables['segments'][-1]) if len(states) else 0
         if needed <= capacity:
@@ -196,6 +217,7 @@ def _simulate(
     events: int,
     rules: NDArray[np.void] | None = None,
     cues: Cues | None = None,
+    first_met: NDArray[np.int64] | None = None,
 ) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
@@ -214,6 +236,7 @@ def _simulate(
     edges, given = edges_of(storage, table, params.radius), storage.array(states)
     collisions, cue = never(storage, count), storage.records(Ball, 1)
     following = storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states)
+    met = storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met)
     room = room_for(storage, count, segments if events else 0)  # each begins a segment
     number = 0
     while True:
@@ -222,6 +245,7 @@ def _simulate(
             numbers,
             *edges,
             given,
+            met,
             following,
             number,
             max_events,
@@ -343,13 +367,21 @@ def run_many(
     max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
     cues: Cues | None = None,
+    first_met: NDArray[np.int64] | None = None,
 ) -> TableBatch:
-    """Simulate tables from states (tables, balls, STATE_COLUMNS)."""
+    """Simulate tables from states (tables, balls, STATE_COLUMNS); see `run_recorded`."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        following = cues and cues._replace(states=cues.states[part])
         return _simulate(
-            *params, states[part], tolerance, hop_tolerance, max_events, 0, 0, cues=following
+            *params,
+            states[part],
+            tolerance,
+            hop_tolerance,
+            max_events,
+            0,
+            0,
+            cues=cues and cues._replace(states=cues.states[part]),
+            first_met=None if first_met is None else first_met[part],
         )
 
     parts = in_threads(simulate_part, len(states), workers)

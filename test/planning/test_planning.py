@@ -238,6 +238,19 @@ def test_first_contact_is_legal():
         assert each.shot.table.first_met['cue'] == '1'
 
 
+def test_a_ball_that_is_met_during_the_strike_is_met_first():
+    """The 1 lies in front of the cue ball, in touch or a tenth of a millimetre away."""
+    stroke, noise = Stroke.from_offsets(0.0, 0.1, np.radians(8), 0.0, 2.0), NOISES['none']
+    for gap in (0.0, 1e-4):
+        scene = table_with(cue=(0, 0), b1=(2.0 * SCENE.ball.radius + gap, 0), b8=(0.5, 0.01))
+        assert predict(scene, stroke).first_contact == '1'
+        for ball, success in (('1', True), ('8', False)):
+            target = target_of(scene, {'hit': ball})
+            problem = problem_of(scene, target, limits_of(scene, None, noise), noise)
+            outcomes = evaluate_strokes(problem, np.array([stroke.offsets]))
+            assert outcomes.success.tolist() == [success]
+
+
 def test_a_goal_that_cannot_be_reached_is_no_plan():
     """A ball in the ring of six others cannot be hit first by a cue that stays low."""
     ring = {

@@ -266,7 +266,7 @@ def test_a_ball_that_is_struck_together_with_another_one():
     found = {each.name: each for each in predict(scene, LEVEL).effects}
     for name in ('cluster', 'ball_ball', 'throw'):
         assert found[name].simulated
-        assert found[name].reason.startswith('the ball is struck together with what it touches')
+        assert found[name].reason.startswith('the ball reaches what is near during the strike')
     off = {each.name: each for each in predict(wishing(scene, cluster='off'), LEVEL).effects}
     assert (off['cluster'].simulated, off['cluster'].called_for) == (False, True)
     assert off['ball_ball'].reason.startswith('balls meet another ball 1 time')

@@ -13,7 +13,7 @@ from billiard_shot.table.run import TableEvent
 from billiard_shot.table.trajectory import BallState, EventKind
 
 JAW = 'jaw of'
-TOGETHER = 'the ball is struck together with what it touches'
+TOGETHER = 'the ball reaches what is near during the strike'
 
 
 class Cushion(EffectGate[EffectContext]):
@@ -75,7 +75,7 @@ class BallBall(EffectGate[EffectContext]):
         """Events of two balls or more."""
         if len(context.trajectories) == 1:
             return GateDecision(False, 'there is no other ball')
-        if _in_touch(context):
+        if _in_strike(context):
             return GateDecision(True, TOGETHER)
         return _count(context.events(EventKind.BALL, EventKind.CLUSTER), 'another ball')
 
@@ -95,7 +95,7 @@ class Throw(EffectGate[EffectContext]):
         slips = [
             _slip(context, event) for event in context.events(EventKind.BALL, EventKind.CLUSTER)
         ]
-        if _in_touch(context):
+        if _in_strike(context):
             return GateDecision(True, TOGETHER)
         if not slips:
             return GateDecision(False, 'no ball meets another one')
@@ -138,30 +138,22 @@ def _count(events: list[TableEvent], what: str) -> GateDecision:
     )
 
 
-def _in_touch(context: EffectContext) -> bool:
-    """Whether the ball was struck together with another one."""
-    if not context.struck_together:
-        return False
-    places = [ball.at(0.0).position for ball in context.trajectories.values()]
-    here = context.trajectory.at(0.0).position
-    near = [np.linalg.norm(place - here) <= _reach(context) for place in places]
-    return bool(sum(near) > 1)  # with itself
-
-
-def _reach(context: EffectContext) -> float:
-    """How far apart the centres of balls in touch are at most [m]."""
-    return 2.0 * context.scene.ball.radius + context.scene.contacts.ball_ball.gap + rounding.PLACE
+def _in_strike(context: EffectContext) -> bool:
+    """Whether balls met during the strike."""
+    meetings = context.events(EventKind.BALL, EventKind.CLUSTER)
+    return context.struck_together and any(event.time == 0.0 for event in meetings)
 
 
 def _slip(context: EffectContext, event: TableEvent) -> float:
     """Slip of balls just before they meet [m/s]; in a cluster, the largest."""
-    radius = context.scene.ball.radius
+    radius, balls = context.scene.ball.radius, context.scene.contacts.ball_ball
+    reach = 2.0 * radius + balls.gap + rounding.PLACE
     states = [_just_before(context, name, event.time) for name in event.balls]
     largest = 0.0
     for one, other in combinations(states, 2):
         between = one.position - other.position
         distance = float(np.linalg.norm(between))
-        if distance <= _reach(context):
+        if distance <= reach:
             normal = between / distance
             slip = one.velocity - other.velocity
             slip = slip - radius * np.cross(one.spin + other.spin, normal)

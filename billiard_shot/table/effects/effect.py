@@ -45,7 +45,7 @@ class EffectContext:
     spin: NDArray[np.float64]  # (3,) [rad/s]
     trajectory: Trajectory  # of that ball
     table: TableRun | None  # all that happens on the table, if there is more than that ball
-    struck_together: bool  # whether what the ball touched at first took part in the strike
+    struck_together: bool  # whether other balls or a cushion took part in the strike
 
     @property
     def trajectories(self) -> Mapping[str, Trajectory]:

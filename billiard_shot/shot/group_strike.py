@@ -1,0 +1,413 @@
+"""
+Strikes on a ball that touches, or nearly touches, other balls or a cushion.
+
+The tip presses the ball for about a millisecond. Meanwhile the ball may reach what is near: so
+tip, balls, cushion and cloth collide at once, with the distances between them. A contact with what
+is near has the normal that it has when it closes, if the ball goes there straight, in the
+direction that the strike alone would give it.
+
+All strokes of a call have the same balls in the same places, and so the same contacts: first TIP
+and TABLE, as in every strike, then those of balls with each other and with cushions.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact.collide import CollisionResult, read_log
+from billiard_shot.impact.contact_space import without_rounding
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space, Solved
+from billiard_shot.shot.cue_contact import absolute, DURATION
+from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
+from billiard_shot.shot.strike import final_status, MISCUE_SLIP
+from billiard_shot.status import Status
+from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
+from billiard_shot.table.geometry import layout_of, Table
+from billiard_shot.table.motion import NOTHING
+from billiard_shot.table.params import OFF, TableParams
+from billiard_shot.table.rolling_boundary import ARCS, FACINGS
+
+Array = NDArray[np.float64]
+
+# m: as far as a ball goes while the tip of a cue at 10 m/s touches it, about.
+REACH = 0.01
+# m: as far as a ball goes while it touches another one, at that speed (contact_duration.py).
+REACH_OF_BALLS = 1.25e-3
+TOLERANCE = 1e-9  # of the impact, relative to the cue's speed
+FAR = 1.0  # m: gap of a contact that nothing closes
+FIXED = -1  # in place of the number of a ball: what cannot move
+UP = np.array([0.0, 0.0, 1.0])
+
+
+class Neighbour(NamedTuple):
+    """A contact of a ball, beside those of TIP and TABLE."""
+
+    a: int  # number of the ball into which the normal points
+    b: int  # number of the other ball, or FIXED
+    normal: Array  # (3,)
+    gap: float  # m, along the normal
+    restitution: float
+    friction: float
+    stiffness: float
+
+
+class GroupStrike(NamedTuple):
+    """What n strikes on a ball among others do."""
+
+    reached: NDArray[np.bool_]  # (n,) whether a contact beside TIP and TABLE closed
+    velocities: Array  # (n, balls, 3) m/s, afterwards
+    spins: Array  # (n, balls, 3) rad/s
+    first_met: NDArray[np.int64]  # (n, balls) index of the ball that each one met, or NOTHING
+    # Of the last strike, if its phases were asked for: in detail, and the balls that met.
+    result: CollisionResult | None
+    met: list[tuple[int, int]]
+
+
+def neighbours_of(
+    table: TableParams, model: StrikeModel, places: Array
+) -> tuple[list[int], list[Neighbour]]:
+    """
+    Find the balls that may take part in a strike on the first one, and their contacts.
+
+    Parameters
+    ----------
+    table : TableParams
+    model : StrikeModel
+    places : (balls, 3) float array
+        Centres [m], the struck ball first.
+
+    Returns
+    -------
+    members : list of int
+        Balls that take part, the struck one first; contacts number them in this order.
+    contacts : list of Neighbour
+        Beside TIP and TABLE; none if nothing is near.
+
+    """
+    takes_time = table.ball_duration > 0.0
+    near = REACH if takes_time else table.contact_gap
+    nearly = REACH_OF_BALLS if takes_time else table.contact_gap
+    members = [0]
+    if table.pair_gate != OFF:
+        for member in members:
+            gaps = np.linalg.norm(places - places[member], axis=1) - 2.0 * model.surface.radius
+            found = np.flatnonzero(gaps <= (near if member == 0 else nearly)).tolist()
+            members += [i for i in found if i not in members]
+    layout = layout_of(model.surface, table)
+    contacts = [
+        ball_contact(layout, places[members], a, b)
+        for a in range(len(members))
+        for b in range(a + 1, len(members))
+    ]
+    contacts = [c for c in contacts if c.gap <= (near if c.a == 0 else nearly)]
+    for i, member in enumerate(members):
+        contacts += cushion_contacts(layout, places[member], i, near if i == 0 else nearly)
+    return members, contacts
+
+
+def ball_contact(table: Table, places: Array, a: int, b: int) -> Neighbour:
+    """Contact of two balls at rest; those within the gap of touching bodies touch."""
+    n, between = table.numbers, places[a] - places[b]
+    distance = float(np.linalg.norm(between))
+    gap = distance - 2.0 * table.params.radius
+    friction = friction_of_balls(n, 0.0)
+    return Neighbour(
+        a,
+        b,
+        between / distance,
+        gap if gap > n.contact_gap else 0.0,
+        n.ball_restitution,
+        friction,
+        n.ball_stiffness,
+    )
+
+
+def cushion_contacts(table: Table, place: Array, ball: int, reach: float) -> list[Neighbour]:
+    """Contacts of a ball with the cushions within reach and, if it is not the first, the cloth."""
+    n, params, (x, y, z) = table.numbers, table.params, place.tolist()
+    outside = max(abs(x) - n.nose_half_length, abs(y) - n.nose_half_width)
+    if z != params.radius or outside + n.nose_standoff + reach < 0.0:
+        return []
+    jaws, contacts = len(table.jaws), []
+    for feature in (*range(4), *range(FACINGS, FACINGS + jaws), *range(ARCS, ARCS + jaws)):
+        nx, ny, away = edge_at(table, feature, x, y)
+        level = n.nose_standoff / params.radius
+        gap = (away - n.nose_standoff) * level
+        if -n.contact_gap <= gap <= reach and projects_onto_edge(table, feature, x, y):
+            normal = np.array([nx * level, ny * level, 1.0 - n.nose_height / params.radius])
+            contacts.append(
+                Neighbour(
+                    ball,
+                    FIXED,
+                    normal,
+                    gap if gap > n.contact_gap else 0.0,
+                    n.cushion_restitution,
+                    n.cushion_friction,
+                    n.cushion_stiffness,
+                )
+            )
+    if contacts and ball != 0:
+        contacts.append(
+            Neighbour(
+                ball,
+                FIXED,
+                UP,
+                0.0,
+                params.cloth_restitution,
+                params.cloth_friction,
+                params.cloth_stiffness,
+            )
+        )
+    return contacts
+
+
+def strike_group(
+    model: StrikeModel,
+    table: TableParams,
+    members: list[int],
+    neighbours: list[Neighbour],
+    velocities: Array,
+    strikes: NDArray[np.void],
+    places: Array,
+    phases: int,
+) -> GroupStrike:
+    """
+    Strike the first ball together with what is near.
+
+    Parameters
+    ----------
+    model, table : StrikeModel, TableParams
+    members, neighbours
+        See `neighbours_of`.
+    velocities : (n, 3) float array
+        Of the cue [m/s].
+    strikes : (n,) Strike, changed
+        The strikes of the ball alone; afterwards these.
+    places : (balls, 3) float array
+        Centres [m].
+    phases : int
+        Of the last strike that are logged; 0: there is no `result`.
+
+    """
+    ball, count, layout = model.surface, len(neighbours) + 2, layout_of(model.surface, table)
+    n, speeds = len(strikes), np.linalg.norm(velocities, axis=1)
+    c = velocities / speeds[:, np.newaxis]
+    share = np.zeros((count, len(members)))  # 1 for ball a of a contact, -1 for ball b
+    share[TIP, 0], share[TABLE, 0] = -1.0, 1.0
+    axes = np.zeros((n, count, 3, 3))
+    axes[:, : TABLE + 1] = strikes['axes'].reshape(n, 2, 3, 3)
+    gaps, friction = np.zeros((2, n, count))
+    friction[:, : TABLE + 1] = model.friction
+    gaps[:, TABLE] = 0.0 if model.table else FAR
+    for j, each in enumerate(neighbours, TABLE + 1):
+        share[j, each.a] = 1.0
+        if each.b != FIXED:
+            share[j, each.b] = -1.0
+        normals, gaps[:, j], friction[:, j] = np.tile(each.normal, (n, 1)), each.gap, each.friction
+        if each.a == 0 and each.b != FIXED and each.gap > 0.0:
+            between = places[members[each.b]] - places[0]
+            normals, gaps[:, j], slip = _as_it_closes(strikes, speeds, between, each, ball.radius)
+            friction[:, j] = [friction_of_balls(layout.numbers, each) for each in slip.tolist()]
+        axes[:, j] = _frames(normals)
+    turning = -ball.radius * np.cross(axes[:, :, :1], axes)
+    w = _response(model, c, axes, turning, share)
+    approach = np.zeros((n, 3 * count))
+    approach[:, :3] = _dots(axes[:, TIP], velocities[:, np.newaxis])
+    solved = _solve(model, table, neighbours, friction, w, approach, gaps, phases)
+    impulses = _sum_of_three(solved.impulses[..., np.newaxis] * axes, 2)
+    moments = -ball.radius * np.cross(axes[:, :, 0], impulses)
+    velocity, spin = np.zeros((2, n, len(places), 3))
+    velocity[:, members] = _sums(share, impulses) / ball.mass
+    spin[:, members] = _sums(np.abs(share), moments) / ball.inertia
+    cue = speeds + _dots(c, impulses[:, TIP]) / model.cue_mass
+    _write(model, strikes, solved, impulses, velocity[:, 0], spin[:, 0], cue, speeds)
+    pushes = solved.impulses[:, TABLE + 1 :, 0]
+    met = _first_met(members, neighbours, pushes, len(places))
+    result, pairs = None, []
+    if phases:
+        result = _result(solved, impulses, axes[-1], velocity[-1, members], spin[-1, members])
+        pairs = [
+            (members[each.a], members[each.b])
+            for push, each in zip(pushes[-1].tolist(), neighbours, strict=True)
+            if push > 0.0 and each.b != FIXED
+        ]
+    reached: NDArray[np.bool_] = np.any(pushes > 0.0, axis=1)
+    return GroupStrike(reached, velocity, spin, met, result, pairs)
+
+
+def _as_it_closes(
+    strikes: NDArray[np.void],
+    speeds: Array,
+    between: Array,
+    contact: Neighbour,
+    radius: float,
+) -> tuple[Array, Array, Array]:
+    """
+    Find how a ball meets another one, if it goes straight, evenly accelerated by the tip.
+
+    If they do not meet so, their contact is as it is now.
+
+    Parameters
+    ----------
+    strikes : (n,) Strike
+        Of the ball alone.
+    speeds : (n,) float array
+        Of the cue [m/s].
+    between : (3,) float array
+        From the centre of the ball to that of the other one [m].
+    contact : Neighbour
+    radius : float
+        [m]
+
+    Returns
+    -------
+    normals, gaps, slips : (n, 3), (n,), (n,) float arrays
+        Normals as they meet; distances along them [m]; slips [m/s].
+
+    """
+    velocity, spin = strikes['velocity'], strikes['spin']
+    speed = np.sqrt(_dots(velocity, velocity))
+    way = velocity / np.where(speed > 0.0, speed, 1.0)[:, np.newaxis]
+    ahead = _dots(way, between)
+    beside = ahead * ahead - (float(between @ between) - 4.0 * radius * radius)
+    meets = (ahead > 0.0) & (beside > 0.0)
+    path = np.where(meets, ahead - np.sqrt(np.where(meets, beside, 0.0)), 0.0)
+    normals = (path[:, np.newaxis] * way - between) / (2.0 * radius)
+    normals = np.where(meets[:, np.newaxis], normals, contact.normal)
+    gaps = np.where(meets, -path * _dots(normals, way), contact.gap)
+    slip = velocity - radius * np.cross(spin, normals)
+    slip -= _dots(slip, normals)[:, np.newaxis] * normals
+    # the part of the ball's speed that it has as they meet
+    whole = 0.5 * DURATION * speeds
+    part = np.sqrt(np.minimum(path / np.where(whole > 0.0, whole, 1.0), 1.0))
+    return normals, gaps, part * np.sqrt(_dots(slip, slip))
+
+
+def _frames(normals: Array) -> Array:
+    """Add two tangents to normals (n, 3, 3), the first one upright; or along x."""
+    up = UP - normals[:, 2:] * normals
+    size = np.sqrt(_dots(up, up))[:, np.newaxis]
+    first = np.where(size > 0.0, up / np.where(size > 0.0, size, 1.0), np.array([1.0, 0.0, 0.0]))
+    return np.stack([normals, first, np.cross(normals, first)], axis=1)
+
+
+def _response(model: StrikeModel, c: Array, axes: Array, turning: Array, share: Array) -> Array:
+    """W (n, 3 contacts, 3 contacts) [1/kg]."""
+    ball, (n, count) = model.surface, axes.shape[:2]
+    pulls = (share @ share.T)[:, np.newaxis, :, np.newaxis] / ball.mass
+    turns = (np.abs(share) @ np.abs(share).T)[:, np.newaxis, :, np.newaxis] / ball.inertia
+    one, other = np.s_[:, :, :, np.newaxis, np.newaxis], np.s_[:, np.newaxis, np.newaxis]
+    w = pulls * _dots(axes[one], axes[other]) + turns * _dots(turning[one], turning[other])
+    tip = axes[:, TIP]
+    along = _dots(tip, c[:, np.newaxis])
+    across = _dots(tip[:, :, np.newaxis], tip[:, np.newaxis])
+    stiff = along[:, :, np.newaxis] * along[:, np.newaxis]
+    w[:, TIP, :, TIP] += stiff / model.cue_mass + model.inverse_end_mass * (across - stiff)
+    return without_rounding(w.reshape(n, 3 * count, 3 * count))
+
+
+def _solve(
+    model: StrikeModel,
+    table: TableParams,
+    neighbours: list[Neighbour],
+    friction: Array,
+    w: Array,
+    approach: Array,
+    gaps: Array,
+    phases: int,
+) -> Solved:
+    """Solve the strikes. If balls take time to collide, so does the tip: distances count then."""
+    takes_time = table.ball_duration > 0.0
+    stiffness = np.array([*model.stiffness, *(each.stiffness for each in neighbours)])
+    if takes_time:
+        stiffness *= absolute(model).stiffness[TIP] / model.stiffness[TIP]
+    properties = Properties(
+        friction,
+        [*model.restitution, *(each.restitution for each in neighbours)],
+        stiffness,
+        model.law,
+        model.exponent,
+    )
+    tolerance = np.full(len(w), TOLERANCE)
+    lengths = -gaps if takes_time else None
+    return solve_in_contact_space(properties, w, approach, tolerance, phases, lengths)
+
+
+def _write(
+    model: StrikeModel,
+    strikes: NDArray[np.void],
+    solved: Solved,
+    impulses: Array,
+    velocity: Array,
+    spin: Array,
+    cue_speed: Array,
+    speeds: Array,
+) -> None:
+    """Write what the strikes did to cue, struck ball, tip and table."""
+    strikes['velocity'], strikes['spin'], strikes['cue_speed'] = velocity, spin, cue_speed
+    strikes['losses'] = solved.losses[:, : TABLE + 1].reshape(-1, 4)
+    strikes['impulses'] = solved.impulses[:, : TABLE + 1].reshape(-1, 6)
+    away = tip_reach(model) - np.minimum(solved.lengths[:, TIP], 0.0)
+    strikes['tip'] = away[:, np.newaxis] * strikes['axes'][:, :3]
+    strikes['hits'] = 1
+    strikes['phases'], strikes['steps'] = solved.phases, solved.steps
+    miscue = solved.final_slips[:, TIP] > MISCUE_SLIP * speeds
+    strikes['status'] = [
+        final_status(status, slips, int(Status.OK), exact=True)
+        for status, slips in zip(solved.status.tolist(), miscue.tolist(), strict=True)
+    ]
+
+
+def _first_met(
+    members: list[int], neighbours: list[Neighbour], pushes: Array, balls: int
+) -> NDArray[np.int64]:
+    """Ball (n, balls) that each one met, the one that it pushed most; or NOTHING."""
+    met = np.full((len(pushes), balls), NOTHING)
+    most = np.zeros((len(pushes), balls))
+    for push, each in zip(pushes.T, neighbours, strict=True):
+        if each.b != FIXED:
+            a, b = members[each.a], members[each.b]
+            for one, other in ((a, b), (b, a)):
+                met[:, one] = np.where(push > most[:, one], other, met[:, one])
+                most[:, one] = np.maximum(push, most[:, one])
+    return met
+
+
+def _result(
+    solved: Solved, impulses: Array, axes: Array, velocities: Array, spins: Array
+) -> CollisionResult:
+    """Collect the last strike in detail."""
+    return CollisionResult(
+        Status(int(solved.status[-1])),
+        velocities,
+        spins,
+        impulses[-1],
+        solved.losses[-1],
+        solved.final_slips[-1],
+        solved.lengths[-1],
+        float(solved.durations[-1]),
+        read_log(solved.log, axes),
+        int(solved.steps[-1]),
+    )
+
+
+def _dots(one: Array, other: Array) -> Array:
+    """Scalar products of vectors on the last axis; the sum has the same order for any shape."""
+    return _sum_of_three(one * other, -1)
+
+
+def _sum_of_three(values: Array, axis: int) -> Array:
+    """Sum along an axis of length three, in order."""
+    first, second, third = np.moveaxis(values, axis, 0)
+    total: Array = first + second + third
+    return total
+
+
+def _sums(share: Array, vectors: Array) -> Array:
+    """Add vectors (n, contacts, 3) up to those of balls (n, balls, 3), contact by contact."""
+    total = np.zeros((len(vectors), share.shape[1], 3))
+    for j, row in enumerate(share):
+        total += row[:, np.newaxis] * vectors[:, j, np.newaxis]
+    return total
