@@ -14,7 +14,7 @@ import numpy as np
 from tools.timing import Report, seconds, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
-from billiard_shot.impact.kernel import solve_in_contact_space
+from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.model import contact_properties, strike_model

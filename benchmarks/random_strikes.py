@@ -28,8 +28,8 @@ from tools.timing import Report
 from billiard_shot import machine_code, Scene
 from billiard_shot.cli.progress import progress
 from billiard_shot.cli.workers import begin_work
-from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
+from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.model import contact_properties, strike_model
 from billiard_shot.status import Status

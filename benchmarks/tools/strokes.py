@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
+from billiard_shot.impact.solve import Properties, solve_in_contact_space
 from billiard_shot.status import Status
 
 BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m

@@ -11,8 +11,8 @@ from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Ve
 from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.events import EventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
-from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import LAWS
+from billiard_shot.impact.solve import Properties, solve_in_contact_space
 from billiard_shot.status import Status
 
 USUAL_PHASES = 64  # room for them; a collision with more is solved twice

@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import Entry
-from billiard_shot.impact import integrator, kernel
+from billiard_shot.impact import integrator, kernel, solve
 from billiard_shot.impact.advance import advance
 from billiard_shot.impact.contact_space import contact_space, system_of
-from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import elastic_energy, LAWS
+from billiard_shot.impact.solve import Properties
 from billiard_shot.impact.state import ContactState, is_active, Model
 from billiard_shot.records import OBJECTS
 from billiard_shot.shot.contacts import in_contact_space
@@ -132,12 +132,12 @@ def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any
 
 
 def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
-    """Return `kernel.solve_stored`, interpreted, with a recorder in place of `advance`."""
+    """Return `solve.solve_stored`, interpreted, with a recorder in place of `advance`."""
     take_step = _with_names(integrator.take_step, advance=recorder)
     integrate = _with_names(integrator.integrate, take_step=take_step)
     entry = kernel.solve_collisions
     solve_collisions = Entry(_with_names(entry.function, integrate=integrate), entry.example)
-    return _with_names(kernel.solve_stored, solve_collisions=solve_collisions)
+    return _with_names(solve.solve_stored, solve_collisions=solve_collisions)
 
 
 def trace_of(
@@ -150,7 +150,7 @@ def trace_of(
     exponent: float = 1.0,
     tolerance: float = 1e-8,
 ) -> CollisionTrace:
-    """Watch a collision stated in contact space; see `kernel.solve_in_contact_space`."""
+    """Watch a collision stated in contact space; see `solve.solve_in_contact_space`."""
     count = len(friction)
     recorder = _Recorder()
     properties = Properties(friction, restitution, stiffness, LAWS[law], exponent)

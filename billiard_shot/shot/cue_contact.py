@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.contact_space import without_rounding
 from billiard_shot.impact.events import RESTITUTION_END
-from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.impact.laws import BISTIFFNESS
+from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import cross_rows

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult, read_log
 from billiard_shot.impact.contact_space import without_rounding
-from billiard_shot.impact.kernel import Properties, solve_in_contact_space, Solved
+from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
 from billiard_shot.shot.cue_contact import absolute, DURATION
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP

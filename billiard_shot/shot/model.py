@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.kernel import Properties
 from billiard_shot.impact.laws import LAWS
+from billiard_shot.impact.solve import Properties
 from billiard_shot.scene import Scene
 from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams

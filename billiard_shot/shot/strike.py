@@ -7,13 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.kernel import (
-    CollisionOutcome,
-    ContactResult,
-    solve_collisions,
-    solve_stored,
-)
+from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.laws import BISTIFFNESS
+from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.solve import solve_stored
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import as_rows, Floats, OBJECTS, record, ROWS, Storage, Vector, Vector3

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.kernel import solve_in_contact_space
+from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.scene import Scene
 from billiard_shot.shot.contacts import in_contact_space, tip_response
 from billiard_shot.shot.model import contact_properties, strike_model, StrikeModel

@@ -16,12 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.kernel import (
-    CollisionOutcome,
-    ContactResult,
-    scratch,
-    solve_collisions,
-)
+from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.moving_balls import (
     PLACE,
     place_contact,
@@ -32,6 +27,8 @@ from billiard_shot.impact.moving_balls import (
     write_contact_motion,
 )
 from billiard_shot.impact.options import DEFAULT_OPTIONS
+from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import Balls, ContactState, NO_BALLS, PhaseLog, Workspace
 from billiard_shot.impact.state import Progress as CollisionProgress
 from billiard_shot.records import Floats, Storage

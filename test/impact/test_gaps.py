@@ -16,8 +16,8 @@ import pytest
 from billiard_shot import Status
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.bodies import direction
-from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.impact.laws import BISTIFFNESS
+from billiard_shot.impact.solve import Properties, solve_in_contact_space
 
 UP = (0.0, 0.0, 1.0)
 

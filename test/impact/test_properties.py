@@ -23,9 +23,9 @@ from setups import (
 from slow_check import frame, inverse_mass, jacobian, rotation
 
 from billiard_shot.impact.collocation import TABLEAUS
-from billiard_shot.impact.kernel import energy_imbalance
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.impact.options import DEFAULT_OPTIONS
+from billiard_shot.impact.outcome import energy_imbalance
 from billiard_shot.impact.state import ContactState, Model, NO_BALLS, workspace
 from billiard_shot.records import OBJECTS
 from billiard_shot.status import Status

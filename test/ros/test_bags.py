@@ -15,6 +15,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
 from cell import PATIENT
+import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -30,12 +31,16 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros.conversions import CUE_BALL
+from billiard_shot.ros.cue_conversions import joints_of
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.player import play_shot, Player
+from billiard_shot.ros.table_markers import cue_markers
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / 'docs' / 'ros.md').read_text()
@@ -78,7 +83,8 @@ def types():
 
 @contextlib.contextmanager
 def recording(bag, topics):
-    """Record topics that have publishers."""
+    """Record topics that have publishers; the value is the last message of each."""
+    latest = {}
     recorder = rclpy.create_node('recorder')
     forever = QosTime(2147483647, 4294967295)
     store = types()
@@ -109,8 +115,9 @@ def recording(bag, topics):
                 ],
             )
 
-            def write(data, connection=connection):
+            def write(data, connection=connection, topic=topic, kind=kind):
                 writer.write(connection, time.time_ns(), data)
+                latest[topic] = deserialize_message(data, kind_of(kind))
 
             recorder.create_subscription(
                 kind_of(kind),
@@ -122,11 +129,22 @@ def recording(bag, topics):
         thread = threading.Thread(target=executor.spin)
         thread.start()
         try:
-            yield
+            yield latest
         finally:
             executor.shutdown()
             thread.join()
             recorder.destroy_node()
+
+
+def shows_its_rest(latest):
+    """Whether the cue stands still, and table_display has shown it where it is."""
+    joints = joints_of(latest[f'{SPACE}/joint_states'], JOINTS)
+    if joints is None:  # of other joints
+        return False
+    positions, velocities = joints
+    wanted = cue_markers(Mechanism.load(''), positions, Header()).markers
+    shown = latest[f'{SPACE}/table_display/cue'].markers
+    return np.abs(velocities).max() < 1e-3 and close(shown, wanted)
 
 
 def replay(bag, topics, node, copies):
@@ -205,10 +223,11 @@ def recorded(node, launch, tmp_path_factory):
         )
         for topic, _ in player.get_topic_names_and_types()
     }
-    with recording(path, topics):
+    with recording(path, topics) as latest:
         goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
         assert play_shot(player, 'follow', goal, arm=True)
         rest = player.balls()[CUE_BALL]
+        assert player.until(lambda: shows_its_rest(latest), 120.0), 'the cue moves on'
     player.destroy_node()
     for process in processes:
         process.terminate()
@@ -297,7 +316,14 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
 
 def alike(some, others):
     """Whether markers are the same, within what a display neglects of the motion of a cue."""
-    return [described(each) for each in some] == [described(each) for each in others] and all(
+    return [described(each) for each in some] == [described(each) for each in others] and close(
+        some, others
+    )
+
+
+def close(some, others):
+    """Whether markers are in the same places."""
+    return all(
         abs(a - b) < 1e-4
         for one, other in zip(some, others, strict=True)
         for a, b in zip(places(one), places(other), strict=True)

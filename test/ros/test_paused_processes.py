@@ -159,7 +159,7 @@ def test_a_paused_mechanism_is_a_fault(cell, state):
         if cell.state is State.FAULT:
             break
         # This process or the driver was starved, too.
-        assert cell.starved(), cell.player.states[-1]
+        assert cell.starved(cell.player.states[-1]), cell.player.states[-1]
         cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.state is State.FAULT
     wait(cell, PAUSE)

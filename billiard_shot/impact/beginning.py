@@ -1,0 +1,180 @@
+"""
+How a collision begins: contacts and progress in its own units.
+
+Everything inside the solver is in units of the largest approach speed, response and stiffness:
+answers cannot depend on them.
+"""
+
+from math import inf, sqrt
+from typing import NamedTuple
+
+from billiard_shot.compiled import inner
+from billiard_shot.impact.laws import elastic_energy, restitution_end, unloading_rate
+from billiard_shot.impact.moving_balls import (
+    change_units,
+    kinetic_energy,
+    release_open_contacts,
+)
+from billiard_shot.impact.options import Options
+from billiard_shot.impact.state import (
+    Balls,
+    COMPRESSION,
+    ContactState,
+    FRICTIONLESS,
+    INACTIVE,
+    Model,
+    Progress,
+    RESTITUTION,
+    Workspace,
+)
+from billiard_shot.records import Floats, Vector
+from billiard_shot.status import OK
+
+
+class Units(NamedTuple):
+    """The units in which a collision is solved; 0 if nothing approaches."""
+
+    speed: float  # m/s
+    impulse: float  # N s
+    time: float  # s, if stiffnesses are in N/m^exponent
+
+
+@inner
+def begin(
+    properties: Floats,
+    law: int,
+    exponent: float,
+    distances: bool,
+    options: Options,
+    delassus: Floats,
+    velocity: Vector,
+    lengths: Vector,
+    until: float,
+    balls: Balls,
+    tolerance: float,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: Progress,
+) -> tuple[Model, Units]:
+    """
+    Set contacts and progress to where a collision begins, in its own units.
+
+    Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
+    """
+    count = len(contacts)
+    speed, mobility, firmness = 0.0, 0.0, 0.0
+    for j in range(count):
+        speed = max(speed, -velocity[3 * j])
+        if distances and lengths[j] > 0.0:
+            energy = elastic_energy(properties[j][2], lengths[j], exponent)
+            speed = max(speed, sqrt(2.0 * energy * delassus[3 * j][3 * j]))
+        mobility = max(mobility, delassus[3 * j][3 * j])
+        firmness = max(firmness, properties[j][2])
+    approaches = speed > 0.0 and mobility > 0.0
+    start(p)
+    if approaches:
+        for row in range(3 * count):
+            for column in range(3 * count):
+                ws.delassus[row][column] = delassus[row][column] / mobility
+        units = units_of(speed, mobility, firmness, exponent)
+        for j in range(count):
+            length = lengths[j] / (units.speed * units.time) if distances else 0.0
+            start_contact(
+                contacts[j], properties[j], velocity, units, firmness, distances, j, options
+            )
+            start_length(contacts[j], law, exponent, length)
+        planar = is_planar(contacts, ws)
+        if balls.number > 0:
+            balls = Balls(balls.number, balls.response / mobility, balls.turning / mobility)
+            change_units(contacts, ws.motion, balls.number, units.speed, units.speed * units.time)
+            release_open_contacts(contacts, ws)
+            p.energy = kinetic_energy(balls, ws.motion)
+    else:
+        units, planar = Units(0.0, 0.0, 0.0), False
+    limit = until / units.time if approaches else inf
+    tolerance = min(tolerance, options.max_tolerance)
+    return Model(law, exponent, tolerance, planar, distances, limit, balls, options), units
+
+
+@inner
+def units_of(speed: float, mobility: float, firmness: float, exponent: float) -> Units:
+    """
+    Find the units of a collision.
+
+    F = k y^exponent, u' = W F and y' = u are free of units if W k time^(1 + exponent) =
+    speed^(1 - exponent).
+    """
+    time = (speed ** (1.0 - exponent) / (mobility * firmness)) ** (1.0 / (1.0 + exponent))
+    return Units(speed, speed / mobility, time)
+
+
+@inner
+def start_contact(
+    c: ContactState,
+    properties: Vector,
+    velocity: Vector,
+    units: Units,
+    firmness: float,
+    distances: bool,
+    j: int,
+    options: Options,
+) -> None:
+    """Set a contact to where the collision begins."""
+    c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
+    speed = units.speed
+    c.velocity[0] = velocity[3 * j] / speed
+    c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
+    for values in (c.velocity, c.slip_1, c.slip_2):
+        if abs(values[0]) < options.rounding:
+            values[0] = 0.0
+        for k in range(1, len(values)):
+            values[k] = 0.0
+    c.compression_rate = 1.0 if distances else 0.0
+    c.friction_mode = FRICTIONLESS
+    c.peak_compression, c.restitution_end = 0.0, 0.0
+    c.activation_impulse, c.negligible_compression = 0.0, 0.0
+    c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
+    c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
+    c.restitution_loss, c.friction_loss, c.final_slip = 0.0, 0.0, 0.0
+    c.discontinuity_margin = inf
+
+
+@inner
+def start_length(c: ContactState, law: int, exponent: float, length: float) -> None:
+    """Set a contact's compression, or minus its distance, to what the collision begins with."""
+    c.compression[0] = length
+    c.initial_energy = elastic_energy(c.stiffness, length, exponent)
+    c.normal_mode = INACTIVE
+    if length >= 0.0 and c.velocity[0] < 0.0:
+        c.normal_mode, c.compression_rate = COMPRESSION, 1.0
+    elif length > 0.0:
+        c.normal_mode, c.peak_compression = RESTITUTION, length
+        c.compression_rate = unloading_rate(law, c.restitution)
+        c.restitution_end = restitution_end(law, c.restitution, exponent, length)
+    c.closings = 0 if c.normal_mode == INACTIVE else 1
+
+
+@inner
+def start(p: Progress) -> None:
+    """Set the progress of a collision to its beginning."""
+    p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
+    p.section, p.section_start, p.sections = -1, 0, 0
+    p.scale, p.speed = 1.0, 1.0
+    p.modes_changed, p.phase_open = True, False
+    p.status, p.phases, p.steps, p.time = OK, 0, 0, 0.0
+
+
+@inner
+def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
+    """Whether no slip can ever turn: nothing happens along any second tangent."""
+    w = ws.delassus
+    for i in range(len(contacts)):
+        if contacts[i].friction > 0.0:
+            if contacts[i].slip_2[0] != 0.0:
+                return False
+            for j in range(len(contacts)):
+                if w[3 * i + 2][3 * j] != 0.0:
+                    return False
+                if contacts[j].friction > 0.0 and w[3 * i + 2][3 * j + 1] != 0.0:
+                    return False
+    return True

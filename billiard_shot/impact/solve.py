@@ -1,0 +1,191 @@
+"""Many collisions of the same contacts, given as arrays: what Python calls the solver with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf
+import threading
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
+from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
+from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.state import NO_BALLS, PhaseLog
+from billiard_shot.records import as_rows, Floats, Storage, Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Properties:
+    """
+    Law and contacts of n collisions of N contacts.
+
+    Numbers of contacts are (N,), the same for all collisions, or (n, N).
+    """
+
+    friction: Sequence[float] | NDArray[np.float64]  # Coulomb coefficients
+    restitution: Sequence[float] | NDArray[np.float64]
+    stiffness: Sequence[float] | NDArray[np.float64]  # N/m^exponent; see `Contact`
+    law: int  # see laws.py
+    exponent: float = 1.0
+    options: Options = DEFAULT_OPTIONS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """
+    Solved collisions.
+
+    Attributes
+    ----------
+    impulses : (n, N, 3) float array
+        On bodies a [N s].
+    losses : (n, N, 2) float array
+        Energy lost to restitution and to friction [J].
+    final_slips, discontinuity_margins : (n, N) float arrays
+        See `ContactResult`.
+    lengths : (n, N) float array
+        See `ContactResult`.
+    closings : (n, N) int array
+        See `ContactResult`.
+    status, phases, steps : (n,) int arrays
+    durations : (n,) float array
+        See `CollisionOutcome`.
+    log : (phases, N) array of PhaseLog
+        Phases of the last collision.
+
+    """
+
+    impulses: NDArray[np.float64]
+    losses: NDArray[np.float64]
+    final_slips: NDArray[np.float64]
+    discontinuity_margins: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    closings: NDArray[np.int64]
+    status: NDArray[np.int64]
+    phases: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    durations: NDArray[np.float64]
+    log: NDArray[np.void]
+
+
+def solve_in_contact_space(
+    properties: Properties,
+    delassus: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    tolerance: ArrayLike,
+    phases: int = 0,
+    lengths: NDArray[np.float64] | None = None,
+    until: float = inf,
+) -> Solved:
+    """
+    Solve n collisions of the same N contacts.
+
+    Parameters
+    ----------
+    properties : Properties
+    delassus, velocity, tolerance
+        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `solve_collisions`.
+    phases : int
+        Of the last collision that are logged. If it has more, all of them are.
+    lengths : (n, N) float array, optional
+        See `solve_collisions`; without them there are no distances at all.
+    until : float
+        See `solve_collisions`.
+
+    """
+    n, count = len(velocity), np.shape(properties.friction)[-1]
+    storage = solve_collisions.current().storage
+    results, outcomes, logged = solve_stored(
+        storage,
+        properties,
+        storage.array(delassus),
+        storage.array(velocity),
+        storage.array(tolerance),
+        phases,
+        lengths,
+        until,
+    )
+    rows = as_rows(ContactResult, results)
+    table = rows.view(np.float64).reshape(n, count, 9)
+    ends = as_rows(CollisionOutcome, outcomes)
+    return Solved(
+        table[..., :3],
+        table[..., 3:5],
+        table[..., 5],
+        table[..., 6],
+        table[..., 7],
+        rows['closings'].reshape(n, count),
+        ends['status'],
+        ends['phases'],
+        ends['steps'],
+        ends['duration'],
+        logged,
+    )
+
+
+class _Thread(threading.local):
+    """The scratch of this thread: to make it anew would take a tenth of the time of a strike."""
+
+    def __init__(self) -> None:
+        self.kept: dict[tuple[Storage, int], Scratch] = {}
+
+    def scratch(self, storage: Storage, count: int) -> Scratch:
+        """Return scratch for N contacts; its contents are those of the last collision."""
+        if (storage, count) not in self.kept:
+            self.kept[storage, count] = new_scratch(storage, count)
+        return self.kept[storage, count]
+
+
+_thread = _Thread()
+scratch = _thread.scratch
+
+
+def solve_stored(
+    storage: Storage,
+    properties: Properties,
+    delassus: Floats,
+    velocity: Floats,
+    tolerance: Vector,
+    phases: int,
+    lengths: NDArray[np.float64] | None = None,
+    until: float = inf,
+) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
+    """
+    Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
+
+    Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
+    """
+    run = solve_collisions.on(storage)
+    n, count = len(velocity), np.shape(properties.friction)[-1]
+    columns = properties.friction, properties.restitution, properties.stiffness
+    given = np.empty((n, count, 3))
+    for k, column in enumerate(columns):
+        given[..., k] = column
+    begun = storage.zeros(n, count) if lengths is None else storage.array(lengths)
+    results = storage.records(ContactResult, n * count)
+    outcomes = storage.records(CollisionOutcome, n)
+    while True:
+        log = storage.records(PhaseLog, phases * count)
+        run(
+            storage.array(given),
+            properties.law,
+            float(properties.exponent),
+            lengths is not None,
+            properties.options,
+            delassus,
+            velocity,
+            begun,
+            until,
+            NO_BALLS,
+            tolerance,
+            *scratch(storage, count),
+            results,
+            log,
+            outcomes,
+        )
+        needed = int(outcomes[-1].phases) if phases and n else 0
+        if needed <= phases:
+            break
+        phases = needed
+    return results, outcomes, as_rows(PhaseLog, log)[: needed * count].reshape(-1, count)
