@@ -17,7 +17,7 @@ from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.planning.waypoints import MIN_CUT_COSINE, Waypoint
-from billiard_shot.shot.strike import strike_batch
+from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.trajectory import Trajectory
 

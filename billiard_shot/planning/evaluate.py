@@ -13,7 +13,7 @@ from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import tip_reach
 from billiard_shot.shot.on_table import strike_among
-from billiard_shot.shot.strike import refusals, strike_batch
+from billiard_shot.shot.strike_batch import refusals, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import BatchRecording, run_recorded
 

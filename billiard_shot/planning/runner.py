@@ -15,7 +15,7 @@ from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
-from billiard_shot.shot.group_strike import neighbours_of
+from billiard_shot.shot.neighbours import neighbours_of
 
 T = TypeVar('T')
 

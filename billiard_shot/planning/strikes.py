@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.strike import strike_batch
+from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 
 # Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.

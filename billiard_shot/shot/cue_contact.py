@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.contact_space import without_rounding
 from billiard_shot.impact.events import RESTITUTION_END
 from billiard_shot.impact.laws import BISTIFFNESS
-from billiard_shot.impact.solve import solve_in_contact_space
+from billiard_shot.impact.solve import solve_in_contact_space, Solved
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import cross_rows
@@ -76,6 +76,20 @@ class Outcome(NamedTuple):
     log: list[PhaseEnd]  # the phases of the last meeting
 
 
+class Motion(NamedTuple):
+    """Balls and cues while they meet, n of each; arrays that are changed."""
+
+    position: Array  # (n, 3) m, of the balls' centres
+    velocity: Array  # (n, 3) m/s
+    spin: Array  # (n, 3) rad/s
+    axis_tip: Array  # (n, 3) m, where the tip's sphere is while the cue's end is not bent
+    speed: Array  # (n,) m/s, of the cues along their axes
+    bend: Array  # (n, 3) m, by which the cue's end is aside
+    bending: Array  # (n, 3) m/s
+    clear: NDArray[np.bool_]  # (n,) whether the tip may touch the ball: see the module
+    lengths: Array  # (n, 2) m, of the contacts: compressed, or minus the distance
+
+
 def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
     """
     Let balls and cues meet, until nothing is pressed any more.
@@ -88,99 +102,164 @@ def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
     before : Meeting
 
     """
-    n, ball = len(axes), model.surface
-    x, v, w, axis_tip, speed = (values.copy() for values in before)
-    reach = tip_reach(model)
-    response = _response(model, axes)
-    bend, bending = np.zeros((n, 3)), np.zeros((n, 3))  # of the cue's end: place, velocity
-    clear = np.ones(n, np.bool_)  # of the tip's place on the axis, or in touch from the first
+    n, in_pieces = len(axes), model.law == BISTIFFNESS
+    s, done = _start(model, before), _nothing(before)
+    response, absolute_model = _response(model, axes), absolute(model)
+    piece = DURATION / PIECES if in_pieces else np.inf
+    left = np.arange(n)
+    for _ in range(MAX_PIECES if in_pieces else 1):
+        if not len(left):
+            break
+        at, c = left, axes[left]
+        given, normals = _lengths(model, s, at, c, piece, done.hits[at])
+        frames, jacobian = _geometry(model.surface.radius, normals, c)
+        mobile = response[at] @ jacobian.transpose(0, 2, 1)
+        cue = s.speed[at, np.newaxis] * c + s.bending[at]
+        moving = np.concatenate([cue, s.velocity[at], s.spin[at]], axis=1)
+        solved = solve_in_contact_space(
+            contact_properties(absolute_model),
+            without_rounding(jacobian @ mobile),
+            _times(jacobian, moving),
+            np.full(len(at), TOLERANCE),
+            lengths=given if in_pieces else None,
+            until=piece,
+        )
+        after = moving + _times(mobile, solved.impulses.reshape(len(at), 6))
+        _book(done, at, solved, frames, given, in_pieces)
+        _log_last(done, at, solved, given, absolute_model)
+        _advance(s, at, c, moving, after, solved.durations if in_pieces else np.zeros(len(at)))
+        _part(model, s, at, c, solved)
+        left = at[(solved.lengths > 0.0).any(axis=1)]
+    if in_pieces:
+        done.status[left] = BUDGET_EXCEEDED
+    if model.table:  # the cloth gave way; the ball lies on it, or is above it by its distance
+        radius = model.surface.radius
+        lift = np.maximum(radius - s.lengths[:, TABLE], radius) - s.position[:, 2]
+        s.position[:, 2] += lift
+        s.axis_tip[:, 2] += lift
+    return done._replace(after=Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed))
+
+
+def _start(model: StrikeModel, before: Meeting) -> Motion:
+    """Begin the motion of balls and cues; whatever touches at first may be pressed."""
+    n = len(before.speed)
+    position, velocity, spin, tip, speed = (values.copy() for values in before)
     lengths = np.zeros((n, 2))
-    lengths[:, TABLE] = np.minimum(ball.radius - x[:, 2], 0.0) if model.table else FAR
-    done = Outcome(
+    lengths[:, TABLE] = (
+        np.minimum(model.surface.radius - position[:, 2], 0.0) if model.table else FAR
+    )
+    bend, bending = np.zeros((2, n, 3))
+    return Motion(
+        position, velocity, spin, tip, speed, bend, bending, np.ones(n, np.bool_), lengths
+    )
+
+
+def _nothing(before: Meeting) -> Outcome:
+    """Make the outcome of meetings in which nothing has happened yet."""
+    n = len(before.speed)
+    hits, steps, phases = np.zeros((3, n), np.int64)
+    return Outcome(
         before,
         np.zeros(n),
-        np.zeros(n, np.int64),
+        hits,
         np.zeros((n, 2, 3)),
         np.zeros((n, 2, 2)),
         np.zeros(n),
-        np.zeros(n, np.int64),
+        steps,
         np.full(n, OK),
-        np.zeros(n, np.int64),
+        phases,
         [],
     )
-    cut = model.law == BISTIFFNESS
-    piece = DURATION / PIECES if cut else np.inf
-    absolute_model = absolute(model)
-    properties = contact_properties(absolute_model)
-    left = np.arange(n)
-    for _ in range(MAX_PIECES):
-        if not len(left):
-            break
-        c, at = axes[left], left
-        cue = speed[at, np.newaxis] * c + bending[at]
-        away = axis_tip[at] + bend[at] - x[at]
-        distance = np.linalg.norm(away, axis=1)
-        normals = away + (0.5 * piece * (cue - v[at]) if cut else 0.0)
-        normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
-        pressed = lengths[at, TIP] > 0.0
-        gap = np.maximum(distance - reach, 0.0)
-        gap[gap <= TOUCHING] = 0.0
-        given = lengths[at]
-        given[:, TIP] = np.where(pressed, given[:, TIP], -gap)
-        clear[at] |= gap > 0.0
-        given[(~clear[at] | (done.hits[at] >= MAX_HITS)) & ~pressed, TIP] = FAR
-        frames, jacobian = _geometry(ball.radius, normals, c)
-        mobile = response[at] @ jacobian.transpose(0, 2, 1)
-        delassus = without_rounding(jacobian @ mobile)
-        moving = np.concatenate([cue, v[at], w[at]], axis=1)
-        solved = solve_in_contact_space(
-            properties,
-            delassus,
-            _times(jacobian, moving),
-            np.full(len(at), TOLERANCE),
-            lengths=given if cut else None,
-            until=piece,
-        )
-        change = _times(mobile, solved.impulses.reshape(len(at), 6))
-        after = moving + change
-        time = solved.durations if cut else np.zeros(len(at))
-        mean = 0.5 * time[:, np.newaxis] * (moving + after)
-        along = (mean[:, :3] * c).sum(axis=1)[:, np.newaxis] * c
-        axis_tip[at] += along
-        bend[at] += mean[:, :3] - along
-        x[at] += mean[:, 3:6]
-        speed[at] = (after[:, :3] * c).sum(axis=1)
-        bending[at] = after[:, :3] - speed[at, np.newaxis] * c
-        v[at], w[at] = after[:, 3:6], after[:, 6:]
-        lengths[at] = solved.lengths
-        touched = solved.closings[:, TIP] > 0
-        parted = touched & (solved.lengths[:, TIP] <= 0.0)
-        bend[at[parted]], bending[at[parted]], clear[at[parted]] = 0.0, 0.0, False
-        axis_tip[at[parted]] = _set_back(
-            axis_tip[at[parted]], c[parted], x[at[parted]], reach - solved.lengths[parted, TIP]
-        )
-        done.slip[at[parted]] = solved.final_slips[parted, TIP]
-        done.hits[at] += solved.closings[:, TIP] - pressed
-        done.duration[at] += time
-        done.impulses[at] += (solved.impulses[:, :, np.newaxis] @ frames)[:, :, 0]
-        done.losses[at] += solved.losses
-        done.steps[at] += solved.steps
-        done.status[at] = np.maximum(done.status[at], solved.status)
-        active: NDArray[np.bool_] = (given > 0.0) | (solved.closings > 0)
-        pressed_on = solved.lengths > 0.0
-        ended: NDArray[np.bool_] = np.any(active & ~pressed_on, axis=1)
-        done.phases[at] += ended
-        if ended[-1] and at[-1] == n - 1:
-            contact = int(np.flatnonzero(active[-1] & ~pressed_on[-1])[0])
-            energies = _energies(absolute_model, solved.lengths[-1])
-            done.log.append(PhaseEnd(active[-1], contact, done.impulses[-1].copy(), energies))
-        left = at[pressed_on.any(axis=1)] if cut else at[:0]
-    done.status[left] = BUDGET_EXCEEDED
-    lift = np.maximum(ball.radius - lengths[:, TABLE], ball.radius) - x[:, 2]
-    if model.table:  # the cloth gave way; the ball lies on it, or is above it by its distance
-        x[:, 2] += lift
-        axis_tip[:, 2] += lift
-    return done._replace(after=Meeting(x, v, w, axis_tip, speed))
+
+
+def _lengths(
+    model: StrikeModel,
+    s: Motion,
+    at: NDArray[np.int64],
+    c: Array,
+    piece: float,
+    hits: NDArray[np.int64],
+) -> tuple[Array, Array]:
+    """Find the lengths of contacts (n, 2) and the tips' normals (n, 3) for the next piece [s]."""
+    away = s.axis_tip[at] + s.bend[at] - s.position[at]
+    gap = np.maximum(np.linalg.norm(away, axis=1) - tip_reach(model), 0.0)
+    gap[gap <= TOUCHING] = 0.0
+    if piece < np.inf:  # the normal is that of its middle
+        cue = s.speed[at, np.newaxis] * c + s.bending[at]
+        away = away + 0.5 * piece * (cue - s.velocity[at])
+    normals = away / np.linalg.norm(away, axis=1)[:, np.newaxis]
+    s.clear[at] |= gap > 0.0
+    given = s.lengths[at]
+    pressed = given[:, TIP] > 0.0
+    given[~pressed, TIP] = -gap[~pressed]
+    given[(~s.clear[at] | (hits >= MAX_HITS)) & ~pressed, TIP] = FAR
+    return given, normals
+
+
+def _advance(
+    s: Motion, at: NDArray[np.int64], c: Array, before: Array, after: Array, time: Array
+) -> None:
+    """Move cues and balls by a piece, with the mean of their velocities (n, 9) at both ends."""
+    mean = 0.5 * time[:, np.newaxis] * (before + after)
+    along = (mean[:, :3] * c).sum(axis=1)[:, np.newaxis] * c
+    s.axis_tip[at] += along
+    s.bend[at] += mean[:, :3] - along
+    s.position[at] += mean[:, 3:6]
+    s.speed[at] = (after[:, :3] * c).sum(axis=1)
+    s.bending[at] = after[:, :3] - s.speed[at, np.newaxis] * c
+    s.velocity[at], s.spin[at] = after[:, 3:6], after[:, 6:]
+
+
+def _part(model: StrikeModel, s: Motion, at: NDArray[np.int64], c: Array, solved: Solved) -> None:
+    """Note the lengths after a piece, and let the cue's end swing back if the tip has parted."""
+    s.lengths[at] = solved.lengths
+    parted = (solved.closings[:, TIP] > 0) & (solved.lengths[:, TIP] <= 0.0)
+    gone = at[parted]
+    s.bend[gone], s.bending[gone], s.clear[gone] = 0.0, 0.0, False
+    s.axis_tip[gone] = _set_back(
+        s.axis_tip[gone],
+        c[parted],
+        s.position[gone],
+        tip_reach(model) - solved.lengths[parted, TIP],
+    )
+
+
+def _book(
+    done: Outcome,
+    at: NDArray[np.int64],
+    solved: Solved,
+    frames: Array,
+    given: Array,
+    in_pieces: bool,
+) -> None:
+    """Add what a piece did to the outcome."""
+    parted = (solved.closings[:, TIP] > 0) & (solved.lengths[:, TIP] <= 0.0)
+    done.slip[at[parted]] = solved.final_slips[parted, TIP]
+    done.hits[at] += solved.closings[:, TIP] - (given[:, TIP] > 0.0)
+    done.duration[at] += solved.durations if in_pieces else 0.0
+    done.impulses[at] += (solved.impulses[:, :, np.newaxis] @ frames)[:, :, 0]
+    done.losses[at] += solved.losses
+    done.steps[at] += solved.steps
+    done.status[at] = np.maximum(done.status[at], solved.status)
+    done.phases[at] += _ended(solved, given).any(axis=1)
+
+
+def _ended(solved: Solved, given: Array) -> NDArray[np.bool_]:
+    """Whether each contact (n, 2) was active in a piece, and is not any more."""
+    ended: NDArray[np.bool_] = ((given > 0.0) | (solved.closings > 0)) & (solved.lengths <= 0.0)
+    return ended
+
+
+def _log_last(
+    done: Outcome, at: NDArray[np.int64], solved: Solved, given: Array, model: StrikeModel
+) -> None:
+    """Log the phase of the last meeting that has ended in a piece."""
+    ended = _ended(solved, given)[-1]
+    if at[-1] == len(done.hits) - 1 and ended.any():
+        active: NDArray[np.bool_] = (given[-1] > 0.0) | (solved.closings[-1] > 0)
+        energies = _energies(model, solved.lengths[-1])
+        contact = int(np.flatnonzero(ended)[0])
+        done.log.append(PhaseEnd(active, contact, done.impulses[-1].copy(), energies))
 
 
 def _energies(model: StrikeModel, lengths: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.strike import strike_batch
+from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 
 CLOSE = 10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump

@@ -20,37 +20,18 @@ from billiard_shot.impact.contact_space import without_rounding
 from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
 from billiard_shot.shot.cue_contact import absolute, DURATION
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
+from billiard_shot.shot.neighbours import FIXED, Neighbour, UP
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
 from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
-from billiard_shot.table.geometry import layout_of, Table
+from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.params import OFF, TableParams
-from billiard_shot.table.rolling_boundary import ARCS, FACINGS
+from billiard_shot.table.params import TableParams
 
 Array = NDArray[np.float64]
 
-# m: as far as a ball goes while the tip of a cue at 10 m/s touches it, about.
-REACH = 0.01
-# m: as far as a ball goes while it touches another one, at that speed (contact_duration.py).
-REACH_OF_BALLS = 1.25e-3
 TOLERANCE = 1e-9  # of the impact, relative to the cue's speed
 FAR = 1.0  # m: gap of a contact that nothing closes
-FIXED = -1  # in place of the number of a ball: what cannot move
-UP = np.array([0.0, 0.0, 1.0])
-
-
-class Neighbour(NamedTuple):
-    """A contact of a ball, beside those of TIP and TABLE."""
-
-    a: int  # number of the ball into which the normal points
-    b: int  # number of the other ball, or FIXED
-    normal: Array  # (3,)
-    gap: float  # m, along the normal
-    restitution: float
-    friction: float
-    stiffness: float
 
 
 class GroupStrike(NamedTuple):
@@ -63,104 +44,6 @@ class GroupStrike(NamedTuple):
     # Of the last strike, if its phases were asked for: in detail, and the balls that met.
     result: CollisionResult | None
     met: list[tuple[int, int]]
-
-
-def neighbours_of(
-    table: TableParams, model: StrikeModel, places: Array
-) -> tuple[list[int], list[Neighbour]]:
-    """
-    Find the balls that may take part in a strike on the first one, and their contacts.
-
-    Parameters
-    ----------
-    table : TableParams
-    model : StrikeModel
-    places : (balls, 3) float array
-        Centres [m], the struck ball first.
-
-    Returns
-    -------
-    members : list of int
-        Balls that take part, the struck one first; contacts number them in this order.
-    contacts : list of Neighbour
-        Beside TIP and TABLE; none if nothing is near.
-
-    """
-    takes_time = table.ball_duration > 0.0
-    near = REACH if takes_time else table.contact_gap
-    nearly = REACH_OF_BALLS if takes_time else table.contact_gap
-    members = [0]
-    if table.pair_gate != OFF:
-        for member in members:
-            gaps = np.linalg.norm(places - places[member], axis=1) - 2.0 * model.surface.radius
-            found = np.flatnonzero(gaps <= (near if member == 0 else nearly)).tolist()
-            members += [i for i in found if i not in members]
-    layout = layout_of(model.surface, table)
-    contacts = [
-        ball_contact(layout, places[members], a, b)
-        for a in range(len(members))
-        for b in range(a + 1, len(members))
-    ]
-    contacts = [c for c in contacts if c.gap <= (near if c.a == 0 else nearly)]
-    for i, member in enumerate(members):
-        contacts += cushion_contacts(layout, places[member], i, near if i == 0 else nearly)
-    return members, contacts
-
-
-def ball_contact(table: Table, places: Array, a: int, b: int) -> Neighbour:
-    """Contact of two balls at rest; those within the gap of touching bodies touch."""
-    n, between = table.numbers, places[a] - places[b]
-    distance = float(np.linalg.norm(between))
-    gap = distance - 2.0 * table.params.radius
-    friction = friction_of_balls(n, 0.0)
-    return Neighbour(
-        a,
-        b,
-        between / distance,
-        gap if gap > n.contact_gap else 0.0,
-        n.ball_restitution,
-        friction,
-        n.ball_stiffness,
-    )
-
-
-def cushion_contacts(table: Table, place: Array, ball: int, reach: float) -> list[Neighbour]:
-    """Contacts of a ball with the cushions within reach and, if it is not the first, the cloth."""
-    n, params, (x, y, z) = table.numbers, table.params, place.tolist()
-    outside = max(abs(x) - n.nose_half_length, abs(y) - n.nose_half_width)
-    if z != params.radius or outside + n.nose_standoff + reach < 0.0:
-        return []
-    jaws, contacts = len(table.jaws), []
-    for feature in (*range(4), *range(FACINGS, FACINGS + jaws), *range(ARCS, ARCS + jaws)):
-        nx, ny, away = edge_at(table, feature, x, y)
-        level = n.nose_standoff / params.radius
-        gap = (away - n.nose_standoff) * level
-        if -n.contact_gap <= gap <= reach and projects_onto_edge(table, feature, x, y):
-            normal = np.array([nx * level, ny * level, 1.0 - n.nose_height / params.radius])
-            contacts.append(
-                Neighbour(
-                    ball,
-                    FIXED,
-                    normal,
-                    gap if gap > n.contact_gap else 0.0,
-                    n.cushion_restitution,
-                    n.cushion_friction,
-                    n.cushion_stiffness,
-                )
-            )
-    if contacts and ball != 0:
-        contacts.append(
-            Neighbour(
-                ball,
-                FIXED,
-                UP,
-                0.0,
-                params.cloth_restitution,
-                params.cloth_friction,
-                params.cloth_stiffness,
-            )
-        )
-    return contacts
 
 
 def strike_group(

@@ -10,8 +10,9 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.shot.group_strike import neighbours_of, strike_group
+from billiard_shot.shot.group_strike import strike_group
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.neighbours import neighbours_of
 from billiard_shot.status import Status
 from billiard_shot.table.initial_states import STATE_COLUMNS
 from billiard_shot.table.motion import Cause, Motion, NOTHING

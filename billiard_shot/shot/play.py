@@ -26,7 +26,8 @@ from billiard_shot.shot.on_table import (
     Struck,
     with_first_events,
 )
-from billiard_shot.shot.strike import no_phases, Strike, strike_batch
+from billiard_shot.shot.strike import no_phases, Strike
+from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.effects import table_on
 from billiard_shot.table.motion import Segment

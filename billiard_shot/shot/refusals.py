@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike import refusals
+from billiard_shot.shot.strike_batch import refusals
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 

@@ -1,4 +1,4 @@
-"""Strokes: whether they can be played, what the impact does, and what follows on endless cloth."""
+"""A stroke: whether it can be played, what the impact does, and what follows on endless cloth."""
 
 from math import inf, sqrt
 from typing import Annotated, Any, NamedTuple
@@ -7,13 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.kernel import solve_collisions
-from billiard_shot.impact.laws import BISTIFFNESS
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
-from billiard_shot.impact.solve import solve_stored
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import as_rows, Floats, OBJECTS, record, ROWS, Storage, Vector, Vector3
+from billiard_shot.records import Floats, record, ROWS, Storage, Vector, Vector3
 from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
@@ -23,8 +20,7 @@ from billiard_shot.shot.contacts import (
     tip_response,
     weighted,
 )
-from billiard_shot.shot.cue_contact import log_of, meet, Meeting
-from billiard_shot.shot.model import contact_properties, StrikeModel, tip_reach
+from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INFINITE_SEQUENCE,
@@ -35,7 +31,6 @@ from billiard_shot.status import (
     OK,
     TOLERANCE_NOT_REACHED,
 )
-from billiard_shot.table.flight import bounce
 from billiard_shot.table.motion import append_segment, Ball, Segment, start_ball
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.roll_out import roll_out
@@ -48,8 +43,6 @@ LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 MISCUE_SLIP = 0.03
 FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
-USUAL_SEGMENTS = 64  # of a ball; more are rolled out once more
-_AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 
 
 @record
@@ -319,216 +312,9 @@ class Strikes(NamedTuple):
     segments: NDArray[np.void]  # (segments,) Segment of the last trajectory
 
 
-def strike_batch(
-    model: StrikeModel,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    around: Surroundings = NOTHING_AROUND,
-    phases: int = 0,
-    segments: int = 0,
-) -> Strikes:
-    """
-    Play strokes, one after the other, each with the ball in the same place, on endless cloth.
-
-    A refused stroke leaves the ball where it is.
-
-    Parameters
-    ----------
-    model : StrikeModel
-    normals, velocities : (n, 3) float arrays
-        As of `Stroke`. A row that is none (not finite, or zero) gets the status INVALID_STROKE.
-    position : (3,) float array
-        Centre of the cue ball [m].
-    tolerance : float
-        Of the trajectories [m].
-    around : Surroundings
-        A cue that has no room among them is refused.
-    phases, segments : int
-        If above 0, all those of the last stroke are returned, of up to 500 strokes. More of them
-        take longer.
-
-    """
-    storage = solve_collisions.current().storage
-    parts = [slice(i, i + _AT_ONCE) for i in range(0, len(normals), _AT_ONCE)]
-    done = [
-        _strike(
-            storage,
-            model,
-            around,
-            normals[part],
-            velocities[part],
-            position,
-            tolerance,
-            phases,
-            segments,
-        )
-        for part in parts
-    ]
-    if len(done) == 1:
-        return done[0]
-    strikes = np.concatenate([ROWS.records(Strike, 0), *(each.strikes for each in done)])
-    return Strikes(strikes, no_phases(), ROWS.records(Segment, 0))
-
-
 def no_phases() -> NDArray[np.void]:
     """Return an empty log (0, 2) of `PhaseLog`."""
     return ROWS.records(PhaseLog, 0).reshape(-1, 2)
-
-
-def _strike(
-    storage: Storage,
-    model: StrikeModel,
-    around: Surroundings,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    phases: int,
-    segments: int,
-) -> Strikes:
-    given = storage.array(normals), storage.array(velocities), storage.array(position)
-    prepared = _prepare(storage, model, around, *given, tolerance)
-    strikes, jacobians, delassus, approach, accuracy, scratch = prepared
-    results, outcomes, log = solve_stored(
-        storage, contact_properties(model), delassus, approach, accuracy, phases
-    )
-    while True:
-        motion = storage.records(Segment, segments)
-        finish_strikes.on(storage)(
-            model,
-            *given[1:],
-            tolerance,
-            strikes,
-            jacobians,
-            accuracy,
-            results,
-            outcomes,
-            storage.records(Ball, 2),
-            motion,
-            scratch,
-        )
-        needed = int(strikes[-1].segments) if segments and len(strikes) else 0
-        if needed <= segments:
-            break
-        segments = needed
-    done = Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])
-    return _with_moving_normals(model, velocities, position, tolerance, done)
-
-
-def _with_moving_normals(
-    model: StrikeModel,
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    done: Strikes,
-) -> Strikes:
-    """
-    Solve the strikes anew in which the ball meets the tip or the cloth more than once.
-
-    Only law `bistiffness` knows how: under the others the directions stay as they are at first.
-    """
-    strikes = done.strikes
-    again = np.flatnonzero((strikes['hits'] > 1) & (strikes['status'] < MISS))
-    if not model.follows or model.law != BISTIFFNESS or not len(again):
-        strikes['hits'] = np.minimum(strikes['hits'], 1)
-        return done
-    log, motion = done.log, done.segments
-    speeds = np.linalg.norm(velocities[again], axis=1)
-    axes = velocities[again] / speeds[:, np.newaxis]
-    frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
-    still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
-    reach = tip_reach(model)
-    met = meet(model, axes, Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds))
-    strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
-    strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
-    strikes['tip'][again] = met.after.tip - met.after.position
-    strikes['impulses'][again] = (frames @ met.impulses[..., np.newaxis]).reshape(-1, 6)
-    strikes['losses'][again] = met.losses.reshape(-1, 4)
-    strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
-    for i, row in enumerate(again):
-        strike, slips = strikes[row], met.slip[i] > MISCUE_SLIP * speeds[i]
-        last = row == len(strikes) - 1 and len(done.segments) > 0
-        room = USUAL_SEGMENTS if last else 0
-        rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)
-        accuracy = strike_tolerance(model, speeds[i], tolerance)
-        strike['error'] += trajectory_error(accuracy, speeds[i], strike['duration'])
-        exact = strike['error'] <= tolerance
-        strike['status'] = final_status(int(met.status[i]), slips, int(strike['status']), exact)
-        if last:
-            motion = rolled
-            log = log_of(met.log, frames[i]) if len(done.log) else log
-    return Strikes(strikes, log, motion)
-
-
-def _roll_out_again(
-    model: StrikeModel,
-    axis: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    strike: np.void,
-    room: int,
-) -> NDArray[np.void]:
-    """Roll out the ball of a strike whose end has changed; with room, return the segments."""
-    ball, cue, segments = Ball(), Ball(), OBJECTS.records(Segment, room)
-    start_ball(ball, position.tolist(), strike['velocity'].tolist(), strike['spin'].tolist())
-    if ball.velocity[2] < 0.0 and model.table:  # it came to the cloth again
-        bounce(model.surface, ball)
-        ball.bounces = 0
-        strike['velocity'], strike['spin'] = ball.velocity, ball.spin
-    speed = float(strike['cue_speed'])
-    cue.position, cue.velocity = (position + strike['tip']).tolist(), (speed * axis).tolist()
-    cue.end = follow_through_time(speed)
-    reach = tip_reach(model)
-    strike['status'], strike['error'], strike['again'] = roll_out(
-        model.surface, ball, 0.25 * tolerance, segments, cue, reach
-    )
-    strike['final_position'], strike['duration'] = ball.position, ball.time
-    strike['segments'] = ball.segments
-    if 0 < room < ball.segments:
-        return _roll_out_again(model, axis, position, tolerance, strike, ball.segments)
-    return as_rows(Segment, segments[: ball.segments])
-
-
-def refusals(
-    model: StrikeModel,
-    around: Surroundings,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
-    storage = prepare_strikes.current().storage
-    given = storage.array(normals), storage.array(velocities), storage.array(position)
-    strikes = _prepare(storage, model, around, *given, 1.0)[0]
-    status: NDArray[np.int64] = as_rows(Strike, strikes)['status']
-    return status
-
-
-def _prepare(
-    storage: Storage,
-    model: StrikeModel,
-    around: Surroundings,
-    normals: Floats,
-    velocities: Floats,
-    position: Vector,
-    tolerance: float,
-) -> tuple[Any, ...]:
-    """Return the last six arguments of `prepare_strikes`, filled."""
-    n, zeros = len(normals), storage.zeros
-    written = (
-        storage.records(Strike, n),
-        zeros(n, 3, 6, 3),
-        zeros(n, 6, 6),
-        zeros(n, 6),
-        zeros(n),
-        storage.array(np.eye(3)),
-    )
-    prepare_strikes.on(storage)(
-        model, stored(storage, around), normals, velocities, position, tolerance, *written
-    )
-    return written
 
 
 def stored(storage: Storage, around: Surroundings) -> Surroundings:

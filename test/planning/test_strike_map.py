@@ -13,7 +13,7 @@ from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike import strike_batch
+from billiard_shot.shot.strike_batch import strike_batch
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']

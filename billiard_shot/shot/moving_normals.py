@@ -1,0 +1,98 @@
+"""Strikes in which the ball meets the tip or the cloth more than once: the normals move."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact.laws import BISTIFFNESS
+from billiard_shot.records import as_rows, OBJECTS
+from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
+from billiard_shot.shot.cue_contact import log_of, meet, Meeting
+from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.strike import (
+    final_status,
+    follow_through_time,
+    MISCUE_SLIP,
+    Strikes,
+)
+from billiard_shot.status import (
+    MISS,
+)
+from billiard_shot.table.flight import bounce
+from billiard_shot.table.motion import Ball, Segment, start_ball
+from billiard_shot.table.roll_out import roll_out
+
+USUAL_SEGMENTS = 64  # of a ball; more are rolled out once more
+
+
+def with_moving_normals(
+    model: StrikeModel,
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    done: Strikes,
+) -> Strikes:
+    """
+    Solve the strikes anew in which the ball meets the tip or the cloth more than once.
+
+    Only law `bistiffness` knows how: under the others the directions stay as they are at first.
+    """
+    strikes = done.strikes
+    again = np.flatnonzero((strikes['hits'] > 1) & (strikes['status'] < MISS))
+    if not model.follows or model.law != BISTIFFNESS or not len(again):
+        strikes['hits'] = np.minimum(strikes['hits'], 1)
+        return done
+    log, motion = done.log, done.segments
+    speeds = np.linalg.norm(velocities[again], axis=1)
+    axes = velocities[again] / speeds[:, np.newaxis]
+    frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
+    still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
+    reach = tip_reach(model)
+    met = meet(model, axes, Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds))
+    strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
+    strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
+    strikes['tip'][again] = met.after.tip - met.after.position
+    strikes['impulses'][again] = (frames @ met.impulses[..., np.newaxis]).reshape(-1, 6)
+    strikes['losses'][again] = met.losses.reshape(-1, 4)
+    strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
+    for i, row in enumerate(again):
+        strike, slips = strikes[row], met.slip[i] > MISCUE_SLIP * speeds[i]
+        last = row == len(strikes) - 1 and len(done.segments) > 0
+        room = USUAL_SEGMENTS if last else 0
+        rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)
+        accuracy = strike_tolerance(model, speeds[i], tolerance)
+        strike['error'] += trajectory_error(accuracy, speeds[i], strike['duration'])
+        exact = strike['error'] <= tolerance
+        strike['status'] = final_status(int(met.status[i]), slips, int(strike['status']), exact)
+        if last:
+            motion = rolled
+            log = log_of(met.log, frames[i]) if len(done.log) else log
+    return Strikes(strikes, log, motion)
+
+
+def _roll_out_again(
+    model: StrikeModel,
+    axis: NDArray[np.float64],
+    position: NDArray[np.float64],
+    tolerance: float,
+    strike: np.void,
+    room: int,
+) -> NDArray[np.void]:
+    """Roll out the ball of a strike whose end has changed; with room, return the segments."""
+    ball, cue, segments = Ball(), Ball(), OBJECTS.records(Segment, room)
+    start_ball(ball, position.tolist(), strike['velocity'].tolist(), strike['spin'].tolist())
+    if ball.velocity[2] < 0.0 and model.table:  # it came to the cloth again
+        bounce(model.surface, ball)
+        ball.bounces = 0
+        strike['velocity'], strike['spin'] = ball.velocity, ball.spin
+    speed = float(strike['cue_speed'])
+    cue.position, cue.velocity = (position + strike['tip']).tolist(), (speed * axis).tolist()
+    cue.end = follow_through_time(speed)
+    reach = tip_reach(model)
+    strike['status'], strike['error'], strike['again'] = roll_out(
+        model.surface, ball, 0.25 * tolerance, segments, cue, reach
+    )
+    strike['final_position'], strike['duration'] = ball.position, ball.time
+    strike['segments'] = ball.segments
+    if 0 < room < ball.segments:
+        return _roll_out_again(model, axis, position, tolerance, strike, ball.segments)
+    return as_rows(Segment, segments[: ball.segments])
