@@ -8,7 +8,6 @@ the normal of the jump is corrected.
 """
 
 from collections.abc import Sequence
-import contextlib
 import math
 import sys
 import time
@@ -48,7 +47,7 @@ RETRY_PERIOD = 2.0
 
 RENEWAL_PERIOD = 20.0
 """
-Time without an answer after which repeatable requests go through a new client [s].
+Time without an answer after which a new client replaces the one that asked [s].
 
 On busy machines, Fast DDS 3.2 sometimes never tells a server of a client. A new client is
 announced anew.
@@ -74,53 +73,85 @@ def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.
     return conversions.make_request((x, y, z), quaternion, speed)
 
 
-def call(
-    node: Node,
-    client: 'Client[Any, Any]',
-    request: Any,
-    timeout: float = 10.0,
-    repeatable: bool = False,
-) -> Any:
+class ServiceCaller:
     """
-    Call a service, and return its answer.
+    Client of a service that waits for the answers.
 
     Parameters
     ----------
     node : Node
-    client : Client
-        Client of the service.
-    request
-        Request message.
-    timeout : float
-        Time to wait for an answer [s].
-    repeatable : bool
-        Whether the request may be executed twice. It is then sent again if there is no answer.
-        The answer is lost if the server has not yet discovered the client, even if the client has
-        discovered the server (github.com/ros2/rmw_fastrtps/issues/842). If the server does not
-        discover the client at all, a new client asks.
+    kind
+        Type of the service.
+    name : str
+        Name of the service.
 
-    Raises
-    ------
-    TimeoutError
-        If there is no answer within `timeout`.
+    Attributes
+    ----------
+    client : Client
+        Client in use.
 
     """
-    begin = since = time.monotonic()
-    asked = client
-    with contextlib.ExitStack() as stack:
+
+    def __init__(self, node: Node, kind: Any, name: str) -> None:
+        self._node, self._kind, self._name = node, kind, name
+        self.client: Client[Any, Any] = node.create_client(kind, name)
+
+    @property
+    def service_name(self) -> str:
+        """Name of the service, with its namespace."""
+        return self.client.service_name
+
+    def service_is_ready(self) -> bool:
+        """Whether the service has been discovered."""
+        return self.client.service_is_ready()
+
+    def wait_for_service(self, timeout: float) -> bool:
+        """Wait up to `timeout` seconds for the service; return whether it has been discovered."""
+        return self.client.wait_for_service(timeout_sec=timeout)
+
+    def call(self, request: Any, timeout: float = 10.0, repeatable: bool = False) -> Any:
+        """
+        Call the service, and return its answer.
+
+        Parameters
+        ----------
+        request
+            Request message.
+        timeout : float
+            Time to wait for an answer [s].
+        repeatable : bool
+            Whether the request may be executed twice. It is then sent again if there is no answer.
+            The answer is lost if the server has not yet discovered the client, even if the client
+            has discovered the server (github.com/ros2/rmw_fastrtps/issues/842). If the server
+            does not discover the client at all, a new client replaces it.
+
+        Raises
+        ------
+        TimeoutError
+            If there is no answer within `timeout`.
+
+        """
+        begin = since = time.monotonic()
         while (left := begin + timeout - time.monotonic()) > 0.0:
-            future = asked.call_async(request)
+            future = self.client.call_async(request)
             rclpy.spin_until_future_complete(
-                node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
+                self._node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
             )
             if future.done():
                 return result_of(future)
-            asked.remove_pending_request(future)
+            self.client.remove_pending_request(future)
             if time.monotonic() - since >= RENEWAL_PERIOD:
                 since = time.monotonic()
-                asked = node.create_client(client.srv_type, client.service_name)
-                stack.callback(node.destroy_client, asked)
-    raise TimeoutError(f'no answer from {client.service_name} within {timeout} s')
+                self._renew()
+        raise TimeoutError(f'no answer from {self.service_name} within {timeout} s')
+
+    def destroy(self) -> None:
+        """Take the client from its node."""
+        self._node.destroy_client(self.client)
+
+    def _renew(self) -> None:
+        self.destroy()
+        self.client = self._node.create_client(self._kind, self._name)
 
 
 def result_of(future: 'Future[Any]') -> Any:
@@ -161,11 +192,11 @@ def main(args: Sequence[str] | None = None) -> None:
     radius = Scene.load('paper').ball.radius
     with initialized(args):
         node = Node('paper_shots')
-        client: Client[Any, Any] = node.create_client(PredictShot, 'predict_shot')
-        if not client.wait_for_service(timeout_sec=START_UP):
-            sys.exit(f'no service {client.service_name}: is the predictor running?')
+        predictor = ServiceCaller(node, PredictShot, 'predict_shot')
+        if not predictor.wait_for_service(START_UP):
+            sys.exit(f'no service {predictor.service_name}: is the predictor running?')
         for name, (normal, velocity) in PAPER_SHOTS.items():
-            response = call(node, client, request_for(normal, velocity, radius), repeatable=True)
+            response = predictor.call(request_for(normal, velocity, radius), repeatable=True)
             print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
             print(report(response), end='\n\n', flush=True)
             if Status(response.status).refused:

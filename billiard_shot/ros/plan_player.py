@@ -9,7 +9,7 @@ Needs the nodes that the player needs, and a planner with the same scene as the 
 import argparse
 from collections.abc import Mapping, Sequence
 import math
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot, PlanShot
@@ -18,7 +18,7 @@ from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
-from billiard_shot.ros.client import call, result_of
+from billiard_shot.ros.client import result_of, ServiceCaller
 from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
@@ -31,9 +31,6 @@ from billiard_shot.ros.player import (
     run_player,
 )
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY
-
-if TYPE_CHECKING:
-    from rclpy.client import Client
 
 NOISE = {
     'sigma_a': 2e-4,
@@ -64,7 +61,7 @@ class PlanPlayer(Player):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
-        self._seal: Client[Any, Any] = self.create_client(SealShot, 'seal_shot')
+        self._seal = ServiceCaller(self, SealShot, 'seal_shot')
 
     def wait_for_all(self) -> None:
         """Wait for the planner and for everything that a shot needs."""
@@ -96,11 +93,8 @@ class PlanPlayer(Player):
 
     def seal(self, plan_id: str, valid_for: float = DEFAULT_VALIDITY) -> ExecuteShot.Goal:
         """Get a sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
-        sealed = call(
-            self,
-            self._seal,
-            SealShot.Request(plan_id=plan_id, valid_for=valid_for),
-            repeatable=True,
+        sealed = self._seal.call(
+            SealShot.Request(plan_id=plan_id, valid_for=valid_for), repeatable=True
         )
         if sealed.status != SealShot.Response.OK:
             raise NoPlanError(f'not sealed: {sealed.message}')

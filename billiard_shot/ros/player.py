@@ -34,7 +34,7 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.client import call, result_of, START_UP
+from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
 from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
@@ -110,7 +110,7 @@ class Player(Node):
         self.table: TableState | None = None
         self.safety_inputs_on = True
         self.problems: list[str] = []
-        self._predict: Client[Any, Any] = self.create_client(PredictShot, 'predict_shot')
+        self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
         self._arm: Client[Any, Any] = self.create_client(Trigger, 'cue_driver/arm')
         self._execute: ActionClient[Any, Any, Any] = ActionClient(
             self, ExecuteShot, 'execute_shot'
@@ -213,7 +213,7 @@ class Player(Node):
         request = PredictShot.Request(
             cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True
         )
-        return call(self, self._predict, request, repeatable=True)
+        return self._predict.call(request, repeatable=True)
 
     def execute(
         self,

@@ -10,19 +10,16 @@ import array
 from collections.abc import Sequence
 import math
 import sys
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from billiard_shot_msgs.srv import SealShot
 from rclpy.node import Node
 import yaml
 
-from billiard_shot.ros.client import call
+from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.player import own_arguments, parser_of
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY
-
-if TYPE_CHECKING:
-    from rclpy.client import Client
 
 TIMEOUT = 10.0
 """Time to wait for the planner [s]."""
@@ -84,13 +81,13 @@ def main(args: Sequence[str] | None = None) -> None:
     try:
         with initialized(args):
             node = Node('seal_shot')
-            client: Client[Any, Any] = node.create_client(SealShot, 'seal_shot')
-            if not client.wait_for_service(timeout_sec=TIMEOUT):
+            planner = ServiceCaller(node, SealShot, 'seal_shot')
+            if not planner.wait_for_service(TIMEOUT):
                 raise TimeoutError(
-                    f'no service {client.service_name} within {TIMEOUT:g} s: is '
+                    f'no service {planner.service_name} within {TIMEOUT:g} s: is '
                     'the planner running?'
                 )
-            sealed = call(node, client, request, repeatable=True)
+            sealed = planner.call(request, repeatable=True)
     except TimeoutError as error:
         print(f'seal_shot: {error}', file=sys.stderr)
         sys.exit(3)

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
-from waiting import call, PATIENCE
+from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
@@ -85,7 +85,7 @@ class Cell:
         self.ended = None  # future of the result of the last goal
         self.estop = self.player.create_publisher(Bool, 'estop', 10)
         self.services = {
-            name: self.player.create_client(Trigger, f'{space}/{name}')
+            name: PatientCaller(self.player, Trigger, f'{space}/{name}')
             for name in (
                 'cue_driver/arm',
                 'cue_driver/disarm',
@@ -108,7 +108,7 @@ class Cell:
         self.processes[name] = process
 
     def call(self, name):
-        return call(self.player, self.services[name], Trigger.Request())
+        return self.services[name].call(Trigger.Request())
 
     @property
     def state(self):

@@ -142,11 +142,11 @@ def predictor(domain: None) -> Iterator[subprocess.Popen[str]]:
 def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
     """Return a function that sends a request to the predictor and returns its answer."""
     from billiard_shot_msgs.srv import PredictShot
-    from waiting import call, PATIENCE
+    from waiting import PatientCaller
 
-    client = node.create_client(PredictShot, 'predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE), 'the predictor did not come up'
-    return lambda request: call(node, client, request, repeatable=True)
+    client = PatientCaller(node, PredictShot, 'predict_shot')
+    assert client.wait_for_service(), 'the predictor did not come up'
+    return lambda request: client.call(request, repeatable=True)
 
 
 @pytest.fixture(scope='module')

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.srv import PredictShot
-from waiting import call, PATIENCE
+from waiting import PatientCaller
 
 from billiard_shot import Scene, Status
 from billiard_shot.ros.client import PAPER_SHOTS, request_for
@@ -77,11 +77,11 @@ def test_bad_request(ask, path, value, status, words):
 def test_cue_through_cloth(start, node):
     """pool: this scene knows how thick the cue is."""
     start('-p', 'scene:=pool', '-r', '__ns:=/pool')
-    client = node.create_client(PredictShot, '/pool/predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, PredictShot, '/pool/predict_shot')
+    assert client.wait_for_service()
     request = level_shot()
     request.cue_pose.position.z = 0.005
-    answer = call(node, client, request, repeatable=True)
+    answer = client.call(request, repeatable=True)
     assert Status(answer.status) is Status.CUE_THROUGH_CLOTH
     assert 'cloth' in answer.message
 

@@ -1,5 +1,7 @@
 """Asking a service that does not answer."""
 
+from functools import partial
+import math
 import threading
 
 import pytest
@@ -12,33 +14,49 @@ from std_srvs.srv import Trigger
 from waiting import PATIENCE
 
 from billiard_shot.ros import client
-from billiard_shot.ros.client import call
+from billiard_shot.ros.client import ServiceCaller
+
+
+class Stand:
+    """Node in which clients of the service `late` stand in for real ones."""
+
+    def __init__(self, node, *stand_ins):
+        self.node, self.stand_ins = node, list(stand_ins)
+
+    def create_client(self, kind, name):
+        client = self.node.create_client(kind, name)
+        return self.stand_ins.pop(0)(client) if self.stand_ins else client
+
+    def destroy_client(self, client):
+        self.node.destroy_client(getattr(client, 'real', client))
+
+    def __getattr__(self, name):
+        return getattr(self.node, name)
 
 
 class AskedTooEarly:
     """Client of a service that comes up after the first request has been sent."""
 
-    def __init__(self, node, come_up):
-        self.client, self.come_up = node.create_client(Trigger, 'late'), come_up
-        self.requests = 0
+    def __init__(self, come_up, real):
+        self.come_up, self.real, self.requests = come_up, real, 0
 
     def call_async(self, request):
-        future = self.client.call_async(request)
+        future = self.real.call_async(request)
         self.requests += 1
         if self.requests == 1:
             self.come_up()
-            assert self.client.wait_for_service(timeout_sec=PATIENCE)
+            assert self.real.wait_for_service(timeout_sec=PATIENCE)
         return future
 
     def __getattr__(self, name):
-        return getattr(self.client, name)
+        return getattr(self.real, name)
 
 
 class NeverDiscovered:
     """Client whose requests get no answer, because the server never learns of the client."""
 
-    def __init__(self, node):
-        self.client = node.create_client(Trigger, 'late')
+    def __init__(self, real):
+        self.real = real
 
     def call_async(self, request):
         return rclpy.Future()
@@ -47,44 +65,53 @@ class NeverDiscovered:
         pass
 
     def __getattr__(self, name):
-        return getattr(self.client, name)
+        return getattr(self.real, name)
 
 
 @pytest.fixture
-def late(node):
+def come_up():
+    """Function that starts the server of `late`."""
     server, executor = rclpy.create_node('late'), SingleThreadedExecutor()
     executor.add_node(server)
     thread = threading.Thread(target=executor.spin)
 
-    def come_up():
+    def start():
         server.create_service(Trigger, 'late', lambda _, answer: answer)
         thread.start()
 
-    yield AskedTooEarly(node, come_up)
+    yield start
     executor.shutdown()
     thread.join()
     server.destroy_node()
 
 
-def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, late):
-    answer = call(node, late, Trigger.Request(), timeout=PATIENCE, repeatable=True)
+def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
+    late = ServiceCaller(Stand(node, partial(AskedTooEarly, come_up)), Trigger, 'late')
+    answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
-    assert late.requests > 1
+    assert late.client.requests > 1
+    late.destroy()
 
 
-def test_other_requests_are_sent_once(node, late):
+def test_other_requests_are_sent_once(node, come_up):
+    late = ServiceCaller(Stand(node, partial(AskedTooEarly, come_up)), Trigger, 'late')
     with pytest.raises(TimeoutError, match='no answer from /late'):
-        call(node, late, Trigger.Request(), timeout=1.0)
-    assert late.requests == 1
+        late.call(Trigger.Request(), timeout=1.0)
+    assert late.client.requests == 1
+    late.destroy()
 
 
-def test_a_new_client_asks_if_the_server_never_discovers_the_first_one(node, late, monkeypatch):
+def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
     monkeypatch.setattr(client, 'RETRY_PERIOD', 0.5)
     monkeypatch.setattr(client, 'RENEWAL_PERIOD', 2.0)
-    late.come_up()
+    come_up()
     clients = len(list(node.clients))
-    unheard = NeverDiscovered(node)
-    answer = call(node, unheard, Trigger.Request(), timeout=PATIENCE, repeatable=True)
+    late = ServiceCaller(Stand(node, NeverDiscovered), Trigger, 'late')
+    answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
-    assert len(list(node.clients)) == clients + 1  # the one that was never discovered
-    node.destroy_client(unheard.client)
+    assert len(list(node.clients)) == clients + 1
+    # Later calls must not wait for the first client again.
+    monkeypatch.setattr(client, 'RENEWAL_PERIOD', math.inf)
+    assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
+    late.destroy()
+    assert len(list(node.clients)) == clients

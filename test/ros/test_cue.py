@@ -18,7 +18,7 @@ import numpy as np
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import ListParameters, SetParameters
 from std_msgs.msg import Bool
-from waiting import call, PATIENCE, spin_until
+from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Stroke
 from billiard_shot.cue.mechanism import JOINTS
@@ -176,11 +176,11 @@ def test_silence_stops(cell):
 
 
 def test_deactivate_disarms(cell):
-    change = cell.player.create_client(ChangeState, f'{SPACE}/cue_driver/change_state')
+    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
     cell.wait_for_services(change)
 
     def transition(number):
-        return call(cell.player, change, ChangeState.Request(transition=Transition(id=number)))
+        return change.call(ChangeState.Request(transition=Transition(id=number)))
 
     ended = cell.begin(cell.goal('deactivate'))
     cell.reach(State.AIMING)
@@ -203,14 +203,12 @@ def test_deactivate_disarms(cell):
 
 
 def test_a_late_brake_is_a_fault(cell):
-    put = cell.player.create_client(SetParameters, f'{SPACE}/cue_sim/set_parameters')
+    put = PatientCaller(cell.player, SetParameters, f'{SPACE}/cue_sim/set_parameters')
     cell.wait_for_services(put)
 
     def late_brake(seconds):
         value = ParameterValue(type=3, double_value=seconds)
-        answer = call(
-            cell.player,
-            put,
+        answer = put.call(
             SetParameters.Request(parameters=[Parameter(name='late_brake', value=value)]),
             repeatable=True,
         )
@@ -276,9 +274,9 @@ def test_another_process_killed_does_no_harm(cell):
 def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
     space = f'/end_{name}_{number}'
     process = launch(name, '-r', f'__ns:={space}')
-    client = node.create_client(ListParameters, f'{space}/{name}/list_parameters')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
-    call(node, client, ListParameters.Request(), repeatable=True)
+    client = PatientCaller(node, ListParameters, f'{space}/{name}/list_parameters')
+    assert client.wait_for_service()
+    client.call(ListParameters.Request(), repeatable=True)
 
     process.send_signal(number)
     said, _ = process.communicate(timeout=PATIENCE)

@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import Marker, MarkerArray
-from waiting import call, PATIENCE, spin_until
+from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
@@ -272,13 +272,13 @@ def test_another_scene_is_shown_once_it_is_set(launch, node):
     from rclpy.parameter import Parameter
 
     launch('table_display', '-r', '__ns:=/other')
-    client = node.create_client(SetParameters, '/other/table_display/set_parameters')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, SetParameters, '/other/table_display/set_parameters')
+    assert client.wait_for_service()
 
     def answer(scene):
         setting = Parameter('scene', value=scene).to_parameter_msg()
         request = SetParameters.Request(parameters=[setting])
-        return call(node, client, request, repeatable=True).results[0]
+        return client.call(request, repeatable=True).results[0]
 
     assert not answer('no_such_scene').successful
     assert answer('snooker').successful

@@ -15,7 +15,7 @@ from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory
-from waiting import call, PATIENCE
+from waiting import PATIENCE, PatientCaller
 import yaml
 
 from billiard_shot.cue.safety import State
@@ -26,7 +26,7 @@ SPACE = '/safety'
 
 def setter(cell, node):
     """Return a function that sets a parameter of a node: '' or the reason why not."""
-    client = cell.player.create_client(SetParameters, f'{SPACE}/{node}/set_parameters')
+    client = PatientCaller(cell.player, SetParameters, f'{SPACE}/{node}/set_parameters')
     cell.wait_for_services(client)
 
     def put(name, value):
@@ -35,9 +35,7 @@ def setter(cell, node):
         parameter = Parameter(
             name=name, value=ParameterValue(type=number, **{f'{kind}_value': value})
         )
-        answer = call(
-            cell.player, client, SetParameters.Request(parameters=[parameter]), repeatable=True
-        )
+        answer = client.call(SetParameters.Request(parameters=[parameter]), repeatable=True)
         (result,) = answer.results
         return '' if result.successful else result.reason
 
@@ -77,11 +75,11 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
 
 def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     put = setter(cell, 'cue_driver')
-    change = cell.player.create_client(ChangeState, f'{SPACE}/cue_driver/change_state')
+    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
     cell.wait_for_services(change)
 
     def transition(number):
-        return call(cell.player, change, ChangeState.Request(transition=Transition(id=number)))
+        return change.call(ChangeState.Request(transition=Transition(id=number)))
 
     wanted = 'estop_timeout: can be set only while the node is unconfigured'
     assert put('estop_timeout', 1.0).startswith(wanted)

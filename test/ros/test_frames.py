@@ -16,7 +16,7 @@ import numpy as np
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
-from waiting import call, PATIENCE, spin_until
+from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Status
 from billiard_shot.cue.kinematics import forward_kinematics
@@ -45,16 +45,16 @@ def heard(node, kind, topic):
 def test_the_nodes_use_the_frame_that_they_are_given(node, launch):
     launch('predictor', *CELL)
     launch('table_sim', *CELL)
-    client = node.create_client(PredictShot, '/cell1/predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, PredictShot, '/cell1/predict_shot')
+    assert client.wait_for_service()
     request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
     assert request.header.frame_id == 'table'
-    refused = call(node, client, request, repeatable=True)
+    refused = client.call(request, repeatable=True)
     assert refused.status == Status.INVALID_REQUEST
     assert refused.message == "header.frame_id is 'table': must be 'cell1/table' or empty"
     for frame in ('cell1/table', ''):
         request.header.frame_id = frame
-        assert call(node, client, request, repeatable=True).status == Status.OK
+        assert client.call(request, repeatable=True).status == Status.OK
     path = heard(node, Path, '/cell1/predictor/path')
     assert {path.header.frame_id, path.poses[-1].header.frame_id} == {'cell1/table'}
     shown = heard(node, MarkerArray, '/cell1/predictor/markers')
@@ -66,8 +66,8 @@ def test_the_nodes_use_the_frame_that_they_are_given(node, launch):
 def test_balls_in_another_frame_are_refused(node, launch):
     launch('predictor', '-r', '__ns:=/cell2', '-p', 'frame:=cell2/table')
     publisher = node.create_publisher(TableState, '/cell2/table_state', LATCHED)
-    client = node.create_client(PredictShot, '/cell2/predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, PredictShot, '/cell2/predict_shot')
+    assert client.wait_for_service()
     publisher.publish(
         TableState(
             header=Header(frame_id='map'), balls=[BallState(id='cue', position=Point(x=0.1))]
@@ -77,7 +77,7 @@ def test_balls_in_another_frame_are_refused(node, launch):
     request.header.frame_id, request.use_table_state = '', True
 
     def refusal():
-        answer = call(node, client, request, repeatable=True).message
+        answer = client.call(request, repeatable=True).message
         return '' if 'nothing has come in' in answer else answer
 
     assert spin_until(node, refusal)

@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from recorded_launch import RSP, settings_of, started
-from waiting import call, PATIENCE, spin_until
+from waiting import PATIENCE, PatientCaller, spin_until
 import yaml
 
 
@@ -62,11 +62,11 @@ def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
     node.create_subscription(
         DiagnosticArray, '/diagnostics', lambda message: diagnostics.extend(message.status), 10
     )
-    client = node.create_client(GetState, '/cell5/cue_driver/get_state')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, GetState, '/cell5/cue_driver/get_state')
+    assert client.wait_for_service()
 
     def is_active():
-        answer = call(node, client, GetState.Request(), repeatable=True)
+        answer = client.call(GetState.Request(), repeatable=True)
         return answer.current_state.id == State.PRIMARY_STATE_ACTIVE
 
     assert spin_until(node, is_active)

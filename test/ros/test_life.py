@@ -15,7 +15,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from waiting import call, PATIENCE
+from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.ros import cue_parameters, parameters
 
@@ -23,8 +23,8 @@ from billiard_shot.ros import cue_parameters, parameters
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_it_with_exit_code_0(start, node, number):
     process = start('-r', f'__ns:=/end_{number}')
-    client = node.create_client(PredictShot, f'/end_{number}/predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, PredictShot, f'/end_{number}/predict_shot')
+    assert client.wait_for_service()
     process.send_signal(number)
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said
@@ -95,19 +95,19 @@ def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
 
 
 def test_parameters_are_described_and_checked_when_set(ask, node):
-    describe = node.create_client(DescribeParameters, '/predictor/describe_parameters')
-    set_them = node.create_client(SetParameters, '/predictor/set_parameters')
-    assert describe.wait_for_service(timeout_sec=PATIENCE)
-    assert set_them.wait_for_service(timeout_sec=PATIENCE)
+    describe = PatientCaller(node, DescribeParameters, '/predictor/describe_parameters')
+    set_them = PatientCaller(node, SetParameters, '/predictor/set_parameters')
+    assert describe.wait_for_service()
+    assert set_them.wait_for_service()
     names = [parameter.name for parameter in parameters.PREDICTOR]
     request = DescribeParameters.Request(names=names)
-    for descriptor in call(node, describe, request, repeatable=True).descriptors:
+    for descriptor in describe.call(request, repeatable=True).descriptors:
         assert descriptor.description.endswith('.')
 
     def put(name, kind, **value):
         parameter = ParameterMessage(name=name, value=ParameterValue(type=kind, **value))
         request = SetParameters.Request(parameters=[parameter])
-        return call(node, set_them, request, repeatable=True).results[0]
+        return set_them.call(request, repeatable=True).results[0]
 
     integer, double, string = 2, 3, 4
     assert not put('scene', string, string_value='no_such_scene').successful

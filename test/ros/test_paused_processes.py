@@ -113,7 +113,7 @@ def pause_the_driver(cell, state, silent):
     wait(cell, 0.2)  # messages from now on wait in the queues of the driver
     cell.player.safety_inputs_on = not silent
     requests = [
-        cell.services[f'cue_driver/{name}'].call_async(Trigger.Request())
+        cell.services[f'cue_driver/{name}'].client.call_async(Trigger.Request())
         for name in ('arm', 'clear_fault', 'arm')
     ]
     wait(cell, PAUSE)

@@ -15,7 +15,7 @@ from nav_msgs.msg import Path
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
-from waiting import call, PATIENCE, spin_until
+from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
@@ -178,8 +178,8 @@ def test_other_balls_of_the_table_state_are_met(ask, node):
 
 def test_path_and_markers_come_after_the_answer(start, node):
     start('-r', '__ns:=/display')
-    client = node.create_client(PredictShot, '/display/predict_shot')
-    assert client.wait_for_service(timeout_sec=PATIENCE)
+    client = PatientCaller(node, PredictShot, '/display/predict_shot')
+    assert client.wait_for_service()
     arrived = []
     for kind, topic in ((Path, 'path'), (MarkerArray, 'markers'), (String, 'shot')):
         node.create_subscription(
@@ -192,10 +192,10 @@ def test_path_and_markers_come_after_the_answer(start, node):
         )
     refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
     refused.speed = 0.0
-    assert call(node, client, refused, repeatable=True).status == Status.INVALID_STROKE
+    assert client.call(refused, repeatable=True).status == Status.INVALID_STROKE
     assert not spin_until(node, lambda: arrived, seconds=0.5), 'nothing to show yet'
 
-    answer, answered = answer_and_when(client, request_for(*PAPER_SHOTS['massé'], RADIUS))
+    answer, answered = answer_and_when(client.client, request_for(*PAPER_SHOTS['massé'], RADIUS))
     assert spin_until(node, lambda: len(arrived) == 3)
     assert all(sent > answered for _, _, sent in arrived)
     messages = {topic: message for topic, message, _ in arrived}
@@ -219,7 +219,7 @@ def test_path_and_markers_come_after_the_answer(start, node):
     node.create_subscription(Path, '/display/predictor/path', late.append, LATCHED)
     assert spin_until(node, lambda: late), 'latched: who comes later sees it too'
 
-    assert call(node, client, refused, repeatable=True).status == Status.INVALID_STROKE
+    assert client.call(refused, repeatable=True).status == Status.INVALID_STROKE
     assert not spin_until(node, lambda: len(arrived) > 3, seconds=0.5), 'a refusal shows nothing'
 
 

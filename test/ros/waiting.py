@@ -1,16 +1,23 @@
 """Waiting for other processes, for as long as they may take on a starved machine."""
 
-from functools import partial
 from time import monotonic
 
 import rclpy
 
-from billiard_shot.ros import client
+from billiard_shot.ros.client import ServiceCaller
 
 PATIENCE = 120.0
 """Seconds after which a test gives up: only a process that hangs takes that long."""
 
-call = partial(client.call, timeout=PATIENCE)
+
+class PatientCaller(ServiceCaller):
+    """Client of a service of a process that may be starved."""
+
+    def wait_for_service(self, timeout=PATIENCE):
+        return super().wait_for_service(timeout)
+
+    def call(self, request, timeout=PATIENCE, repeatable=False):
+        return super().call(request, timeout, repeatable)
 
 
 def spin_until(node, condition, seconds=PATIENCE):
