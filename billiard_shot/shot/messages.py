@@ -33,7 +33,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
         case Status.NEGATIVE_ENERGY:
             return 'law: poisson drove an elastic energy below zero; take another law'
         case Status.TOLERANCE_NOT_REACHED:
-            return 'tolerance: finer than can be computed; see error_estimate'
+            return 'tolerance: not reached; error_estimate states how large the error may be'
         case Status.BUDGET_EXCEEDED:
             return 'the impact or the bounces take too many steps; the result is incomplete'
         case Status.MISS:

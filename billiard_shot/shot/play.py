@@ -2,9 +2,11 @@
 Strokes from the cue to rest, one or many: strike, table, and how each of them ended.
 
 This is the one place that decides the status of a stroke: alone, in a batch, or at a ball to which
-others are near.
+others are near. A stroke whose ball meets rounded jaws of pockets is played again, finer: each jaw
+magnifies an error a few hundred times.
 """
 
+from dataclasses import fields
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +32,7 @@ from billiard_shot.shot.strike import no_phases, Strike
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.effects import table_on
-from billiard_shot.table.motion import Segment
+from billiard_shot.table.motion import NOTHING, Segment
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBatch
@@ -39,9 +41,13 @@ from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBat
 _OPEN = (Status.OK, Status.NEVER_RESTS)
 # and those that a discontinuity of the law overrules.
 _SOLVED = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE)
-# Shares of the tolerance for hops that are left out. A cushion magnifies an error ten times, and
-# the rounded jaw of a pocket a few hundred times.
-ENDLESS_SHARE, CUSHIONS_SHARE, POCKETS_SHARE = 0.25, 0.025, 1e-3
+# Share of the tolerance for hops that are left out: on endless cloth; before cushions, which
+# magnify an error ten times.
+HOPS = 0.25
+HOPS_BEFORE_CUSHIONS = 0.1 * HOPS
+# Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
+# share of what this changed.
+FINER, LEFT = 1e-3, 0.05
 
 
 class Played(NamedTuple):
@@ -63,6 +69,23 @@ def play_one(
     tolerance: float,
 ) -> tuple[Played, TableRun | None]:
     """Play a stroke, with all that happens."""
+    played, run = _play_one(scene, model, normal, velocity, centre, tolerance)
+    if run is None or run.jaws_met == 0:
+        return played, run
+    finer, again = _play_one(scene, model, normal, velocity, centre, FINER * tolerance)
+    met_none = np.array([again is not None and CUE not in again.first_met])
+    _estimate_error(finer.strikes, played.strikes, met_none, tolerance)
+    return finer, again
+
+
+def _play_one(
+    scene: Scene,
+    model: StrikeModel,
+    normal: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
+) -> tuple[Played, TableRun | None]:
     table = table_on(scene) if has_table(scene) else None
     played, struck = _strike(
         scene, model, table, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
@@ -87,6 +110,8 @@ def play_one(
         run = with_first_events(run, struck, model.surface)
     played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
+    if scene.table is not None:
+        _add_hops(played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, np.array([run.status]))
     return played, run
 
@@ -100,6 +125,47 @@ def play_many(
     tolerance: float,
 ) -> tuple[Played, TableBatch | None]:
     """Play strokes on all cores."""
+    played, batch = _play_many(scene, model, normals, velocities, centre, tolerance)
+    if batch is None or not batch.jaws_met.any():
+        return played, batch
+    rows = np.flatnonzero(batch.jaws_met)
+    finer, again = _play_many(
+        scene, model, normals[rows], velocities[rows], centre, FINER * tolerance
+    )
+    assert again is not None
+    met_none = again.first_met[:, 0] == NOTHING
+    _estimate_error(finer.strikes, played.strikes[rows], met_none, tolerance)
+    played.strikes[rows], played.discontinuity[rows] = finer.strikes, finer.discontinuity
+    for each in fields(again):
+        if each.name != 'names':
+            getattr(batch, each.name)[rows] = getattr(again, each.name)
+    return played, batch
+
+
+def _estimate_error(
+    finer: NDArray[np.void],
+    coarse: NDArray[np.void],
+    met_none: NDArray[np.bool_],
+    tolerance: float,
+) -> None:
+    """Write errors [m], and what follows for the statuses, of strokes that were played again."""
+    shift = finer['final_position'] - coarse['final_position']
+    change = np.sqrt(shift[:, 0] ** 2 + shift[:, 1] ** 2 + shift[:, 2] ** 2)
+    finer['error'] = np.maximum(coarse['error'], np.where(met_none, LEFT * change, 0.0))
+    finer_than_possible = finer['status'] == Status.TOLERANCE_NOT_REACHED
+    finer['status'][finer_than_possible] = coarse['status'][finer_than_possible]
+    too_large = (finer['status'] == Status.OK) & (finer['error'] > tolerance)
+    finer['status'][too_large] = Status.TOLERANCE_NOT_REACHED
+
+
+def _play_many(
+    scene: Scene,
+    model: StrikeModel,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    tolerance: float,
+) -> tuple[Played, TableBatch | None]:
     table = table_on(scene) if has_table(scene) else None
 
     def strike_part(part: slice) -> tuple[Played, Struck | None]:
@@ -126,6 +192,8 @@ def play_many(
     batch = _follow(
         scene, model, table, played.strikes, velocities, centre, tolerance, states, met
     )
+    if scene.table is not None:
+        _add_hops(played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
 
@@ -176,9 +244,12 @@ def _follow(
 
 def _hop_tolerance(scene: Scene, tolerance: float) -> float:
     """Largest error of a hop that is left out [m], so that the shot keeps to the tolerance [m]."""
-    if scene.table is None:
-        return ENDLESS_SHARE * tolerance
-    return (POCKETS_SHARE if scene.table.pockets else CUSHIONS_SHARE) * tolerance
+    return (HOPS if scene.table is None else HOPS_BEFORE_CUSHIONS) * tolerance
+
+
+def _add_hops(strikes: NDArray[np.void], tolerance: float) -> None:
+    """Add the hops that are left out before cushions to the errors of strokes that were played."""
+    strikes['error'][strikes['status'] < Status.MISS] += HOPS * tolerance
 
 
 def _strike(

@@ -43,7 +43,7 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.params import OFF as NEVER
-from billiard_shot.table.rolling_boundary import FACINGS, HOLES, OUTSIDE
+from billiard_shot.table.rolling_boundary import ARCS, FACINGS, HOLES, OUTSIDE
 from billiard_shot.table.segments import end_segment, start_segment
 from billiard_shot.table.simulation_state import (
     energy_of,
@@ -200,6 +200,8 @@ def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     n, lies = table.numbers, ball.position[2] == table.params.radius
     if feature < FACINGS:
         ball.cushions += 1
+    elif feature >= ARCS and ball.first_contact == NOTHING:
+        ball.jaws += 1
     p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
     if lies and abs(shift) <= APART:  # rounding; or pressed in by its motion on the cloth
         ball.position[0] += p

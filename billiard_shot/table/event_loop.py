@@ -79,6 +79,7 @@ class TableOutcome:
     events: int
     searches: int  # contacts looked for
     cue_hits: int  # how often the cue met ball 0 again, after the strike
+    jaws_met: int  # rounded jaws that ball 0 met before another ball
 
 
 @inner
@@ -323,6 +324,7 @@ def simulate_tables(
             outcome.duration, outcome.status = 0.0, INVALID_REQUEST
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
+        outcome.jaws_met = balls[0].jaws
         for i in range(count):
             write_outcome(balls[i], ball_outcomes[number * count + i])
         number += 1

@@ -85,6 +85,7 @@ class Ball:
     pocket: int  # in which the ball lies, or NOTHING
     first_contact: int  # the first ball that it met, or NOTHING
     cushions: int  # impacts with straight cushions so far
+    jaws: int  # impacts with rounded jaws before it met another ball
     modified: bool  # by an impact of several bodies: its next segment has to begin
     # The cushion that the ball presses in this segment, or IMPACT, or NOTHING. At the end of the
     # segment it gets its exit velocity and spin.
@@ -101,7 +102,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
         ball.acceleration[i], ball.spin_acceleration[i] = 0.0, 0.0
     ball.time, ball.end, ball.boundary_time, ball.landing_speed = 0.0, 0.0, math.inf, 0.0
     ball.motion, ball.cause, ball.ball = REST, START, 0
-    ball.bounces, ball.segments, ball.cushions = 0, 0, 0
+    ball.bounces, ball.segments, ball.cushions, ball.jaws = 0, 0, 0, 0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
     ball.spin_ends, ball.modified = False, False
     ball.nose = NOTHING

@@ -108,6 +108,7 @@ class TableRun:
     _segments: NDArray[np.void] = field(repr=False)  # Segment
     _events: EventLog = field(repr=False)
     _places: NDArray[np.int64] = field(repr=False)  # (balls, 2) pocket, first ball met; or NOTHING
+    jaws_met: int = 0  # rounded jaws that ball 0 met before another ball
 
     def __repr__(self) -> str:
         fallen = (f', {ball} into {place_in_words(to)}' for ball, to in self.pocketed.items())

@@ -144,6 +144,7 @@ def run_one(
         played.segments,
         played.events,
         np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
+        int(end['jaws_met']),
     )
 
 
@@ -303,6 +304,7 @@ class TableBatch:
     status: NDArray[np.uint16]  # (tables,) Status
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
+    jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
 
     def __repr__(self) -> str:
         balls = plural(len(self.names), 'ball')
@@ -398,4 +400,5 @@ def run_many(
         status=tables['status'].astype(np.uint16),
         events=tables['events'],
         searches=tables['searches'],
+        jaws_met=tables['jaws_met'],
     )

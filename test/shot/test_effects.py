@@ -90,10 +90,9 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     2,000 random scenes: the same trajectory at equal times, from fewer steps.
 
     Up to the first impact with another ball or again with the cue, after which what is small
-    grows. Rebounds of a ball that flies enlarge errors, too: one in a thousand may miss the
-    tolerance, by a factor of three. Hops that are left out can hide a cue that grazes the ball
-    again within milliseconds: in no more than one shot of 300 that moves the ball by more than the
-    tolerance, and by 2 mm at most.
+    grows. Hops that are left out can hide a cue that grazes the ball again within milliseconds: in
+    no more than one shot of 300 that moves the ball by more than the tolerance, and by 2 mm at
+    most.
     """
     draw = np.random.default_rng(4)
     tolerance = 1e-4
@@ -122,11 +121,10 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
             assert all(effect.simulated or not effect.called_for for effect in everything.effects)
     assert (apart[hidden] > tolerance).sum() <= 2000 / 300
     assert apart[hidden].max() < 2e-3
-    assert (apart[~hidden] > tolerance).sum() <= 2
-    assert apart[~hidden].max() < 3 * tolerance
+    assert apart[~hidden].max() < tolerance
     assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
     assert (work[:, 0] < work[:, 1]).mean() > 0.5
-    for some, saved in ((on_table, 2.1), (~on_table, 1.4)):  # jaws need more hops than cloth alone
+    for some, saved in ((on_table, 2.1), (~on_table, 1.4)):
         assert work[some, 1].sum() > saved * work[some, 0].sum()
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from billiard_shot import predict, Scene, simulate, Status, Stroke
 from billiard_shot.shot import story
-from billiard_shot.shot.play import CUSHIONS_SHARE, ENDLESS_SHARE
+from billiard_shot.shot.play import HOPS, HOPS_BEFORE_CUSHIONS
 from billiard_shot.shot.predict import DEFAULT_TOLERANCE
 from billiard_shot.table.trajectory import BallState, EventKind
 
@@ -73,7 +73,7 @@ def test_every_scene_has_every_attribute():
         table=dataclasses.replace(POOL.table, length=8.0, width=8.0, pockets=False),
     )
     # On a table smaller hops count: they matter at cushions.
-    table = predict(wide, stroke, DEFAULT_TOLERANCE * ENDLESS_SHARE / CUSHIONS_SHARE)
+    table = predict(wide, stroke, DEFAULT_TOLERANCE * HOPS / HOPS_BEFORE_CUSHIONS)
     assert cloth.table is None
     assert table.table is not None
     assert (cloth.pocketed, cloth.off_table, cloth.first_contact) == ({}, (), None)

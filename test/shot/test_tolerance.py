@@ -6,12 +6,14 @@ import sys
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.study.laws import discontinuities, sweeps
 
 sys.path.insert(0, str(Path(__file__).parents[2] / 'benchmarks'))
 
 from tolerance import FLOOR, gap, random_scene, random_stroke, TOLERANCES
+
+POOL = Scene.load('pool_table')
 
 
 @pytest.mark.parametrize('name', ['paper', 'pool', 'random'])
@@ -33,32 +35,70 @@ def test_errors_keep_to_their_estimates_and_tolerances(name):
     assert np.mean(within, axis=0).min() >= 0.99
 
 
+def elevated_stroke(rng):
+    """Stroke with an elevation of 2 to 25 degrees at 0.5 to 6 m/s; place of the ball."""
+    a, b = rng.uniform(-0.5, 0.5, 2)
+    stroke = Stroke.from_offsets(
+        a=a,
+        b=b,
+        elevation=np.radians(rng.uniform(2.0, 25.0)),
+        azimuth=rng.uniform(-np.pi, np.pi),
+        speed=rng.uniform(0.5, 6.0),
+    )
+    return stroke, rng.uniform([-0.9, -0.4], [0.9, 0.4])
+
+
 @pytest.mark.parametrize('pockets', [True, False])
 def test_errors_stay_within_the_tolerance_after_cushions_and_jaws(pockets):
     data = Scene.load('pool_table').to_dict()
     data['table']['pockets'] = pockets
     scene = Scene.from_dict(data)
     rng = np.random.default_rng(5)
-    within = []
+    within, missed = [], 0
     for _ in range(400):
-        a, b = rng.uniform(-0.5, 0.5, 2)
-        stroke = Stroke.from_offsets(
-            a=a,
-            b=b,
-            elevation=np.radians(rng.uniform(2.0, 25.0)),
-            azimuth=rng.uniform(-np.pi, np.pi),
-            speed=rng.uniform(0.5, 6.0),
-        )
-        place = rng.uniform([-0.9, -0.4], [0.9, 0.4])
+        stroke, place = elevated_stroke(rng)
         shot, exact = (predict(scene, stroke, each, place) for each in (1e-4, 1e-9))
         # After a second hit of the cue the tolerance does not hold.
         if not (shot.status.refused or shot.double_hit or exact.double_hit):
             error = gap(shot.trajectory, exact.trajectory)
-            within.append((error <= 1e-4, error <= shot.error_estimate))
+            states_it = shot.status == Status.TOLERANCE_NOT_REACHED
+            assert error <= shot.error_estimate
+            assert error <= 1e-4 or states_it
+            within.append(error <= 1e-4)
+            missed += states_it
     assert len(within) > 350
-    within_tolerance, within_estimate = np.mean(within, axis=0)
-    assert within_tolerance == 1.0
-    assert within_estimate >= 0.995
+    assert missed <= 0.005 * len(within)
+
+
+def test_a_path_from_jaw_to_jaw_keeps_to_the_tolerance():
+    """Two jaws magnify an error up to 1e5 times: played once, this one is 0.6 mm off."""
+    stroke = Stroke.from_offsets(0.433941, 0.096746, 0.417753, -1.850443, 3.365599)
+    shot, exact = (predict(POOL, stroke, each, (0.398238, 0.260136)) for each in (1e-4, 1e-9))
+    assert shot.table.jaws_met == 3
+    assert shot.status == Status.OK
+    assert gap(shot.trajectory, exact.trajectory) <= shot.error_estimate <= 1e-4
+
+
+def test_a_path_by_more_jaws_that_may_miss_the_tolerance_says_so():
+    stroke = Stroke.from_offsets(0.43394108, 0.09674553, 0.41775283, -1.8504435, 3.36559936)
+    shot, exact = (predict(POOL, stroke, each, (0.3982385, 0.26013647)) for each in (1e-4, 1e-9))
+    assert shot.table.jaws_met == 6
+    assert shot.status == Status.TOLERANCE_NOT_REACHED
+    assert 1e-4 < gap(shot.trajectory, exact.trajectory) < shot.error_estimate
+
+
+def test_batches_play_paths_by_jaws_again_as_single_predictions_do():
+    rng = np.random.default_rng(11)
+    strokes = [elevated_stroke(rng)[0] for _ in range(40)]
+    batch = predict_batch(POOL, [s.normal for s in strokes], [s.velocity for s in strokes])
+    shots = [predict(POOL, stroke) for stroke in strokes]
+    assert batch.table.jaws_met.tolist() == [s.table.jaws_met if s.table else 0 for s in shots]
+    assert batch.table.jaws_met.max() > 1
+    assert batch.status.tolist() == [shot.status for shot in shots]
+    errors = [shot.error_estimate for shot in shots]  # rounding of normals shifts those by jaws
+    assert batch.error_estimate == pytest.approx(errors, abs=1e-6)
+    for place, shot in zip(batch.final_position, shots, strict=True):
+        assert place == pytest.approx(shot.trajectory.final_position, abs=1e-7)
 
 
 def at_ratio(ratio):
