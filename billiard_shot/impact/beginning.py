@@ -12,6 +12,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import elastic_energy, restitution_end, unloading_rate
 from billiard_shot.impact.moving_balls import (
     change_units,
+    in_units,
     kinetic_energy,
     release_open_contacts,
 )
@@ -85,7 +86,7 @@ def begin(
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
         if balls.number > 0:
-            balls = Balls(balls.number, balls.response / mobility, balls.turning / mobility)
+            balls = in_units(balls, mobility, units.speed)
             change_units(contacts, ws.motion, balls.number, units.speed, units.speed * units.time)
             release_open_contacts(contacts, ws)
             p.energy = kinetic_energy(balls, ws.motion)

@@ -149,9 +149,13 @@ class Balls(NamedTuple):
     number: int
     response: float  # 1 / mass [1/kg]
     turning: float  # radius^2 / inertia [1/kg]
+    # Friction between them, see `falling_friction`: of fast slip, added by slow slip, decay [s/m].
+    friction_fast: float
+    friction_slow: float
+    friction_decay: float
 
 
-NO_BALLS = Balls(0, 0.0, 0.0)
+NO_BALLS = Balls(0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Model(NamedTuple):

@@ -14,8 +14,9 @@ from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting
 from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
+from billiard_shot.table.cushion import advance_free
+from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import advance, CUE, NOTHING
-from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulate import Cues
 from billiard_shot.table.simulation_state import CUE_COLUMNS, energy_of, log_event, Simulation
 
@@ -54,17 +55,17 @@ def following_cues(
     ]
     cues[:, 7] = tip_reach(model)
 
-    def hit(s: Simulation, params: BallClothParams) -> None:
-        _hit(model, params, s)
+    def hit(table: Table, s: Simulation) -> None:
+        _hit(model, table, s)
 
     return Cues(cues, hit)
 
 
-def _hit(model: StrikeModel, params: BallClothParams, s: Simulation) -> None:
+def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
     """Let the cue and ball 0 of a table meet, whose impact is pending."""
-    ball, cue, p = s.balls[0], s.cue, s.progress
+    ball, cue, p, params = s.balls[0], s.cue, s.progress, table.params
     time = float(p.time)
-    advance(ball, time)
+    advance_free(table, ball, time)
     advance(cue, time)
     before, motion = energy_of(params, ball), int(ball.motion)
     velocity = np.array(cue.velocity)

@@ -24,7 +24,7 @@ from billiard_shot.shot.neighbours import FIXED, Neighbour, UP
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
 from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.geometry import layout_of
+from billiard_shot.table.geometry import layout_of, TableNumbers
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.params import TableParams
 
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9  # of the impact, relative to the cue's speed
 FAR = 1.0  # m: gap of a contact that nothing closes
+FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
 class GroupStrike(NamedTuple):
@@ -44,6 +45,12 @@ class GroupStrike(NamedTuple):
     # Of the last strike, if its phases were asked for: in detail, and the balls that met.
     result: CollisionResult | None
     met: list[tuple[int, int]]
+
+
+def may_reach(neighbours: list[Neighbour], speeds: Array) -> NDArray[np.bool_]:
+    """Whether a ball can reach its nearest neighbour while the tip of a cue [m/s] touches it."""
+    nearest = min((each.gap for each in neighbours if each.a == 0), default=np.inf)
+    return nearest <= FARTHEST * DURATION * speeds
 
 
 def strike_group(
@@ -88,12 +95,11 @@ def strike_group(
         share[j, each.a] = 1.0
         if each.b != FIXED:
             share[j, each.b] = -1.0
-        normals, gaps[:, j], friction[:, j] = np.tile(each.normal, (n, 1)), each.gap, each.friction
-        if each.a == 0 and each.b != FIXED and each.gap > 0.0:
-            between = places[members[each.b]] - places[0]
-            normals, gaps[:, j], slip = _as_it_closes(strikes, speeds, between, each, ball.radius)
-            friction[:, j] = [friction_of_balls(layout.numbers, each) for each in slip.tolist()]
-        axes[:, j] = _frames(normals)
+    others = np.s_[:, TABLE + 1 :]
+    normals, gaps[others], friction[others] = _geometry(
+        table, layout.numbers, neighbours, places[members], strikes, speeds, ball.radius
+    )
+    axes[others] = _frames(normals)
     turning = -ball.radius * np.cross(axes[:, :, :1], axes)
     w = _response(model, c, axes, turning, share)
     approach = np.zeros((n, 3 * count))
@@ -120,24 +126,81 @@ def strike_group(
     return GroupStrike(reached, velocity, spin, met, result, pairs)
 
 
-def _as_it_closes(
+def _geometry(
+    table: TableParams,
+    numbers: TableNumbers,
+    neighbours: list[Neighbour],
+    members: Array,
     strikes: NDArray[np.void],
     speeds: Array,
-    between: Array,
-    contact: Neighbour,
     radius: float,
 ) -> tuple[Array, Array, Array]:
     """
-    Find how a ball meets another one, if it goes straight, evenly accelerated by the tip.
-
-    If they do not meet so, their contact is as it is now.
+    Find normals, gaps and friction with which the neighbours' contacts close, as the balls move.
 
     Parameters
     ----------
+    table, numbers : TableParams, TableNumbers
+    neighbours : list of N Neighbour
+    members : (balls, 3) float array
+        Centres [m] of the balls that take part.
     strikes : (n,) Strike
-        Of the ball alone.
+        Of the first ball alone.
     speeds : (n,) float array
         Of the cue [m/s].
+    radius : float
+        [m]
+
+    Returns
+    -------
+    normals, gaps, friction : (n, N, 3), (n, N), (n, N) float arrays
+        Gaps along the normals [m].
+
+    """
+    n, seen = len(strikes), {0}
+    moving = np.zeros((n, len(members), 3))  # m/s, that a ball gets from the first that meets it
+    moving[:, 0] = strikes['velocity']
+    normals = np.tile([each.normal for each in neighbours], (n, 1, 1))
+    gaps = np.tile([each.gap for each in neighbours], (n, 1))
+    friction = np.tile([each.friction for each in neighbours], (n, 1))
+    for j, each in enumerate(neighbours):
+        a, b = each.a, each.b
+        if b == FIXED:
+            continue
+        if each.gap > 0.0:
+            spin, lasting = np.zeros((n, 3)), table.ball_duration * _sizes(moving[:, a])
+            if a == 0:
+                spin, lasting = strikes['spin'], DURATION * speeds
+            normals[:, j], gaps[:, j], slips = _as_it_closes(
+                moving[:, a] - moving[:, b],
+                spin,
+                0.5 * lasting,
+                members[b] - members[a],
+                each,
+                radius,
+            )
+            friction[:, j] = [friction_of_balls(numbers, slip) for slip in slips.tolist()]
+        if b not in seen:
+            seen.add(b)
+            push = np.minimum(_dots(moving[:, a], normals[:, j]), 0.0)[:, np.newaxis]
+            moving[:, b] = 0.5 * (1.0 + each.restitution) * push * normals[:, j]
+    return normals, gaps, friction
+
+
+def _as_it_closes(
+    velocity: Array, spin: Array, whole: Array, between: Array, contact: Neighbour, radius: float
+) -> tuple[Array, Array, Array]:
+    """
+    Find how a ball meets another one, if it goes straight. If it passes, they do not meet.
+
+    If it goes away from the other one, their contact is as it is now.
+
+    Parameters
+    ----------
+    velocity, spin : (n, 3) float array
+        Of the ball, relative to the other one [m/s, rad/s].
+    whole : (n,) float array
+        Way [m] after which the ball has this velocity: it is accelerated evenly.
     between : (3,) float array
         From the centre of the ball to that of the other one [m].
     contact : Neighbour
@@ -150,8 +213,7 @@ def _as_it_closes(
         Normals as they meet; distances along them [m]; slips [m/s].
 
     """
-    velocity, spin = strikes['velocity'], strikes['spin']
-    speed = np.sqrt(_dots(velocity, velocity))
+    speed = _sizes(velocity)
     way = velocity / np.where(speed > 0.0, speed, 1.0)[:, np.newaxis]
     ahead = _dots(way, between)
     beside = ahead * ahead - (float(between @ between) - 4.0 * radius * radius)
@@ -159,21 +221,19 @@ def _as_it_closes(
     path = np.where(meets, ahead - np.sqrt(np.where(meets, beside, 0.0)), 0.0)
     normals = (path[:, np.newaxis] * way - between) / (2.0 * radius)
     normals = np.where(meets[:, np.newaxis], normals, contact.normal)
-    gaps = np.where(meets, -path * _dots(normals, way), contact.gap)
+    gaps = np.where(meets, -path * _dots(normals, way), np.where(ahead > 0.0, FAR, contact.gap))
     slip = velocity - radius * np.cross(spin, normals)
     slip -= _dots(slip, normals)[:, np.newaxis] * normals
-    # the part of the ball's speed that it has as they meet
-    whole = 0.5 * DURATION * speeds
     part = np.sqrt(np.minimum(path / np.where(whole > 0.0, whole, 1.0), 1.0))
-    return normals, gaps, part * np.sqrt(_dots(slip, slip))
+    return normals, gaps, part * _sizes(slip)
 
 
 def _frames(normals: Array) -> Array:
-    """Add two tangents to normals (n, 3, 3), the first one upright; or along x."""
-    up = UP - normals[:, 2:] * normals
-    size = np.sqrt(_dots(up, up))[:, np.newaxis]
+    """Add two tangents to normals (..., 3), the first one upright; or along x."""
+    up = UP - normals[..., 2:] * normals
+    size = _sizes(up)[..., np.newaxis]
     first = np.where(size > 0.0, up / np.where(size > 0.0, size, 1.0), np.array([1.0, 0.0, 0.0]))
-    return np.stack([normals, first, np.cross(normals, first)], axis=1)
+    return np.stack([normals, first, np.cross(normals, first)], axis=-2)
 
 
 def _response(model: StrikeModel, c: Array, axes: Array, turning: Array, share: Array) -> Array:
@@ -279,6 +339,11 @@ def _result(
 def _dots(one: Array, other: Array) -> Array:
     """Scalar products of vectors on the last axis; the sum has the same order for any shape."""
     return _sum_of_three(one * other, -1)
+
+
+def _sizes(vectors: Array) -> Array:
+    """Lengths of vectors on the last axis."""
+    return np.sqrt(_dots(vectors, vectors))
 
 
 def _sum_of_three(values: Array, axis: int) -> Array:

@@ -14,10 +14,7 @@ from billiard_shot.table.rolling_boundary import ARCS, FACINGS
 
 Array = NDArray[np.float64]
 
-# m: as far as a ball goes while the tip of a cue at 10 m/s touches it, about.
-REACH = 0.01
-# m: as far as a ball goes while it touches another one, at that speed (contact_duration.py).
-REACH_OF_BALLS = 1.25e-3
+REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 FIXED = -1  # in place of the number of a ball: what cannot move
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -57,12 +54,11 @@ def neighbours_of(
     """
     takes_time = table.ball_duration > 0.0
     near = REACH if takes_time else table.contact_gap
-    nearly = REACH_OF_BALLS if takes_time else table.contact_gap
     members = [0]
     if table.pair_gate != OFF:
         for member in members:
             gaps = np.linalg.norm(places - places[member], axis=1) - 2.0 * model.surface.radius
-            found = np.flatnonzero(gaps <= (near if member == 0 else nearly)).tolist()
+            found = np.flatnonzero(gaps <= near).tolist()
             members += [i for i in found if i not in members]
     layout = layout_of(model.surface, table)
     contacts = [
@@ -70,9 +66,9 @@ def neighbours_of(
         for a in range(len(members))
         for b in range(a + 1, len(members))
     ]
-    contacts = [c for c in contacts if c.gap <= (near if c.a == 0 else nearly)]
+    contacts = [contact for contact in contacts if contact.gap <= near]
     for i, member in enumerate(members):
-        contacts += cushion_contacts(layout, places[member], i, near if i == 0 else nearly)
+        contacts += cushion_contacts(layout, places[member], i, near)
     return members, contacts
 
 

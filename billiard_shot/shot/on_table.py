@@ -10,7 +10,7 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.shot.group_strike import strike_group
+from billiard_shot.shot.group_strike import may_reach, strike_group
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.neighbours import neighbours_of
 from billiard_shot.status import Status
@@ -106,7 +106,8 @@ def strike_among(
     met = np.full((count, balls), NOTHING)
     places = states_of(scene, centre, strikes[:1])[0, :, :3] if count else np.zeros((1, 3))
     members, neighbours = neighbours_of(table, model, places)
-    played = strikes['status'] < Status.MISS if neighbours else np.zeros(count, np.bool_)
+    played = strikes['status'] < Status.MISS
+    played &= may_reach(neighbours, np.linalg.norm(velocities, axis=1))
     if not played.any():
         return Struck(states, met, played, None, [])
     some = strikes[played]

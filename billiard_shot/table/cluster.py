@@ -35,7 +35,7 @@ from billiard_shot.records import Floats, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion import advance_free
-from billiard_shot.table.geometry import Table
+from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, IMPACT, NOTHING, SLIDE
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulation_state import (
@@ -93,11 +93,12 @@ def solve(
     storage: Storage,
     params: BallClothParams,
     table: TableParams,
+    numbers: list[TableNumbers],
     room: ClusterRoom,
     p: Progress,
 ) -> None:
     """Solve an impact after `gather`."""
-    moving = table.ball_duration > 0.0
+    moving, n = table.ball_duration > 0.0, numbers[0]
     solve_collisions.on(storage)(
         room.properties,
         int(params.law),
@@ -108,7 +109,7 @@ def solve(
         room.velocity,
         room.lengths,
         inf,
-        balls_of(params, int(p.members)) if moving else NO_BALLS,
+        balls_of(params, n, int(p.members)) if moving else NO_BALLS,
         storage.array([TOLERANCE]),
         room.contacts[: int(p.contacts)],
         room.workspace,
@@ -120,9 +121,16 @@ def solve(
 
 
 @inner
-def balls_of(params: BallClothParams, count: int) -> Balls:
+def balls_of(params: BallClothParams, n: TableNumbers, count: int) -> Balls:
     """Describe equal balls to the solver."""
-    return Balls(count, 1.0 / params.mass, params.radius * params.radius / params.inertia)
+    return Balls(
+        count,
+        1.0 / params.mass,
+        params.radius * params.radius / params.inertia,
+        n.friction_fast,
+        n.friction_slow,
+        n.friction_decay,
+    )
 
 
 @inner
@@ -175,7 +183,7 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
     p.members = find_members(s, room.members, farthest)
     for k in range(p.members):
         write_motion(s.balls[room.members[k]], p.time, radius, motion[k])
-    balls = balls_of(table.params, p.members)
+    balls = balls_of(table.params, n, p.members)
     stiffness = n.impact_stiffness if n.ball_duration > 0.0 else n.ball_stiffness
     number = 0
     for a in range(p.members):
@@ -233,9 +241,9 @@ def set_apart(motion: Floats, count: int, diameter: float) -> bool:
 
 
 @inner
-def push_in_place(params: BallClothParams, p: Progress, room: ClusterRoom) -> None:
+def push_in_place(table: Table, p: Progress, room: ClusterRoom) -> None:
     """Add the impulses of an impact that takes no time to the velocities of its balls."""
-    balls, impulses = balls_of(params, p.members), room.workspace.vector[0]
+    balls, impulses = balls_of(table.params, table.numbers, p.members), room.workspace.vector[0]
     for j in range(p.contacts):
         result = room.results[j]
         impulses[0], impulses[1] = result.impulse, result.impulse_1
@@ -291,7 +299,7 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
     p, params, motion, outcome = s.progress, table.params, room.workspace.motion, room.outcome[0]
     lasting = outcome.duration if table.numbers.ball_duration > 0.0 else 0.0
     if table.numbers.ball_duration == 0.0:
-        push_in_place(params, p, room)
+        push_in_place(table, p, room)
     if lasting > LONGEST or not set_apart(motion, p.members, 2.0 * params.radius):
         lasting = 0.0
     if outcome.status == BUDGET_EXCEEDED or outcome.status == TOLERANCE_NOT_REACHED:

@@ -11,7 +11,6 @@ from math import gamma, pi, sqrt
 from billiard_shot.compiled import inner
 
 DURATION_SPEED = 3.0  # m/s
-SEPARATE = 0.5  # of speed times duration: balls that are farther apart collide one after the other
 
 
 def duration_constant(exponent: float) -> float:
@@ -27,16 +26,29 @@ def stiffness_of(mass: float, duration: float, exponent: float) -> float:
 
 
 @inner
-def reach_of_impact(gap: float, duration: float, exponent: float, speed: float) -> float:
+def reach_of_impact(
+    gap: float, duration: float, exponent: float, approach: float, along: float
+) -> float:
     """
-    Distance [m] up to which balls take part in the impact of balls that meet at a speed [m/s].
+    Distance [m] up to which balls take part in the impact of two balls.
 
-    Two balls that touch have parted before they reach a third one if its distance is at least
-    pi / (2 sqrt(2)) v sqrt(m / k), half of what the first one goes while their contact lasts (and
-    as good as half after Hertz). `gap` and `duration`: of bodies that touch, and of contacts at
-    DURATION_SPEED.
+    A ball that touches another one goes as far while they do: along the line of centres half of
+    what their approach gives, because they part at the same speeds exchanged; across it all.
+
+    Parameters
+    ----------
+    gap : float
+        Between bodies that touch [m].
+    duration : float
+        Of a contact at DURATION_SPEED [s].
+    exponent : float
+        Of the springs.
+    approach, along : float
+        Speed at which the balls meet; the larger one of their speeds across that direction [m/s].
+
     """
     if duration == 0.0:
         return gap
-    slower = (DURATION_SPEED / speed) ** ((exponent - 1.0) / (exponent + 1.0))
-    return max(gap, SEPARATE * speed * duration * slower)
+    slower = (DURATION_SPEED / approach) ** ((exponent - 1.0) / (exponent + 1.0))
+    speed = sqrt((0.5 * approach) ** 2 + along * along)
+    return max(gap, speed * duration * slower)

@@ -237,10 +237,17 @@ def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float, reach: 
 
 
 @inner
-def impact_reach(table: Table, speed: float) -> float:
-    """Distance [m] up to which balls take part in an impact of balls that meet at a speed."""
-    n = table.numbers
-    return reach_of_impact(n.contact_gap, n.ball_duration, table.params.exponent, speed)
+def impact_reach(
+    table: Table, a: Ball, b: Ball, x: float, y: float, z: float, approach: float
+) -> float:
+    """Distance [m] up to which balls take part in an impact of balls that meet along (x, y, z)."""
+    n, along = table.numbers, 0.0
+    for ball in (a, b):
+        v = ball.velocity
+        normal = x * v[0] + y * v[1] + z * v[2]
+        square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - normal * normal
+        along = max(along, math.sqrt(max(square, 0.0)))
+    return reach_of_impact(n.contact_gap, n.ball_duration, table.params.exponent, approach, along)
 
 
 @inner
@@ -274,11 +281,13 @@ def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -
     x, y, z, distance = line_of_centres(a, b)
     approach = -relative_component(a.velocity, b.velocity, x, y, z)
     slow = approach <= MIN_APPROACH_SPEED
-    reach = impact_reach(table, approach)
-    if not slow and is_cluster(table, s, i, j, time, reach):
-        defer_to_cluster(s, time, i, j, reach)
-        return
-    collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
+    if not slow:
+        reach = impact_reach(table, a, b, x, y, z, approach)
+        if is_cluster(table, s, i, j, time, reach):
+            defer_to_cluster(s, time, i, j, reach)
+            return
+    if approach > 0.0:  # else they part: one has just left another impact
+        collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
     if slow:
         space = APART - distance + 2.0 * params.radius
         separate(table, s, a, space, x, y, z)

@@ -87,7 +87,8 @@ def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
     """Let the balls go on that were put somewhere, or that took part in a pending impact."""
     for i in range(len(s.balls)):
         if s.balls[i].modified:
-            start_next_segment(table, s, s.balls[i], cause)
+            struck = cause == START and i > 0 and s.balls[i].first_contact != NOTHING
+            start_next_segment(table, s, s.balls[i], CLUSTER if struck else cause)
     for i in range(len(s.balls)):
         if s.balls[i].modified:
             predict_collisions(table, s, i, now)

@@ -5,7 +5,7 @@ import math
 from billiard_shot.compiled import inner
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OK
 from billiard_shot.table.ball_collision import collision_time
-from billiard_shot.table.motion import append_segment, Ball, FLIGHT, REST, Segment
+from billiard_shot.table.motion import append_segment, Ball, FLIGHT, RELEASE, REST, Segment
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.segments import end_segment, start_segment
 
@@ -70,10 +70,10 @@ def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
     When a cue meets a ball in the ball's present segment [s], or inf.
 
     If they meet at once, the ball has not been clear of the cue yet: it holds the cue's end aside,
-    and that is no hit.
+    and that is no hit. But it is one if the ball comes back from a cushion that it pressed.
     """
     end = min(ball.end, cue.end)
     if ball.time >= end:
         return math.inf
     time = collision_time(cue, ball, ball.time, end, reach)
-    return time if time > ball.time else math.inf
+    return time if time > ball.time or ball.cause == RELEASE else math.inf

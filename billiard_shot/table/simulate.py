@@ -20,7 +20,7 @@ from billiard_shot.table.cluster import room_for
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.event_handlers import THE_CUE
 from billiard_shot.table.event_loop import BallOutcome, simulate_tables, TableOutcome
-from billiard_shot.table.geometry import edges_of, numbers_of
+from billiard_shot.table.geometry import edges_of, numbers_of, Table
 from billiard_shot.table.initial_states import (
     batch_states,
     check_options,
@@ -63,7 +63,7 @@ class Cues(NamedTuple):
     """
 
     states: NDArray[np.float64]
-    hit: Callable[[Simulation, BallClothParams], None]
+    hit: Callable[[Table, Simulation], None]
 
 
 def simulate(
@@ -275,9 +275,9 @@ def _simulate(
                 kept,
                 cue[0],
             )
-            cues.hit(state, params)
+            cues.hit(Table(params, numbers[0], *edges), state)
         else:
-            cluster.solve(storage, params, table, room, progress[0])
+            cluster.solve(storage, params, table, numbers, room, progress[0])
     end = int(progress[0].segments), int(progress[0].events)
     return BatchRecording(
         as_rows(BallOutcome, ball_outcomes).reshape(tables, count),

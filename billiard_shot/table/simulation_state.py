@@ -192,8 +192,7 @@ def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
 @inner
 def predict_cue(s: Simulation, ball: Ball) -> None:
     """Find when the cue that follows its stroke meets the ball that it struck, in its segment."""
-    p = s.progress
-    meets = ball.motion <= FLIGHT and ball.nose == NOTHING
+    p, meets = s.progress, ball.motion <= FLIGHT
     p.cue_time = meeting_time(ball, s.cue, p.cue_reach) if meets else math.inf
 
 

@@ -226,7 +226,8 @@ def test_stiffness_and_duration():
     assert 2.943 * peak / 3.0 == pytest.approx(0.25e-3, rel=1e-4)
     linear = stiffness_of(0.17, 0.25e-3, 1.0)
     assert np.pi * np.sqrt(0.085 / linear) == pytest.approx(0.25e-3)
-    assert reach_of_impact(0.0, 0.25e-3, 1.0, 6.0) == pytest.approx(0.5 * 6.0 * 0.25e-3)
+    assert reach_of_impact(0.0, 0.25e-3, 1.0, 6.0, 0.0) == pytest.approx(0.5 * 6.0 * 0.25e-3)
+    assert reach_of_impact(0.0, 0.25e-3, 1.0, 6.0, 4.0) == pytest.approx(5.0 * 0.25e-3)
 
 
 def test_balls_that_nothing_reaches_do_not_take_part():
