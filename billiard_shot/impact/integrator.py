@@ -204,11 +204,11 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         error, noise = tolerance, max(o.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
-        if m.balls.number > 0:
-            expand_motion(m.balls, contacts, ws, scale, order)
         length = min(length, (m.until - p.time) / scale)
         if redundant:
             length = min(length, o.max_redundant_step / scale)
+        if m.balls.number > 0:
+            expand_motion(m.balls, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
 
 

@@ -155,9 +155,14 @@ def push_balls(balls: Balls, c: ContactState, motion: Floats, impulses: Vector, 
 
 @inner
 def expand_motion(
-    balls: Balls, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+    balls: Balls,
+    contacts: list[ContactState],
+    ws: Workspace,
+    scale: float,
+    order: int,
+    length: float,
 ) -> None:
-    """Fill the polynomials of the balls, and those of the open contacts."""
+    """Fill the polynomials of the balls, and those of the open contacts, for x up to a length."""
     motion, impulses = ws.motion, ws.vector[0]
     for b in range(balls.number):
         for row in range(VELOCITY, 9):
@@ -179,11 +184,13 @@ def expand_motion(
                 motion[b][row][k + 1] = scale * motion[b][VELOCITY + row][k] / (k + 1)
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
-            expand_distance(contacts[j], ws, scale, order)
+            expand_distance(contacts[j], ws, scale, order, length)
 
 
 @inner
-def expand_distance(c: ContactState, ws: Workspace, scale: float, order: int) -> None:
+def expand_distance(
+    c: ContactState, ws: Workspace, scale: float, order: int, length: float
+) -> None:
     """
     Fill the polynomials of an open contact.
 
@@ -193,10 +200,12 @@ def expand_distance(c: ContactState, ws: Workspace, scale: float, order: int) ->
     a, b, apart = ws.motion[c.ball_a], ws.motion[c.ball_b], ws.polynomials
     farthest = 0.0  # that one ball can move relative to the other
     for row in range(3):
+        power = 1.0
         for k in range(order + 1):
             apart[row][k] = a[row][k] - b[row][k]
             if k > 0:
-                farthest += abs(apart[row][k])
+                power *= length
+                farthest += power * abs(apart[row][k])
     left = -c.compression[0]
     if farthest * (c.closing_distance + left) < left * c.closing_distance:
         for k in range(1, order + 1):

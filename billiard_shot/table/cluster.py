@@ -307,9 +307,10 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
     before, after, first = 0.0, 0.0, s.balls[p.ball]
     was = first.motion
     for k in range(p.members):
+        ball = s.balls[room.members[k]]
+        ball.impact = p.events  # of which `predict_collisions` needs to know
         if not takes_part(p, room, k):
             continue
-        ball = s.balls[room.members[k]]
         advance_free(table, ball, p.time)
         before += energy_of(params, ball)
         for i in range(3):

@@ -87,6 +87,7 @@ class Ball:
     cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
     modified: bool  # by an impact of several bodies: its next segment has to begin
+    impact: int  # number of the event that was the last such impact within its reach, or NOTHING
     # The cushion that the ball presses in this segment, or IMPACT, or NOTHING. At the end of the
     # segment it gets its exit velocity and spin.
     nose: int
@@ -105,7 +106,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
     ball.bounces, ball.segments, ball.cushions, ball.jaws = 0, 0, 0, 0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
     ball.spin_ends, ball.modified = False, False
-    ball.nose = NOTHING
+    ball.nose, ball.impact = NOTHING, NOTHING
 
 
 @inner

@@ -217,7 +217,8 @@ def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> N
             continue
         other = s.balls[i]
         time = math.inf
-        together = ball.nose == IMPACT and other.nose == IMPACT and ball.end == other.end
+        lasts = ball.nose == IMPACT or other.nose == IMPACT
+        together = lasts and ball.impact == other.impact
         may_meet = on_table and other.motion <= FLIGHT and not together
         if may_meet and (any_other or is_translating(other)):
             end = other.end if other.end < until else until
