@@ -8,6 +8,9 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.problem import problem_of
@@ -93,6 +96,9 @@ class RankedStroke:
         faults += [f'ball {ball!r} leaves the table' for ball in shot.table.off_table]
         if any(event.kind == EventKind.CUE for event in shot.table.events):
             faults.append('the cue hits the cue ball again')
+        exactly = np.array([self.stroke.offsets])
+        if not faults and not evaluate_strokes(problem, exactly).success[0]:
+            faults = ['the target is missed']
         return f'without errors {" and ".join(faults)}' if faults else ''
 
     @cached_property

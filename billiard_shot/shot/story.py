@@ -62,6 +62,9 @@ def facts(shot: Shot) -> dict[str, str]:
     if places := tuple(_places(shot)):
         listed['rests at'] = ', '.join(places) + ' m'
     listed['error at most'] = f'{1e3 * shot.error_estimate:.1g} mm'
+    if shot.first_contact:
+        until = ball_in_words(shot.first_contact)
+        listed['error at most'] += f', until the cue ball meets {until}'
     if len(shot.run.names) == 1:
         del listed['first contact']
     if shot.scene.table is None or not shot.scene.table.pockets:

@@ -423,6 +423,8 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     assert best.warning == ''
     into_a_pocket = Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(-0.45, 0.82), 2.0)
     assert "'cue' falls" in replace(best, stroke=into_a_pocket).warning
+    aside = Stroke.from_offsets(0.0, 0.0, 0.1, 3.0, 1.0)
+    assert replace(best, stroke=aside).warning == 'without errors the target is missed'
 
 
 def test_a_second_hit_of_the_cue_is_a_foul():
