@@ -129,6 +129,8 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
     it at once, but with what a nose that it presses will.
     """
     ball.cause = cause
+    if ball.nose != IMPACT:
+        ball.impact = NOTHING  # the ball moves otherwise than its last impact knew
     if ball.nose == IMPACT:
         predict_boundary_event(table, s, ball)
         energy = kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)

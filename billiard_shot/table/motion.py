@@ -42,9 +42,8 @@ REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
 START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE, CUE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
-IMPACT = (
-    -2
-)  # in place of the nose that a ball presses: it takes part in an impact of several balls
+# In place of the nose that a ball presses: it takes part in an impact of several balls.
+IMPACT = -2
 
 
 @record
@@ -87,7 +86,8 @@ class Ball:
     cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
     modified: bool  # by an impact of several bodies: its next segment has to begin
-    impact: int  # number of the event that was the last such impact within its reach, or NOTHING
+    # Number of the event of such an impact that knows how the ball moves in this segment; NOTHING.
+    impact: int
     # The cushion that the ball presses in this segment, or IMPACT, or NOTHING. At the end of the
     # segment it gets its exit velocity and spin.
     nose: int

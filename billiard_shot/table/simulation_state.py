@@ -197,6 +197,15 @@ def predict_cue(s: Simulation, ball: Ball) -> None:
 
 
 @inner
+def share_impact(a: Ball, b: Ball) -> bool:
+    """Whether an impact that lasts knows how both balls move: they take part in it, or rest."""
+    one, other = a.nose == IMPACT, b.nose == IMPACT
+    if not (one or other) or a.impact != b.impact:
+        return False
+    return (one or not is_translating(a)) and (other or not is_translating(b))
+
+
+@inner
 def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> None:
     """
     Find when a ball meets each other one, before either does something else anyway.
@@ -217,9 +226,7 @@ def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> N
             continue
         other = s.balls[i]
         time = math.inf
-        lasts = ball.nose == IMPACT or other.nose == IMPACT
-        together = lasts and ball.impact == other.impact
-        may_meet = on_table and other.motion <= FLIGHT and not together
+        may_meet = on_table and other.motion <= FLIGHT and not share_impact(ball, other)
         if may_meet and (any_other or is_translating(other)):
             end = other.end if other.end < until else until
             if gate != ON and other.boundary_time < end:
