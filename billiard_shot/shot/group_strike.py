@@ -1,10 +1,10 @@
 """
 Strikes on a ball that touches, or nearly touches, other balls or a cushion.
 
-The tip presses the ball for about a millisecond. Meanwhile the ball may reach what is near: so
-tip, balls, cushion and cloth collide at once, with the distances between them. A contact with what
-is near has the normal that it has when it closes, if the ball goes there straight, in the
-direction that the strike alone would give it.
+The tip presses the ball for about a millisecond. During this time the ball may reach another ball
+or a cushion. Tip, balls, cushion and cloth therefore collide at once, with the distances between
+them. A contact of two balls has the normal and the friction with which it closes, if balls go
+straight: the struck one in the direction that the strike alone would give it.
 
 All strokes of a call have the same balls in the same places, and so the same contacts: first TIP
 and TABLE, as in every strike, then those of balls with each other and with cushions.
@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from billiard_shot.impact.collide import CollisionResult, read_log
 from billiard_shot.impact.contact_space import without_rounding
 from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
-from billiard_shot.shot.cue_contact import absolute, DURATION
+from billiard_shot.numerics.vectors import cross_rows
+from billiard_shot.shot.cue_contact import absolute, DURATION, FAR, UP
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
-from billiard_shot.shot.neighbours import FIXED, Neighbour, UP
+from billiard_shot.shot.neighbours import FIXED, Neighbour
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
 from billiard_shot.table.ball_collision import friction_of_balls
@@ -31,7 +32,6 @@ from billiard_shot.table.params import TableParams
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9  # of the impact, relative to the cue's speed
-FAR = 1.0  # m: gap of a contact that nothing closes
 FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
@@ -64,7 +64,7 @@ def strike_group(
     phases: int,
 ) -> GroupStrike:
     """
-    Strike the first ball together with what is near.
+    Strike the first ball together with its neighbours.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def strike_group(
     axes[:, : TABLE + 1] = strikes['axes'].reshape(n, 2, 3, 3)
     gaps, friction = np.zeros((2, n, count))
     friction[:, : TABLE + 1] = model.friction
-    gaps[:, TABLE] = 0.0 if model.table else FAR
+    gaps[:, TABLE] = 0.0 if model.table else -FAR
     for j, each in enumerate(neighbours, TABLE + 1):
         share[j, each.a] = 1.0
         if each.b != FIXED:
@@ -100,13 +100,13 @@ def strike_group(
         table, layout.numbers, neighbours, places[members], strikes, speeds, ball.radius
     )
     axes[others] = _frames(normals)
-    turning = -ball.radius * np.cross(axes[:, :, :1], axes)
+    turning = -ball.radius * cross_rows(axes[:, :, :1], axes)
     w = _response(model, c, axes, turning, share)
     approach = np.zeros((n, 3 * count))
     approach[:, :3] = _dots(axes[:, TIP], velocities[:, np.newaxis])
     solved = _solve(model, table, neighbours, friction, w, approach, gaps, phases)
     impulses = _sum_of_three(solved.impulses[..., np.newaxis] * axes, 2)
-    moments = -ball.radius * np.cross(axes[:, :, 0], impulses)
+    moments = -ball.radius * cross_rows(axes[:, :, 0], impulses)
     velocity, spin = np.zeros((2, n, len(places), 3))
     velocity[:, members] = _sums(share, impulses) / ball.mass
     spin[:, members] = _sums(np.abs(share), moments) / ball.inertia
@@ -221,8 +221,8 @@ def _as_it_closes(
     path = np.where(meets, ahead - np.sqrt(np.where(meets, beside, 0.0)), 0.0)
     normals = (path[:, np.newaxis] * way - between) / (2.0 * radius)
     normals = np.where(meets[:, np.newaxis], normals, contact.normal)
-    gaps = np.where(meets, -path * _dots(normals, way), np.where(ahead > 0.0, FAR, contact.gap))
-    slip = velocity - radius * np.cross(spin, normals)
+    gaps = np.where(meets, -path * _dots(normals, way), np.where(ahead > 0.0, -FAR, contact.gap))
+    slip = velocity - radius * cross_rows(spin, normals)
     slip -= _dots(slip, normals)[:, np.newaxis] * normals
     part = np.sqrt(np.minimum(path / np.where(whole > 0.0, whole, 1.0), 1.0))
     return normals, gaps, part * _sizes(slip)
@@ -233,7 +233,7 @@ def _frames(normals: Array) -> Array:
     up = UP - normals[..., 2:] * normals
     size = _sizes(up)[..., np.newaxis]
     first = np.where(size > 0.0, up / np.where(size > 0.0, size, 1.0), np.array([1.0, 0.0, 0.0]))
-    return np.stack([normals, first, np.cross(normals, first)], axis=-2)
+    return np.stack([normals, first, cross_rows(normals, first)], axis=-2)
 
 
 def _response(model: StrikeModel, c: Array, axes: Array, turning: Array, share: Array) -> Array:

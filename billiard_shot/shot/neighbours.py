@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.shot.cue_contact import UP
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
@@ -16,7 +17,6 @@ Array = NDArray[np.float64]
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 FIXED = -1  # in place of the number of a ball: what cannot move
-UP = np.array([0.0, 0.0, 1.0])
 
 
 class Neighbour(NamedTuple):

@@ -71,7 +71,7 @@ class Struck(NamedTuple):
 
     states: NDArray[np.float64]  # (n, balls, STATE_COLUMNS)
     first_met: NDArray[np.int64]  # (n, balls) index of the ball that each one met, or NOTHING
-    together: NDArray[np.bool_]  # (n,) whether the ball reached what is near during the strike
+    together: NDArray[np.bool_]  # (n,) whether the ball reached a neighbour during the strike
     # Of the last strike, if that is so and phases were asked for: in detail; balls that met.
     group: CollisionResult | None
     met: list[tuple[int, int]]

@@ -50,53 +50,52 @@ HOPS_BEFORE_CUSHIONS = 0.1 * HOPS
 FINER, LEFT = 1e-3, 0.05
 
 
+class Strokes(NamedTuple):
+    """Strokes at a ball in one place."""
+
+    scene: Scene
+    model: StrikeModel
+    normals: NDArray[np.float64]  # (n, 3) as of `Stroke`
+    velocities: NDArray[np.float64]  # (n, 3) m/s
+    centre: NDArray[np.float64]  # (3,) m, of the ball
+
+    def some(self, which: slice | NDArray[np.integer]) -> 'Strokes':
+        """Return some of the strokes."""
+        return self._replace(normals=self.normals[which], velocities=self.velocities[which])
+
+
 class Played(NamedTuple):
     """Strokes that were played to the end."""
 
     strikes: NDArray[np.void]  # (n,) Strike, with the status of the whole
     log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact
     segments: NDArray[np.void]  # (segments,) Segment of the last cue ball, on endless cloth
-    group: CollisionResult | None  # impact of the last ball, if it was struck with what is near
+    group: CollisionResult | None  # impact of the last ball, if it reached a neighbour
     discontinuity: NDArray[np.float64]  # (n,) m
 
 
-def play_one(
-    scene: Scene,
-    model: StrikeModel,
-    normal: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-) -> tuple[Played, TableRun | None]:
+def play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | None]:
     """Play a stroke, with all that happens."""
-    played, run = _play_one(scene, model, normal, velocity, centre, tolerance)
+    played, run = _play_one(strokes, tolerance)
     if run is None or run.jaws_met == 0:
         return played, run
-    finer, again = _play_one(scene, model, normal, velocity, centre, FINER * tolerance)
+    finer, again = _play_one(strokes, FINER * tolerance)
     met_none = np.array([again is not None and CUE not in again.first_met])
     _estimate_error(finer.strikes, played.strikes, met_none, tolerance)
     return finer, again
 
 
-def _play_one(
-    scene: Scene,
-    model: StrikeModel,
-    normal: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-) -> tuple[Played, TableRun | None]:
+def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | None]:
+    scene, model, _, velocities, centre = strokes
     table = table_on(scene) if has_table(scene) else None
-    played, struck = _strike(
-        scene, model, table, normal[np.newaxis], velocity[np.newaxis], centre, tolerance, 16, 24
-    )
+    played, struck = _strike(strokes, table, tolerance, 16, 24)
     if played.strikes['status'][0] >= Status.MISS or not (
         table is not None or np.isfinite(played.strikes['again'][0])
     ):
         decide(played.strikes, played.discontinuity, None)
         return played, None
     params = model.surface, table if table is not None else table_on(scene)
-    cues = following_cues(model, played.strikes, velocity[np.newaxis], centre)
+    cues = following_cues(model, played.strikes, velocities, centre)
     states = states_of(scene, centre, played.strikes) if struck is None else struck.states
     run = run_one(
         params,
@@ -110,28 +109,18 @@ def _play_one(
         run = with_first_events(run, struck, model.surface)
     played.strikes['final_position'][0] = run.balls[CUE].final_position
     played.strikes['duration'] = run.duration
-    if scene.table is not None:
-        _add_hops(played.strikes, tolerance)
+    _add_hops(scene, played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, np.array([run.status]))
     return played, run
 
 
-def play_many(
-    scene: Scene,
-    model: StrikeModel,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-) -> tuple[Played, TableBatch | None]:
+def play_many(strokes: Strokes, tolerance: float) -> tuple[Played, TableBatch | None]:
     """Play strokes on all cores."""
-    played, batch = _play_many(scene, model, normals, velocities, centre, tolerance)
+    played, batch = _play_many(strokes, tolerance)
     if batch is None or not batch.jaws_met.any():
         return played, batch
     rows = np.flatnonzero(batch.jaws_met)
-    finer, again = _play_many(
-        scene, model, normals[rows], velocities[rows], centre, FINER * tolerance
-    )
+    finer, again = _play_many(strokes.some(rows), FINER * tolerance)
     assert again is not None
     met_none = again.first_met[:, 0] == NOTHING
     _estimate_error(finer.strikes, played.strikes[rows], met_none, tolerance)
@@ -158,22 +147,14 @@ def _estimate_error(
     finer['status'][too_large] = Status.TOLERANCE_NOT_REACHED
 
 
-def _play_many(
-    scene: Scene,
-    model: StrikeModel,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-) -> tuple[Played, TableBatch | None]:
+def _play_many(strokes: Strokes, tolerance: float) -> tuple[Played, TableBatch | None]:
+    scene, centre = strokes.scene, strokes.centre
     table = table_on(scene) if has_table(scene) else None
 
     def strike_part(part: slice) -> tuple[Played, Struck | None]:
-        return _strike(
-            scene, model, table, normals[part], velocities[part], centre, tolerance, 0, 0
-        )
+        return _strike(strokes.some(part), table, tolerance, 0, 0)
 
-    parts = in_threads(strike_part, len(normals))
+    parts = in_threads(strike_part, len(strokes.normals))
     nothing = ROWS.records(Strike, 0)
     played = Played(
         np.concatenate([nothing, *(each.strikes for each, _ in parts)]),
@@ -183,53 +164,41 @@ def _play_many(
         np.concatenate([np.zeros(0), *(each.discontinuity for each, _ in parts)]),
     )
     if table is None:
-        _follow_on_endless_cloth(scene, model, played, velocities, centre, tolerance)
+        _follow_on_endless_cloth(strokes, played, tolerance)
         return played, None
     given = states_of(scene, centre, nothing)
     struck = [each for _, each in parts if each is not None]
     states = np.concatenate([given, *(each.states for each in struck)])
     met = np.concatenate([np.zeros(given.shape[:2], np.int64), *(e.first_met for e in struck)])
-    batch = _follow(
-        scene, model, table, played.strikes, velocities, centre, tolerance, states, met
-    )
-    if scene.table is not None:
-        _add_hops(played.strikes, tolerance)
+    batch = _follow(strokes, table, played.strikes, tolerance, states, met)
+    _add_hops(scene, played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
 
 
-def _follow_on_endless_cloth(
-    scene: Scene,
-    model: StrikeModel,
-    played: Played,
-    velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-) -> None:
+def _follow_on_endless_cloth(strokes: Strokes, played: Played, tolerance: float) -> None:
     """Decide strokes on endless cloth; play on those whose cue hits the ball again."""
     strikes = played.strikes
     again = np.isfinite(strikes['again'])
     decide(strikes, played.discontinuity, None)
     if again.any():
-        some = strikes[again]
-        table, states = table_on(scene), states_of(scene, centre, some)
-        batch = _follow(scene, model, table, some, velocities[again], centre, tolerance, states)
+        some, table = strikes[again], table_on(strokes.scene)
+        states = states_of(strokes.scene, strokes.centre, some)
+        batch = _follow(strokes.some(np.flatnonzero(again)), table, some, tolerance, states)
         decide(some, np.zeros(len(some)), batch.status)
         strikes[again] = some
 
 
 def _follow(
-    scene: Scene,
-    model: StrikeModel,
+    strokes: Strokes,
     table: TableParams,
     strikes: NDArray[np.void],
-    velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
     tolerance: float,
     states: NDArray[np.float64],
     first_met: NDArray[np.int64] | None = None,
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
+    scene, model, _, velocities, centre = strokes
     batch = run_many(
         (model.surface, table),
         names_of(scene),
@@ -247,23 +216,17 @@ def _hop_tolerance(scene: Scene, tolerance: float) -> float:
     return (HOPS if scene.table is None else HOPS_BEFORE_CUSHIONS) * tolerance
 
 
-def _add_hops(strikes: NDArray[np.void], tolerance: float) -> None:
+def _add_hops(scene: Scene, strikes: NDArray[np.void], tolerance: float) -> None:
     """Add the hops that are left out before cushions to the errors of strokes that were played."""
-    strikes['error'][strikes['status'] < Status.MISS] += HOPS * tolerance
+    if scene.table is not None:
+        strikes['error'][strikes['status'] < Status.MISS] += HOPS * tolerance
 
 
 def _strike(
-    scene: Scene,
-    model: StrikeModel,
-    table: TableParams | None,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    tolerance: float,
-    phases: int,
-    segments: int,
+    strokes: Strokes, table: TableParams | None, tolerance: float, phases: int, segments: int
 ) -> tuple[Played, Struck | None]:
     """Strike the ball; if there is a table, find what that leaves on it."""
+    scene, model, normals, velocities, centre = strokes
     around = surroundings_of(scene)
     done = strike_batch(model, normals, velocities, centre, tolerance, around, phases, segments)
     strikes = done.strikes

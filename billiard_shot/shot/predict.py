@@ -16,7 +16,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place, CUE
-from billiard_shot.shot.play import play_many, play_one
+from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
 from billiard_shot.status import Status
@@ -66,7 +66,9 @@ def predict(
     centre = _centre(scene, position)
     model = model_of(scene)
     normal = np.array(stroke.touching(model.tip_curvature).normal)
-    played, table = play_one(scene, model, normal, np.array(stroke.velocity), centre, tolerance)
+    velocity = np.array(stroke.velocity)
+    strokes = Strokes(scene, model, normal[np.newaxis], velocity[np.newaxis], centre)
+    played, table = play_one(strokes, tolerance)
     trajectory = table.balls[CUE] if table else Trajectory(played.segments)
     played.strikes.flags.writeable = False
     return Shot(
@@ -150,7 +152,7 @@ def predict_batch(
         )
     if len(n) > INTERPRETED_AT_MOST:
         machine_code.require()
-    played, table = play_many(scene, model_of(scene), n, v, centre, tolerance)
+    played, table = play_many(Strokes(scene, model_of(scene), n, v, centre), tolerance)
     strikes = played.strikes
     return BatchResult(
         velocity=strikes['velocity'],

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.play import play_many
+from billiard_shot.shot.play import play_many, Strokes
 from billiard_shot.shot.stroke import Stroke, stroke_at
 from billiard_shot.status import Status
 
@@ -29,10 +29,10 @@ def sensitivity_of(
     steps = np.full(5, STEP)
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
-    strokes = [stroke_at(*(base + change)) for change in changes]
-    normals = np.array([s.normal for s in strokes])
-    velocities = np.array([s.velocity for s in strokes])
-    strikes = play_many(scene, model, normals, velocities, position, TOLERANCE)[0].strikes
+    near = [stroke_at(*(base + change)) for change in changes]
+    normals, velocities = np.array([s.normal for s in near]), np.array([s.velocity for s in near])
+    strokes = Strokes(scene, model, normals, velocities, position)
+    strikes = play_many(strokes, TOLERANCE)[0].strikes
     played, ends = strikes['status'] < Status.MISS, strikes['final_position']
     rest = np.where(played[:, np.newaxis], ends, ends[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
