@@ -51,6 +51,8 @@ NODES = {**PATIENT, 'table_sim': ('-p', 'real_time_factor:=4.0'), 'table_display
 ELSEWHERE = re.compile('/(planner/.*|tf|tf_static|robot_description)$')
 """Topics of nodes that are tested elsewhere: `planner` and `cue_model`."""
 STROKE = Stroke.from_offsets(a=0.0, b=0.3, elevation=0.05, azimuth=0.0, speed=0.5)
+UNKNOWN = '_NODE_NAME_UNKNOWN_'
+"""Name of a node of which the middleware has told nothing yet, but for its topics."""
 RATE = 4.0
 """How many times faster than recorded a bag is replayed."""
 
@@ -176,7 +178,7 @@ def replay(bag, topics, node, copies):
             now.clock.sec, now.clock.nanosec = divmod(stamp, 10**9)
             clock.publish(now)
             publishers[connection.topic].publish(bytes(data))
-    return clock, publishers
+    return clock, *publishers.values()
 
 
 def until(node, condition, seconds=180.0):
@@ -199,6 +201,16 @@ def content(bag, topic):
         ]
 
 
+def ends_of(node):
+    """Return all publishers and listeners that a node knows of, each with its topic."""
+    return [
+        (topic, end)
+        for topic, _ in node.get_topic_names_and_types()
+        for ends in (node.get_publishers_info_by_topic, node.get_subscriptions_info_by_topic)
+        for end in ends(topic)
+    ]
+
+
 @pytest.fixture(scope='module')
 def recorded(node, launch, tmp_path_factory):
     """Return a bag with a shot of nodes that have ended by now, and the QoS of their topics."""
@@ -216,13 +228,10 @@ def recorded(node, launch, tmp_path_factory):
         assert player.until(lambda topic=topic: player.count_publishers(topic), 120.0), (
             f'docs/ros.md: nobody publishes {topic}'
         )
-    qos = {
-        topic: (
-            player.get_publishers_info_by_topic(topic),
-            player.get_subscriptions_info_by_topic(topic),
-        )
-        for topic, _ in player.get_topic_names_and_types()
-    }
+    assert player.until(
+        lambda: UNKNOWN not in {end.node_name for _, end in ends_of(player)}, 120.0
+    )
+    qos = ends_of(player)
     with recording(path, topics) as latest:
         goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
         assert play_shot(player, 'follow', goal, arm=True)
@@ -257,13 +266,12 @@ def test_qos_is_as_documented(recorded):
         for topic in re.findall(r'`(.*?)`', names)
     }
     found = {}
-    for topic, (publishers, listeners) in ends.items():
-        for end in (*publishers, *listeners):
-            # Nodes of other tests may be in the domain too.
-            ours = end.node_name in NODES and end.node_namespace == SPACE
-            if ours and not re.search(r'/_|/rosout|/parameter_events', topic):
-                qos = end.qos_profile
-                found.setdefault(topic, set()).add((qos.reliability.name, qos.durability.name))
+    for topic, end in ends:
+        # Nodes of other tests may be in the domain too.
+        ours = end.node_name in NODES and end.node_namespace == SPACE
+        if ours and not re.search(r'/_|/rosout|/parameter_events', topic):
+            qos = end.qos_profile
+            found.setdefault(topic, set()).add((qos.reliability.name, qos.durability.name))
     assert found == {
         topic: {qos} for topic, qos in documented.items() if not ELSEWHERE.search(topic)
     }
@@ -303,12 +311,22 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
         node.create_subscription(
             MarkerArray, f'{COPY}/table_display/{name}', arrays.append, LATCHED
         )
-    replay(bag, topics, node, lambda topic: topic.replace(SPACE, COPY))
-    for name, arrays in shown.items():
-        wanted = content(bag, f'{SPACE}/table_display/{name}')[-1].markers
-        assert until(
-            node, lambda wanted=wanted, arrays=arrays: arrays and alike(arrays[-1].markers, wanted)
-        ), f'{name}: the last markers differ'
+    wanted = {name: content(bag, f'{SPACE}/table_display/{name}')[-1].markers for name in shown}
+
+    def differ():
+        return [
+            name
+            for name, arrays in shown.items()
+            if not (arrays and alike(arrays[-1].markers, wanted[name]))
+        ]
+
+    for _ in range(3):  # Fast DDS may never tell a listener of a publisher: then with new ones
+        publishers = replay(bag, topics, node, lambda topic: topic.replace(SPACE, COPY))
+        if until(node, lambda: not differ(), 60.0):
+            break
+        for each in publishers:
+            node.destroy_publisher(each)
+    assert not differ(), 'the last markers differ'
     with Reader(bag) as reader:
         begin, end = reader.start_time // 10**9, reader.end_time // 10**9
     assert begin <= shown['cue'][-1].markers[0].header.stamp.sec <= end
