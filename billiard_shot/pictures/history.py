@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.pictures.canvas import rows_figure, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.histories import History, history_of
 from billiard_shot.pictures.trails import CUE, Trails
 from billiard_shot.table.colours import (
@@ -50,7 +50,9 @@ def draw_history(trails: Trails, path: Path, title: str = '') -> None:
 
     """
     history = history_of(trails)
-    figure, (speeds, spins, energies) = rows_figure((3.0, 2.4, 2.6), 9.5)
+    heights = (3.0, 2.4, 2.6)
+    figure = new_figure(9.5, sum(heights))
+    speeds, spins, energies = figure.subplots(3, 1, sharex=True, height_ratios=heights)
     _speeds(speeds, trails, history)
     _spins(spins, history)
     kinds = [(history.translation, SKY, 'of motion'), (history.rotation, ORANGE, 'of spin')]

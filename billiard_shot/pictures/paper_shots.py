@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_cue
 from billiard_shot.pictures.trails import CUE, Trails, trails_of, trails_of_run
 from billiard_shot.scene import Effects, Scene
@@ -52,7 +52,8 @@ def paper_shot(name: str) -> PaperShot:
 
 def draw_paper_shots(path: Path) -> None:
     """Write the three trajectories, each from the strike until the ball has rolled a bit."""
-    figure, panels = new_figure(len(PANELS), 12.0, 4.5)
+    figure = new_figure(12.0, 4.5)
+    panels = figure.subplots(1, len(PANELS))
     for axes, (name, letter) in zip(panels, PANELS.items(), strict=True):
         row = paper_shot(name)
         _draw(axes, row)
@@ -66,10 +67,7 @@ def draw_paper_shots(path: Path) -> None:
         'The paper’s Table 1: the printed velocities and spins do not follow from its model',
         fontsize='medium',
     )
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'
-    )
+    add_legend(figure, panels[0])
     save(figure, path)
 
 

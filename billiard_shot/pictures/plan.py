@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import save
+from billiard_shot.pictures.canvas import add_legend, save
 from billiard_shot.pictures.table import (
-    add_legend,
     draw_balls,
     draw_cue,
     draw_trails,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import require_matplotlib, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.pictures.trails import CUE, trails_of
 from billiard_shot.scene import Scene
@@ -25,12 +25,9 @@ ITERATIONS = ('much wider\nthan errors', 'wider', 'a little\nwider', 'as errors\
 
 def draw_planning_story(path: Path) -> None:
     """Draw a search that pots a blocked ball: stages, refinement, and the winner with errors."""
-    require_matplotlib()
-    from matplotlib.figure import Figure
-
+    figure = new_figure(9.0, 6.2)
     story = tell(Scene.load(SCENE), BALL)
     stages = [stage for stage in story.stages if len(stage.strokes)]
-    figure = Figure(figsize=(9.0, 6.2), layout='constrained')
     panels = figure.subplots(2, 2).ravel()
     for number, (panel, stage) in enumerate(zip(panels, stages[:2], strict=False), 1):
         _draw_stage(panel, story.scene, stage, number)

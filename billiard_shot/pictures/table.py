@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.pictures.canvas import save, single_figure
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.pictures.trails import CUE, Trails, trails_of
 from billiard_shot.scene import Scene
 from billiard_shot.shot.shot import Shot
@@ -53,7 +53,6 @@ MARKS = {  # marker, colour, what it says
     EventKind.CUE: ('*', BLACK, 'is hit again'),
 }
 CUE_COLOUR = '#8a5a2b'
-IN_A_ROW = 7  # things of a legend
 TITLE = 100  # characters of a line of the title
 MARGIN = 0.15  # m around the paths on an endless cloth
 
@@ -91,7 +90,8 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
         low, high = low - grow, high + grow
     size = high - low
     height = float(np.clip(WIDTH * size[1] / size[0], 2.0, WIDTH))
-    figure, axes = single_figure(WIDTH, height + 0.9)
+    figure = new_figure(WIDTH, height + 0.9)
+    axes = figure.subplots()
     axes.set(
         xlim=(low[0], high[0]),
         ylim=(low[1], high[1]),
@@ -255,22 +255,6 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[
     ]
     stick = Polygon(corners, facecolor=CUE_COLOUR, edgecolor='black', linewidth=0.4, zorder=6)
     return [*artists, axes.add_patch(stick)]
-
-
-def add_legend(figure: Any, axes: Any) -> None:
-    """List below the picture what is in it, each thing once."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    if once:
-        rows = math.ceil(len(once) / IN_A_ROW)
-        figure.legend(
-            once.values(),
-            once.keys(),
-            loc='outside lower center',
-            frameon=False,
-            ncols=math.ceil(len(once) / rows),
-            fontsize='small',
-        )
 
 
 def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
