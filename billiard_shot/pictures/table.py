@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.trails import CUE, Trails, trails_of
+from billiard_shot.pictures.trails import Trails, trails_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.colours import (
@@ -278,7 +279,7 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
     draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
     ends = {name: trails.end(name) for name in trails.balls}
     draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
-    draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE))
+    draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
     return figure
 

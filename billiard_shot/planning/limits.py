@@ -14,6 +14,7 @@ from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read, with_present_keys
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
@@ -114,7 +115,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
     """Read the name of a ball, or several; add what is wrong with them to the mistakes."""
     names = () if value is None else tuple(value) if isinstance(value, tuple | list) else (value,)
-    others = [name for name in scene.balls if name != 'cue']
+    others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
         if str(name) not in others:
             there = ', '.join(others) or 'none'

@@ -13,7 +13,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot import Motion, Shot, Trajectory
 from billiard_shot.ros import markers
-from billiard_shot.ros.conversions import CUE_BALL, vectors
+from billiard_shot.ros.conversions import vectors
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 

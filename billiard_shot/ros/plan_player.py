@@ -19,7 +19,6 @@ from rclpy.action import ActionClient
 import yaml
 
 from billiard_shot.ros.client import ServiceCaller
-from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
     add_player_arguments,
@@ -30,6 +29,7 @@ from billiard_shot.ros.player import (
     run_player,
 )
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY
+from billiard_shot.scene.placement import CUE_BALL
 
 NOISE = {
     'sigma_a': 2e-4,

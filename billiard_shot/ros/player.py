@@ -37,6 +37,7 @@ from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
 from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
 
 if TYPE_CHECKING:
@@ -296,7 +297,7 @@ class Player(Node):
         deadline = monotonic() + seconds
         while monotonic() < deadline:
             rclpy.spin_once(self, timeout_sec=0.05)
-            place = self.balls().get(conversions.CUE_BALL)
+            place = self.balls().get(CUE_BALL)
             if place is None:
                 return None
             if not math.dist(place, last) <= REST_DISTANCE:

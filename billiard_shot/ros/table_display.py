@@ -12,9 +12,10 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
-from billiard_shot.ros.conversions import check_frame, CUE_BALL
+from billiard_shot.ros.conversions import check_frame
 from billiard_shot.ros.node_runner import LATCHED, run
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 
 CUE_PERIOD = 1 / 30
 """Time between two messages of a moving cue [s]."""

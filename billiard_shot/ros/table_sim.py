@@ -13,8 +13,9 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import check_frame, CUE_BALL
+from billiard_shot.ros.conversions import check_frame
 from billiard_shot.ros.node_runner import LATCHED, run, warm_up
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -88,7 +89,7 @@ class TableSim(Node):
         shot = predict(scene, stroke)
         self.get_logger().info(f'shot {message.shot_id!r}: {shot.status.name}: {shot.message}')
         if not shot.status.refused:
-            self._motions = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
+            self._motions = shot.run.balls
             self._begin = monotonic()
             self._timer.reset()
             self._record.publish(String(data=to_json(shot)))
