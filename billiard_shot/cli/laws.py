@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
     import numpy as np
 
     from billiard_shot.study import laws
-    from billiard_shot.study.accuracy import PAPER_STROKES
+    from billiard_shot.study.reproduction import PRINTED
 
     about = scene_name(options)
     scene = Scene.load(about)
@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 2')
     if options.random:
         return _count(scene, about, options)
-    massé = PAPER_STROKES['massé']
+    massé, _ = PRINTED['massé']
     strokes = (
         strokes_of(options, scene)
         if strokes_given(options)
