@@ -103,6 +103,14 @@ nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
+BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
+                           $(wildcard benchmarks/*.py))
+
+bench: setup
+	@status=0; for file in $(BENCHMARKS); do \
+	  echo "== $$file"; $(BIN)/python $$file || status=1; \
+	done; exit $$status
+
 soak: setup
 	$(BIN)/python test/ros/soak.py $(RUNS)
 

@@ -12,9 +12,9 @@ Real processes and middleware, the mechanism simulated. Fails where a limit is n
 
 import argparse
 import contextlib
+from functools import partial
 import gc
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -25,13 +25,13 @@ from domain_coordinator import domain_id
 import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
-from tools.timing import Report
+from tools.timing import Report, resident
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.client import call
+from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import initialized
@@ -62,12 +62,6 @@ WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, S
 SCENE = Scene.load('paper')
 
 
-def resident(process):
-    """Resident memory of a process, in MB."""
-    lines = Path(f'/proc/{process.pid}/status').read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) * 1024 / 1e6
-
-
 @contextlib.contextmanager
 def processes(commands):
     """Processes that run meanwhile."""
@@ -91,24 +85,7 @@ def stroke(random):
     )
 
 
-class Services:
-    """The services that the benchmark calls."""
-
-    def __init__(self, player):
-        self._player = player
-        self._clients = {
-            name: player.create_client(Trigger, name)
-            for name in ('cue_driver/clear_fault', 'table_sim/reset')
-        }
-        for client in self._clients.values():
-            assert player.until(client.service_is_ready, 20.0)
-
-    def __call__(self, name):
-        """Call one; its answer."""
-        return call(self._player, self._clients[name], Trigger.Request())
-
-
-def stop_latencies(player, services, count):
+def stop_latencies(player, clear_fault, count):
     """Times [ms] from pressing the e-stop to the zero command."""
     estop = player.create_publisher(Bool, 'estop', 10)
     stopped = []
@@ -122,8 +99,8 @@ def stop_latencies(player, services, count):
     latencies = []
     for i in range(count):
         goal = player.goal(stroke(random), SCENE, f'stop {i}')
-        player.states.clear()
-        player._execute.send_goal_async(goal)
+        del player.states[:-1]
+        player.execute_shot.send_goal_async(goal)
         assert player.until(
             lambda: any(each.state == State.AIMING for each in player.states), 10.0
         )
@@ -135,30 +112,30 @@ def stop_latencies(player, services, count):
         assert player.until(lambda: stopped, 5.0)
         latencies.append(1e3 * (stopped[0] - begin))
         player.safety_inputs_on = True
-        assert player.until(lambda: services('cue_driver/clear_fault').success, 5.0)
+        assert player.until(lambda: clear_fault().success, 5.0)
         player.until(lambda: False, 0.05)
     return latencies
 
 
-def play(player, services, count):
+def play(player, clear_fault, reset, count):
     """Play shots in a row; worst errors of speed (relative) and angle (degrees)."""
     random = np.random.default_rng(2)
     speed = angle = 0.0
     failed = 0
     for i in range(count):
-        snapshot = int(services('table_sim/reset').message.split()[1])
+        snapshot = int(reset().message.split()[1])
         assert player.until(lambda wanted=snapshot: player.table.snapshot_id >= wanted, 5.0)
         player.until(lambda: False, 0.02)  # so that the driver has heard it too
         planned = stroke(random)
-        player.states.clear()
+        del player.states[:-1]
         result = player.execute(player.goal(planned, SCENE, f'shot {i}')).result
         complete = player.until(lambda: player.states[-1].state == State.DISARMED, 5.0)
-        seen = [State(each.state) for each in player.states]
+        seen = [State(each.state) for each in player.states[1:]]
         if result.outcome != Outcome.OK or not complete or seen != WAY:
             failed += 1
             names = ' '.join(state.name for state in seen)
             print(f'  shot {i}: {Outcome(result.outcome).name}: {result.message}: {names}')
-            player.until(lambda: services('cue_driver/clear_fault').success, 1.0)
+            player.until(lambda: clear_fault().success, 1.0)
             continue
         speed = max(speed, abs(result.strike.speed / planned.speed - 1))
         angle = max(angle, abs(np.degrees(result.elevation - planned.offsets[2])))
@@ -197,10 +174,13 @@ def main():
             player = Player(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
-            services = Services(player)
+            clear_fault, reset = (
+                partial(ServiceCaller(player, Trigger, name).call, Trigger.Request())
+                for name in ('cue_driver/clear_fault', 'table_sim/reset')
+            )
             with processes([('-c', PLANNING)] * 2):
                 player.until(lambda: False, 5.0)
-                latencies = stop_latencies(player, services, options.stops)
+                latencies = stop_latencies(player, clear_fault, options.stops)
             for percent, limit in ((50, None), (99, 20.0), (100, None)):
                 report.row(
                     f'e-stop to zero command, both cores planning, p{percent}',
@@ -208,10 +188,10 @@ def main():
                     'ms',
                     limit,
                 )
-            failed, *_ = play(player, services, 50)
+            failed, *_ = play(player, clear_fault, reset, 50)
             before = [resident(process) for process in running]
             begin = perf_counter()
-            more, speed, angle = play(player, services, options.shots)
+            more, speed, angle = play(player, clear_fault, reset, options.shots)
             report.row(
                 f'shots not executed, or with a state missed, of {50 + options.shots}',
                 failed + more,

@@ -11,7 +11,6 @@ Two processes, real middleware. Fails where a limit is not kept:
 
 import argparse
 import os
-from pathlib import Path
 import signal
 import subprocess
 import sys
@@ -22,9 +21,10 @@ from domain_coordinator import domain_id
 import numpy as np
 import rclpy
 from std_srvs.srv import SetBool
+from tools.timing import resident
 
 from billiard_shot import Scene, Status
-from billiard_shot.ros.client import call, PAPER_SHOTS, request_for
+from billiard_shot.ros.client import PAPER_SHOTS, request_for, ServiceCaller
 from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import initialized
 
@@ -46,19 +46,13 @@ MAX_RATIO = 4.0
 MAX_GROWTH = 5.0  # MB
 
 
-def resident(process):
-    """Resident memory of a process, in MB."""
-    lines = Path(f'/proc/{process.pid}/status').read_text().splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) * 1024 / 1e6
-
-
-def ratio(node, predictor, yardstick, request, rounds=2000):
+def ratio(predictor, yardstick, request, rounds=2000):
     """Ratio of the medians of both services' round trips, called in turns."""
     times = {predictor: [], yardstick: []}
     for _ in range(rounds):
         for client, message in ((predictor, request), (yardstick, SetBool.Request())):
             start = perf_counter()
-            call(node, client, message)
+            client.call(message)
             times[client].append(1e3 * (perf_counter() - start))
     medians = []
     for client in times:
@@ -68,13 +62,13 @@ def ratio(node, predictor, yardstick, request, rounds=2000):
     return medians[0] / medians[1]
 
 
-def growth(node, client, process, requests, calls):
+def growth(client, process, requests, calls):
     """Growth of the process's memory, in MB, over `calls` calls that are all answered."""
     for i in range(500):
-        call(node, client, requests[i % len(requests)])
+        client.call(requests[i % len(requests)])
     before, start = resident(process), perf_counter()
     for i in range(calls):
-        answer = call(node, client, requests[i % len(requests)])
+        answer = client.call(requests[i % len(requests)])
         assert not Status(answer.status).refused, answer.message
         assert len(answer.trajectory.times) == 200
     seconds, grown = perf_counter() - start, resident(process) - before
@@ -99,17 +93,17 @@ def main():
         try:
             with initialized():
                 node = rclpy.create_node('benchmark')
-                predictor = node.create_client(PredictShot, 'predict_shot')
-                yardstick = node.create_client(SetBool, 'yardstick')
+                predictor = ServiceCaller(node, PredictShot, 'predict_shot')
+                yardstick = ServiceCaller(node, SetBool, 'yardstick')
                 assert predictor.wait_for_service(60.0)
                 assert yardstick.wait_for_service(60.0)
                 radius = Scene.load('paper').ball.radius
                 requests = [request_for(*shot, radius) for shot in PAPER_SHOTS.values()]
                 for request in requests:
                     request.sample_count = 200
-                measured = ratio(node, predictor, yardstick, requests[0])
+                measured = ratio(predictor, yardstick, requests[0])
                 print(f'ratio {measured:.2f} (limit {MAX_RATIO})')
-                grown = growth(node, predictor, processes[0], requests, calls)
+                grown = growth(predictor, processes[0], requests, calls)
         finally:
             for process in processes:
                 process.send_signal(signal.SIGINT)

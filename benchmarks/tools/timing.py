@@ -1,4 +1,4 @@
-"""Timing, the yardstick, the machine, and a table of limits."""
+"""Timing, memory, the yardstick, the machine, and a table of limits."""
 
 import os
 from pathlib import Path
@@ -44,6 +44,12 @@ def yardstick() -> float:
     """Time of one np.cross of two vectors: the unit for the overhead of a Python call."""
     a, b = np.array([1.0, 2.0, 3.0]), np.array([-2.0, 1.0, 0.5])
     return seconds(np.cross, a, b)
+
+
+def resident(process) -> float:
+    """Resident memory of a process [MB]."""
+    lines = Path(f'/proc/{process.pid}/status').read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith('VmRSS')) * 1024 / 1e6
 
 
 class Report:

@@ -111,9 +111,9 @@ class Controller:
         """Elevation of the cue [rad] and its rate [rad/s]; None if they are not known."""
         if self.mechanism_fault(now):
             return None
-        elevation = self.mechanism.incline_geometry.elevation(float(self.position[INCLINE]))
-        derivative = self.mechanism.incline_geometry.length_per_elevation(elevation)
-        return elevation, float(self._velocity[INCLINE]) / derivative
+        geometry, length = self.mechanism.incline_geometry, float(self.position[INCLINE])
+        rate = float(self._velocity[INCLINE]) / geometry.length_per_elevation(length)
+        return geometry.elevation(length), rate
 
     # --- inputs ---------------------------------------------------------------------------------
 

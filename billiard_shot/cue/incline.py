@@ -105,17 +105,12 @@ class Incline:
         long = math.sqrt((high - length) * (high + length))
         return 2 * math.atan2(short, long) - self.level_angle
 
-    def length_per_elevation(self, elevation: float) -> float:
-        """Rate of change of the actuator's length with the elevation [m/rad]."""
-        sine = math.sin(elevation + self.level_angle)
-        return self.base * self.arm * sine / self.length(elevation)
+    def length_per_elevation(self, length: float) -> float:
+        """Rate of change of the actuator's length with the elevation, at a length [m/rad]."""
+        angle = self.elevation(length) + self.level_angle
+        return self.base * self.arm * math.sin(angle) / length
 
     @property
     def sides(self) -> tuple[float, float]:
         """Lengths of the actuator at which the triangle is flat [m]."""
         return abs(self.base - self.arm), self.base + self.arm
-
-    @property
-    def elevations(self) -> tuple[float, float]:
-        """Elevations [rad] for the shortest and the longest actuator."""
-        return self.elevation(self.shortest), self.elevation(self.longest)

@@ -110,12 +110,10 @@ def chain(
     """
     names = [incline_joint if i == INCLINE else name for i, name in enumerate(names)]
     frames = frame_names(frame)
-    low, high = (
-        mechanism.incline_geometry.elevation(length)
-        for length in (mechanism.incline.min, mechanism.incline.max)
-    )
+    geometry, ends = mechanism.incline_geometry, (mechanism.incline.min, mechanism.incline.max)
+    low, high = map(geometry.elevation, ends)
     # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
-    per_length = max(_elevation_per_length(mechanism, x) for x in (low, high))
+    per_length = 1.0 / min(map(geometry.length_per_elevation, ends))
     joints = []
     for i, joint in enumerate(JOINTS):
         axis = mechanism.axes[i]
@@ -188,14 +186,6 @@ def _centres(mechanism: Mechanism) -> tuple[Triple, ...]:
         (0.0, 0.0, 0.5 * (parts.incline.height - parts.stroke.height) - mechanism.axis_drop),
         (mechanism.reach - 0.5 * parts.stroke.length, 0.0, -mechanism.axis_drop),
     )
-
-
-def _elevation_per_length(mechanism: Mechanism, elevation: float) -> float:
-    """Rate of change of the elevation with the actuator's length [rad/m]."""
-    base, arm = mechanism.incline_geometry.base, mechanism.incline_geometry.arm
-    angle = mechanism.incline_geometry.level_angle + elevation
-    length = math.sqrt(base**2 + arm**2 - 2 * base * arm * math.cos(angle))
-    return length / (base * arm * math.sin(angle))
 
 
 def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:

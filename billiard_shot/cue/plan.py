@@ -202,8 +202,7 @@ def _check_touch(
         return float(position[STROKE] - left_at), float(velocity[STROKE])
 
     shape = Shape(scene.ball.radius, scene.cue.tip_curvature_radius, scene.cue.ferrule_radius)
-    balls = shot.table.balls if shot.table else {'cue': shot.trajectory}
-    for name, ball in balls.items():
+    for name, ball in shot.run.balls.items():
         touch = first_touch(
             ball,
             cue,

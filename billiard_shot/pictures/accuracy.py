@@ -30,7 +30,7 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
         If there is no matplotlib, or the file cannot be written.
 
     """
-    figure, axes = new_figure(2, 11.0, 4.8)
+    figure = new_figure(11.0, 4.8)
     panels: tuple[tuple[Quantity, Quantity, str, str], ...] = (
         (
             lambda p: 1e6 * p.seconds,
@@ -45,7 +45,9 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
             'largest error of velocity and spin\n(part of the cue speed)',
         ),
     )
-    for axis, (work, error, work_label, error_label) in zip(axes, panels, strict=True):
+    for axis, (work, error, work_label, error_label) in zip(
+        figure.subplots(1, 2), panels, strict=True
+    ):
         axis.set_xscale('log')
         axis.set_yscale('log')
         for name, points in curves.items():

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.pictures.canvas import require_matplotlib, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.planning.atlas import Atlas, Map
 from billiard_shot.planning.atlas.layouts import borders, grid
@@ -32,15 +32,12 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
         If there is no matplotlib, or the file cannot be written.
 
     """
-    require_matplotlib()
-    from matplotlib.figure import Figure
-
     maps, half = atlas.maps, outline_of(atlas.scene).frame
     columns = _columns(atlas, len(maps))
     rows = math.ceil(len(maps) / columns)
     width = max(WIDTH, NARROW * columns)
     height = rows * ((width / columns - 0.5) * half[1] / half[0] + 0.6) + 0.7
-    figure = Figure(figsize=(width, height), layout='constrained')
+    figure = new_figure(width, height)
     for number, each in enumerate(maps, 1):
         axes = figure.add_subplot(rows, columns, number)
         axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')

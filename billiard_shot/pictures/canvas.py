@@ -1,8 +1,10 @@
 """Pictures need matplotlib, an extra: it is imported when the first one is drawn."""
 
-from collections.abc import Sequence
+import math
 from pathlib import Path
 from typing import Any
+
+IN_A_ROW = 7  # things of a legend
 
 
 def require_matplotlib() -> None:
@@ -15,20 +17,9 @@ def require_matplotlib() -> None:
         ) from None
 
 
-def new_figure(columns: int, width: float, height: float) -> tuple[Any, Any]:
+def new_figure(width: float, height: float) -> Any:
     """
-    Make a figure with some axes side by side, without any display.
-
-    Parameters
-    ----------
-    columns : int
-        How many axes.
-    width, height : float
-        Of the figure [inches].
-
-    Returns
-    -------
-    figure, axes : matplotlib Figure, list of Axes
+    Make an empty figure of a size [inches], without any display.
 
     Raises
     ------
@@ -39,24 +30,23 @@ def new_figure(columns: int, width: float, height: float) -> tuple[Any, Any]:
     require_matplotlib()
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height), layout='constrained')
-    return figure, [figure.add_subplot(1, columns, 1 + column) for column in range(columns)]
+    return Figure(figsize=(width, height), layout='constrained')
 
 
-def single_figure(width: float, height: float) -> tuple[Any, Any]:
-    """Make a figure of a size [inches] with one pair of axes; as `new_figure`."""
-    figure, axes = new_figure(1, width, height)
-    return figure, axes[0]
-
-
-def rows_figure(heights: Sequence[float], width: float) -> tuple[Any, list[Any]]:
-    """Make a figure of axes below each other that share x; sizes in inches; as `new_figure`."""
-    require_matplotlib()
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, sum(heights)), layout='constrained')
-    axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
-    return figure, list(axes)
+def add_legend(figure: Any, axes: Any) -> None:
+    """List below a picture what is in some axes of it, each thing once."""
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    if once:
+        rows = math.ceil(len(once) / IN_A_ROW)
+        figure.legend(
+            once.values(),
+            once.keys(),
+            loc='outside lower center',
+            frameon=False,
+            ncols=math.ceil(len(once) / rows),
+            fontsize='small',
+        )
 
 
 def save(figure: Any, path: Path) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.pictures.trails import CUE, Trails
+from billiard_shot.pictures.trails import Trails
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 
 SWING = 0.3  # m over which the cue is accelerated, at most
@@ -54,7 +55,7 @@ def cue_motion(shot: Shot, trails: Trails) -> CueMotion:
     stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / radius)
     swing = min(SWING, 0.5 * stroke.speed * LONGEST)
     return CueMotion(
-        tip=trails.start(CUE) + radius * np.array(stroke.normal),
+        tip=trails.start(CUE_BALL) + radius * np.array(stroke.normal),
         direction=np.array(stroke.velocity) / stroke.speed,
         swing=swing,
         time=2.0 * swing / stroke.speed,

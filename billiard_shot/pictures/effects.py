@@ -24,7 +24,8 @@ def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None
         If there is no matplotlib, or the file cannot be written.
 
     """
-    figure, (change, cost) = new_figure(2, 10.0, 1.6 + 0.3 * len(studies))
+    figure = new_figure(10.0, 1.6 + 0.3 * len(studies))
+    change, cost = figure.subplots(1, 2)
     order = sorted(studies, key=lambda study: study.median('distance'))
     names = [_name(study) for study in order]
     opacity = [1.0 if study.simulated else PALE for study in order]

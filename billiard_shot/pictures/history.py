@@ -3,9 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.pictures.canvas import rows_figure, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.histories import History, history_of
-from billiard_shot.pictures.trails import CUE, Trails
+from billiard_shot.pictures.trails import Trails
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import (
     ball_colour,
     BLACK,
@@ -50,7 +51,9 @@ def draw_history(trails: Trails, path: Path, title: str = '') -> None:
 
     """
     history = history_of(trails)
-    figure, (speeds, spins, energies) = rows_figure((3.0, 2.4, 2.6), 9.5)
+    heights = (3.0, 2.4, 2.6)
+    figure = new_figure(9.5, sum(heights))
+    speeds, spins, energies = figure.subplots(3, 1, sharex=True, height_ratios=heights)
     _speeds(speeds, trails, history)
     _spins(spins, history)
     kinds = [(history.translation, SKY, 'of motion'), (history.rotation, ORANGE, 'of spin')]
@@ -74,7 +77,7 @@ def draw_history(trails: Trails, path: Path, title: str = '') -> None:
 
 def _speeds(axes: Any, trails: Trails, history: History) -> None:
     seen = set()
-    for piece in trails.pieces(CUE):
+    for piece in trails.pieces(CUE_BALL):
         label = f'cue ball {MOTION_NAMES[piece.motion]}'
         axes.axvspan(
             piece.times[0],
@@ -85,7 +88,7 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
             label=None if label in seen else label,
         )
         seen.add(label)
-    others = [name for name in history.speeds if name != CUE]
+    others = [name for name in history.speeds if name != CUE_BALL]
     for name in others:
         axes.plot(
             history.time,
@@ -96,11 +99,13 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
         )
     if len(others) > MOST_NAMED:
         axes.plot([], [], color=GREY, linewidth=1.0, label=f'{len(others)} other balls')
-    if CUE in history.speeds:
-        axes.plot(history.time, history.speeds[CUE], color=BLACK, linewidth=1.6, label='cue ball')
+    if CUE_BALL in history.speeds:
+        axes.plot(
+            history.time, history.speeds[CUE_BALL], color=BLACK, linewidth=1.6, label='cue ball'
+        )
         axes.plot(
             history.time,
-            history.rims[CUE],
+            history.rims[CUE_BALL],
             color=BLACK,
             linewidth=1.0,
             linestyle='--',
@@ -108,18 +113,18 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
         )
     axes.set(ylabel='speed (m/s)', ylim=(0.0, None))
     for mark in trails.marks:
-        if mark.ball == CUE and mark.kind in LABELLED:
+        if mark.ball == CUE_BALL and mark.kind in LABELLED:
             axes.axvline(mark.time, color=BLACK, linewidth=0.6, linestyle=':')
 
 
 def _spins(axes: Any, history: History) -> None:
-    if CUE in history.spins:
+    if CUE_BALL in history.spins:
         for k, (name, colour, dashes) in enumerate(
             (('x', BLUE, '-'), ('y', VERMILION, '--'), ('z', GREEN, '-.'))
         ):
             axes.plot(
                 history.time,
-                history.spins[CUE][:, k],
+                history.spins[CUE_BALL][:, k],
                 dashes,
                 color=colour,
                 linewidth=1.4,

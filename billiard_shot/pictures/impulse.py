@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import new_figure, save, single_figure
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import CollisionTrace
 from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, State, TwoBalls
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
@@ -17,7 +17,8 @@ MEANING = {'S1': 'both', 'S2': 'ball on table', 'S3': 'ball on ball'}
 def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
     """Write the plane of impulses: the ellipse of energy, lines of compression, four regions."""
     balls = balls or TwoBalls()
-    figure, axes = single_figure(7.0, 6.0)
+    figure = new_figure(7.0, 6.0)
+    axes = figure.subplots()
     _plane(axes, balls)
     m1, v0 = balls.masses[0], -balls.v0
     wide = m1 * v0
@@ -51,7 +52,8 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     balls = balls or TwoBalls()
     trace = balls.trace()
     states = balls.states(trace)
-    figure, (left, right) = new_figure(2, 11.0, 6.6)
+    figure = new_figure(11.0, 6.6)
+    left, right = figure.subplots(1, 2)
     figure.get_layout_engine().set(rect=(0.0, 0.2, 1.0, 0.8))
     _plane(left, balls)
     _curve(left, trace, states)
@@ -71,7 +73,8 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
 
 def draw_ping_pong(path: Path) -> None:
     """Write the velocities of two ping-pong balls after one falls on the other."""
-    figure, axes = single_figure(6.4, 4.4)
+    figure = new_figure(6.4, 4.4)
+    axes = figure.subplots()
     speeds = np.array([2.0, 4.0])
     laws = {'energetic': '-', 'bistiffness': '--'}
     found = {law: TwoBalls(restitution=PING_PONG, v0=-1.0, law=law).outcome() for law in laws}

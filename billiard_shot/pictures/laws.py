@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 import math
 from pathlib import Path
 
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.study.laws import Discontinuity, ParameterSweep
 from billiard_shot.study.problem import Vector
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
@@ -29,13 +30,15 @@ def draw(
     Write a picture with a panel for each sweep: distance from start to rest, over the parameter.
 
     Keys of `distances` and `discontinuities` are the name of the sweep and the law or method.
+
+    Raises
+    ------
+    ValueError
+        If there is no matplotlib, or the file cannot be written.
+
     """
-    try:
-        from matplotlib.figure import Figure
-    except ModuleNotFoundError:
-        raise ValueError('--picture: needs matplotlib (pip install matplotlib)') from None
     rows = math.ceil(len(sweeps) / COLUMNS)
-    figure = Figure(figsize=(3.3 * COLUMNS, 2.6 * rows + 0.6), layout='constrained')
+    figure = new_figure(3.3 * COLUMNS, 2.6 * rows + 0.6)
     panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
     for axes in panels[len(sweeps) :]:
         axes.set_axis_off()
@@ -68,8 +71,5 @@ def draw(
         for way, number in count.items()
     )
     figure.suptitle(f'{about}: {findings} (thin lines)', fontsize='medium')
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'
-    )
-    figure.savefig(path, dpi=120)
+    add_legend(figure, panels[0])
+    save(figure, path)

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_cue
-from billiard_shot.pictures.trails import CUE, Trails, trails_of, trails_of_run
+from billiard_shot.pictures.trails import Trails, trails_of, trails_of_run
 from billiard_shot.scene import Effects, Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.study.reproduction import PRINTED
@@ -46,13 +47,14 @@ def paper_shot(name: str) -> PaperShot:
     start = BallState(
         np.array(scene.cue_ball), np.array([*numbers[:2], 0.0]), np.array(numbers[3:])
     )
-    run = simulate(scene, {CUE: start})
+    run = simulate(scene, {CUE_BALL: start})
     return PaperShot(name, shot, trails_of(shot), trails_of_run(scene, run))
 
 
 def draw_paper_shots(path: Path) -> None:
     """Write the three trajectories, each from the strike until the ball has rolled a bit."""
-    figure, panels = new_figure(len(PANELS), 12.0, 4.5)
+    figure = new_figure(12.0, 4.5)
+    panels = figure.subplots(1, len(PANELS))
     for axes, (name, letter) in zip(panels, PANELS.items(), strict=True):
         row = paper_shot(name)
         _draw(axes, row)
@@ -66,16 +68,13 @@ def draw_paper_shots(path: Path) -> None:
         'The paper’s Table 1: the printed velocities and spins do not follow from its model',
         fontsize='medium',
     )
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'
-    )
+    add_legend(figure, panels[0])
     save(figure, path)
 
 
 def _draw(axes: Any, row: PaperShot) -> None:
     for trails, printed in ((row.computed, False), (row.printed, True)):
-        for piece in trails.pieces(CUE):
+        for piece in trails.pieces(CUE_BALL):
             name = 'slides' if piece.motion == Motion.SLIDE else 'rolls'
             axes.plot(
                 piece.points[:, 0],
@@ -101,8 +100,8 @@ def _draw(axes: Any, row: PaperShot) -> None:
             label=None if printed else 'begins to roll',
         )
     scene = row.shot.scene
-    draw_balls(axes, scene, {CUE: row.computed.start(CUE)}, faint=True)
-    draw_cue(axes, scene, row.shot.stroke, row.computed.start(CUE))
+    draw_balls(axes, scene, {CUE_BALL: row.computed.start(CUE_BALL)}, faint=True)
+    draw_cue(axes, scene, row.shot.stroke, row.computed.start(CUE_BALL))
     ends = np.array([turn_to_roll(row.computed), turn_to_roll(row.printed), (0.0, 0.0)])
     low, high = ends.min(axis=0), ends.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * BEYOND * float((high - low).max())

@@ -5,19 +5,19 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import save
+from billiard_shot.pictures.canvas import add_legend, save
 from billiard_shot.pictures.table import (
-    add_legend,
     draw_balls,
     draw_cue,
     draw_trails,
     table_axes,
 )
-from billiard_shot.pictures.trails import CUE, trails_of
+from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.dispersion import Dispersion
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.statistics import chance_in_words
 from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import GREEN, VERMILION
 
 PATHS = 60  # of the cue ball that are drawn
@@ -64,7 +64,7 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
     draw_balls(axes, scene, {name: trails.start(name) for name in trails.balls})
     ends = {name: trails.end(name) for name in trails.balls if trails.moved(name)}
     draw_balls(axes, scene, {n: end for n, end in ends.items() if end is not None}, faint=True)
-    draw_cue(axes, scene, planned.stroke, trails.start(CUE))
+    draw_cue(axes, scene, planned.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
     save(figure, path)
 

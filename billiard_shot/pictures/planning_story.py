@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import require_matplotlib, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_table
-from billiard_shot.pictures.trails import CUE, trails_of
+from billiard_shot.pictures.trails import trails_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.planning_story import Stage, Story, tell
@@ -25,12 +26,9 @@ ITERATIONS = ('much wider\nthan errors', 'wider', 'a little\nwider', 'as errors\
 
 def draw_planning_story(path: Path) -> None:
     """Draw a search that pots a blocked ball: stages, refinement, and the winner with errors."""
-    require_matplotlib()
-    from matplotlib.figure import Figure
-
+    figure = new_figure(9.0, 6.2)
     story = tell(Scene.load(SCENE), BALL)
     stages = [stage for stage in story.stages if len(stage.strokes)]
-    figure = Figure(figsize=(9.0, 6.2), layout='constrained')
     panels = figure.subplots(2, 2).ravel()
     for number, (panel, stage) in enumerate(zip(panels, stages[:2], strict=False), 1):
         _draw_stage(panel, story.scene, stage, number)
@@ -83,14 +81,14 @@ def _draw_paths(
     for stroke, good in zip(strokes, reached, strict=True):
         shot = predict(scene, stroke)
         trails = trails_of(shot)
-        met = [e.time for e in shot.run.events if CUE in e.balls and len(e.balls) > 1]
+        met = [e.time for e in shot.run.events if CUE_BALL in e.balls and len(e.balls) > 1]
         look = {'color': GREEN if good else FAILED, 'alpha': 0.7 if good else 0.25}
         look |= {'linewidth': 0.9 if good else 0.6, 'zorder': 3 if good else 2.5}
-        for name, until in ((CUE, min(met, default=np.inf)), (BALL, np.inf)):
+        for name, until in ((CUE_BALL, min(met, default=np.inf)), (BALL, np.inf)):
             for piece in trails.pieces(name):
                 seen = piece.times <= until
                 axes.plot(*piece.points[seen, :2].T, **look)
-    draw_balls(axes, scene, {CUE: scene.cue_ball, **scene.balls})
+    draw_balls(axes, scene, {CUE_BALL: scene.cue_ball, **scene.balls})
 
 
 def _draw_refinement(axes: Any, stages: Iterable[Stage]) -> None:

@@ -20,7 +20,8 @@ def draw_rack_gaps(path: Path) -> None:
         (scene, f'contacts of {duration:g} ms: a micrometre changes nothing'),
         (without_duration(scene), 'contacts without duration: a micrometre stops the rack'),
     )
-    figure, axes = new_figure(2, 9.0, 3.6)
+    figure = new_figure(9.0, 3.6)
+    axes = figure.subplots(1, 2)
     for panel, (where, finding) in zip(axes, panels, strict=True):
         speeds = np.sort([break_speeds(where, gap) for gap in GAPS], axis=1)
         panel.semilogx(1e3 * GAPS, speeds, color=COLOUR, linewidth=0.9)

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.pictures.canvas import save, single_figure
-from billiard_shot.pictures.trails import CUE, Trails, trails_of
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.pictures.trails import Trails, trails_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.colours import (
@@ -53,7 +54,6 @@ MARKS = {  # marker, colour, what it says
     EventKind.CUE: ('*', BLACK, 'is hit again'),
 }
 CUE_COLOUR = '#8a5a2b'
-IN_A_ROW = 7  # things of a legend
 TITLE = 100  # characters of a line of the title
 MARGIN = 0.15  # m around the paths on an endless cloth
 
@@ -91,7 +91,8 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
         low, high = low - grow, high + grow
     size = high - low
     height = float(np.clip(WIDTH * size[1] / size[0], 2.0, WIDTH))
-    figure, axes = single_figure(WIDTH, height + 0.9)
+    figure = new_figure(WIDTH, height + 0.9)
+    axes = figure.subplots()
     axes.set(
         xlim=(low[0], high[0]),
         ylim=(low[1], high[1]),
@@ -257,22 +258,6 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[
     return [*artists, axes.add_patch(stick)]
 
 
-def add_legend(figure: Any, axes: Any) -> None:
-    """List below the picture what is in it, each thing once."""
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    if once:
-        rows = math.ceil(len(once) / IN_A_ROW)
-        figure.legend(
-            once.values(),
-            once.keys(),
-            loc='outside lower center',
-            frameon=False,
-            ncols=math.ceil(len(once) / rows),
-            fontsize='small',
-        )
-
-
 def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
     """
     Write a picture of a shot's table from above; `title` is what happened by default.
@@ -294,7 +279,7 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
     draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
     ends = {name: trails.end(name) for name in trails.balls}
     draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
-    draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE))
+    draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
     return figure
 

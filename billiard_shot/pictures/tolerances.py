@@ -23,7 +23,8 @@ def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
         If there is no matplotlib, or the file cannot be written.
 
     """
-    figure, (left, right) = new_figure(2, 10.0, 4.4)
+    figure = new_figure(10.0, 4.4)
+    left, right = figure.subplots(1, 2)
     tolerances = [1e3 * each.tolerance for each in studied]
     left.loglog(tolerances, tolerances, '--', color=GREY)
     _name(left, 'tolerance (dashed)', tolerances[0], 0.2 * tolerances[0], GREY)

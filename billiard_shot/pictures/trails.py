@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
 
-CUE = 'cue'
 ENDLESS = 2.0  # s that a motion without end is shown
 SAGITTA = 1e-4  # m by which a line drawn may miss the curve
 MOST = 400  # points of a segment
@@ -96,11 +96,11 @@ def trails_of_run(scene: Scene, run: TableRun) -> Trails:
     )
     ghosts = (
         tuple(
-            run.balls[CUE].at(event.time).position
+            run.balls[CUE_BALL].at(event.time).position
             for event in run.events
-            if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE in event.balls
+            if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE_BALL in event.balls
         )
-        if CUE in run.balls
+        if CUE_BALL in run.balls
         else ()
     )
     return Trails(scene, run.balls, marks, ghosts, _until(run.balls))

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.table import draw_balls, draw_cue, shot_title, table_axes
-from billiard_shot.pictures.trails import CUE, GONE, Trails, trails_of
+from billiard_shot.pictures.trails import GONE, Trails, trails_of
 from billiard_shot.pictures.view import path_colours
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLACK
 from billiard_shot.table.motion import Motion
@@ -172,7 +173,7 @@ class _Moving:
             for name, start in starts.items()
             if name in self.balls
         }
-        self.cue = draw_cue(axes, shot.scene, shot.stroke, starts[CUE])
+        self.cue = draw_cue(axes, shot.scene, shot.stroke, starts[CUE_BALL])
         self.cue_motion = cue_motion(shot, trails)
         self.paths = {
             name: axes.plot([], [], color=colour, linewidth=1.2, zorder=3)[0]

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.orientations import orientations, product, rotation
-from billiard_shot.pictures.trails import CUE, Trails, trails_of
+from billiard_shot.pictures.trails import Trails, trails_of
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, BLACK, is_striped, ORANGE, PURPLE, SKY
 from billiard_shot.table.motion import Motion
@@ -112,8 +113,8 @@ def path_colours(trails: Trails) -> dict[str, str]:
 
     The cue ball's is white. With more than five other balls, colours come again.
     """
-    moving = [name for name in trails.balls if trails.moved(name) and name != CUE]
-    return {CUE: CUE_PATH} | dict(zip(moving, cycle(PATHS), strict=False))
+    moving = [name for name in trails.balls if trails.moved(name) and name != CUE_BALL]
+    return {CUE_BALL: CUE_PATH} | dict(zip(moving, cycle(PATHS), strict=False))
 
 
 def _part(name: str) -> str:
@@ -201,6 +202,6 @@ def _events(shot: Shot) -> list[dict[str, Any]]:
     if shot.status.refused:
         return []
     return [
-        {'time': 0.0, 'kind': 'strike', 'balls': [CUE], 'text': 'cue strikes'},
+        {'time': 0.0, 'kind': 'strike', 'balls': [CUE_BALL], 'text': 'cue strikes'},
         *({'time': e.time, 'kind': e.kind, 'balls': e.balls, 'text': str(e)} for e in shot.events),
     ]

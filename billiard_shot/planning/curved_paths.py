@@ -16,7 +16,7 @@ from billiard_shot.planning.candidates import Candidates, spread_of
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array, vectors_of
-from billiard_shot.planning.waypoints import MIN_CUT_COSINE, Waypoint
+from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.trajectory import Trajectory
@@ -147,7 +147,7 @@ def _turn_through(
     for other in range(1, len(problem.places)):
         if other == point.struck:
             continue
-        apart = _distances(world, np.array([*problem.places[other], 0.0]))
+        apart = distances_from(world, np.array([*problem.places[other], 0.0]))
         gap = np.minimum(gap, apart - 2.0 * problem.radius - MIN_CLEARANCE)
     half_length, half_width = problem.half_sizes
     inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
@@ -159,14 +159,3 @@ def _turn_through(
     size = np.maximum(np.hypot(*heading.T), 1e-12)
     cut = heading @ point.push / size if point.struck else np.ones(len(paths))
     return azimuth, gap, cut, distance
-
-
-def _distances(paths: Array, point: Array) -> Array:
-    """Smallest distance (n,) of paths (n, SAMPLES, 3) from a point (3,)."""
-    begin = paths[:, :-1] - point
-    along = np.diff(paths, axis=1)
-    square = np.maximum((along**2).sum(axis=2), 1e-300)
-    part = np.clip(-(begin * along).sum(axis=2) / square, 0.0, 1.0)
-    nearest = begin + part[..., np.newaxis] * along
-    distances: Array = np.sqrt((nearest**2).sum(axis=2).min(axis=1))
-    return distances

@@ -6,13 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.evaluate import penalties_of, simulate_strokes
-from billiard_shot.planning.paths import paths_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.statistics import sample_execution_noise
 from billiard_shot.planning.strikes import Array
 from billiard_shot.scene import Noise
 from billiard_shot.table.motion import POCKETED
+from billiard_shot.table.simulate import BatchRecording
+
+PIECES = 6  # straight lines by which a segment is approximated
 
 
 class Dispersion(NamedTuple):
@@ -47,5 +49,26 @@ def sample_outcomes(planned: RankedStroke, noise: Noise, count: int, seed: int =
     penalties = penalties_of(problem, recording)
     final = recording.balls['position'][:, :, :2].copy()
     final[recording.balls['motion'] >= POCKETED] = np.nan
-    paths = paths_of(recording)
-    return Dispersion(problem.names, final, paths.moved, paths.cue, (penalties == 0.0) & usable)
+    moved, paths = _motions(recording)
+    return Dispersion(problem.names, final, moved, paths, (penalties == 0.0) & usable)
+
+
+def _motions(recording: BatchRecording) -> tuple[NDArray[np.bool_], tuple[Array, ...]]:
+    """Find which balls moved (n, balls), and the paths of n cue balls (., 2) [m] as lines."""
+    counts = np.diff(recording.tables['segments'], prepend=0)
+    table = np.repeat(np.arange(len(counts)), counts)
+    order = np.lexsort((recording.segments['ball'], table))  # stable: in the order of time
+    rows, table = recording.segments[order], table[order]
+    owner, time = rows['ball'], rows['time']
+    duration = np.zeros(len(rows))
+    goes_on = (table[1:] == table[:-1]) & (owner[1:] == owner[:-1])
+    duration[:-1] = np.where(goes_on, time[1:] - time[:-1], 0.0)
+    moved = np.zeros(recording.balls.shape, np.bool_)
+    moved[table[duration > 0.0], owner[duration > 0.0]] = True
+    cue = owner == 0
+    rows, table = rows[cue], table[cue]
+    dt = duration[cue, np.newaxis, np.newaxis] * np.linspace(0.0, 1.0, PIECES + 1)[:, np.newaxis]
+    corners = rows['position'][:, np.newaxis, :2] + dt * (
+        rows['velocity'][:, np.newaxis, :2] + 0.5 * dt * rows['acceleration'][:, np.newaxis, :2]
+    )
+    return moved, tuple(corners[table == i].reshape(-1, 2) for i in range(len(counts)))

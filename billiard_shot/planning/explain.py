@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.targets import Pot
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.refusals import least_elevation
 from billiard_shot.shot.shot import Shot
@@ -19,7 +20,6 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.trajectory import EventKind
 from billiard_shot.table.words import ball_in_words, place_in_words
 
-CUE = 'cue'
 LEAST = math.radians(0.05)  # smaller deviations are not told
 FIRM = 2.0  # m/s, speed of a straight attempt
 Vector = NDArray[np.float64]
@@ -97,10 +97,10 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     None if the cue ball never meets that ball, or meets it during the strike, or meets a cushion
     or several balls at once before, or if the nearest pocket is behind.
     """
-    event = next((e for e in shot.events if {CUE, ball} <= {*e.balls}), None)
+    event = next((e for e in shot.events if {CUE_BALL, ball} <= {*e.balls}), None)
     if event is None or event.time == 0.0:  # during the strike
         return None
-    earlier = (e.kind for e in shot.events if e.time < event.time and CUE in e.balls)
+    earlier = (e.kind for e in shot.events if e.time < event.time and CUE_BALL in e.balls)
     if event.kind != EventKind.BALL or EventKind.CUSHION in earlier:
         return None
     start = shot.trajectory.at(0.0)
@@ -131,7 +131,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 def why_not_straight(scene: Scene, target: Pot) -> str:
     """Name the obstacle of the best straight pot; '' if one succeeds."""
     reasons = []
-    wanted = [each for each in scene.balls if each != CUE and target.wants(each)]
+    wanted = [each for each in scene.balls if each != CUE_BALL and target.wants(each)]
     for ball, pocket in product(wanted, target.pocket):
         shot = straight_attempt(scene, ball, pocket)
         reason = why_missed(shot, ball, [pocket])
@@ -182,7 +182,7 @@ def _angle(vector: Vector) -> float:
 
 def _turn(one: float, other: float) -> float:
     """Angle from one direction to another, -pi to pi."""
-    return (other - one + math.pi) % (2.0 * math.pi) - math.pi
+    return math.remainder(other - one, math.tau)
 
 
 def _side(angle: float) -> str:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Target
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
 from billiard_shot.table.trajectory import EventKind
@@ -13,7 +14,6 @@ STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are no cut
 MASSE = math.radians(30.0)  # elevation: above it, a curve is a massé
 CURVED = 0.5  # ball radii: deviation from a straight line that makes a path a curve
 TOUCH = 1e-4  # ball radii: balls at smaller distances touch
-CUE = 'cue'
 COLLISIONS = (EventKind.BALL, EventKind.CLUSTER)
 
 
@@ -21,11 +21,11 @@ def kind_of(shot: Shot, target: Target) -> str:
     """Name a shot: first the path of the cue ball, then that of the ball to be potted."""
     if shot.table is None:
         return _path_name(shot, math.inf) or 'direct'
-    events = shot.table.events
-    collision = next((e for e in events if e.kind in COLLISIONS and CUE in e.balls), None)
+    events = shot.events
+    collision = next((e for e in events if e.kind in COLLISIONS and CUE_BALL in e.balls), None)
     time = min(collision.time if collision else math.inf, _reached(shot, target))
     words = [_path_name(shot, time)]
-    if any(_cushion(event, CUE) and event.time < time for event in events):
+    if any(_cushion(event, CUE_BALL) and event.time < time for event in events):
         words.append('kick')
     if isinstance(target, Pot) and collision:
         ball = _potted(shot, target, collision)
@@ -49,19 +49,17 @@ def kind_of(shot: Shot, target: Target) -> str:
 
 def _potted(shot: Shot, target: Pot, collision: TableEvent) -> str:
     """Find the ball that the stroke pots; if it pots none, the one that is met first."""
-    assert shot.table is not None
-    fell = (ball for ball, pocket in shot.table.pocketed.items() if pocket in target.pocket)
-    met = (ball for ball in collision.balls if ball != CUE)
+    fell = (ball for ball, pocket in shot.pocketed.items() if pocket in target.pocket)
+    met = (ball for ball in collision.balls if ball != CUE_BALL)
     return next(
-        (ball for ball in (*fell, *met) if ball != CUE and target.wants(ball)), target.pot[0]
+        (ball for ball in (*fell, *met) if ball != CUE_BALL and target.wants(ball)), target.pot[0]
     )
 
 
 def _touches(shot: Shot, collision: TableEvent, ball: str) -> bool:
     """Say whether the cue ball touches a ball in a collision, or only balls that touch it."""
-    assert shot.table is not None
     apart = math.dist(
-        *(shot.table.balls[name].at(collision.time).position for name in (CUE, ball))
+        *(shot.run.balls[name].at(collision.time).position for name in (CUE_BALL, ball))
     )
     return ball in collision.balls and (
         ball == shot.first_contact or apart <= (2.0 + TOUCH) * shot.scene.ball.radius
@@ -103,7 +101,7 @@ def _path_name(shot: Shot, end: float) -> str:
     for name, (x, y) in shot.scene.balls.items():
         beside = np.hypot(places[:, 0] - x, places[:, 1] - y)
         over = (beside < 2.0 * radius) & (places[:, 2] > 1.2 * radius)
-        if name != CUE and over.any() and end > 0.0 and beside[-1] > 2.0 * radius:
+        if name != CUE_BALL and over.any() and end > 0.0 and beside[-1] > 2.0 * radius:
             return 'jump'
     chord = places[-1, :2] - places[0, :2]
     length = float(np.hypot(*chord))
@@ -117,10 +115,9 @@ def _path_name(shot: Shot, end: float) -> str:
 
 def _deflection(shot: Shot, collision: TableEvent, ball: str) -> float:
     """Angle between the directions of the cue ball before a collision and of the ball after it."""
-    assert shot.table is not None
     before = shot.trajectory.at(max(collision.time - 1e-6, 0.0)).velocity[:2]
     if collision.time == 0.0:  # during the strike
         before = np.array(shot.stroke.velocity[:2])
-    after = shot.table.balls[ball].at(collision.time).velocity[:2]
+    after = shot.run.balls[ball].at(collision.time).velocity[:2]
     turn = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
-    return abs((turn + math.pi) % (2.0 * math.pi) - math.pi)
+    return abs(math.remainder(turn, math.tau))

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.planning.strikes import Array, vectors_of, wrapped
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read, with_present_keys
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
@@ -64,18 +65,17 @@ class Limits:
         clipped[:, SPEED] = np.clip(clipped[:, SPEED], robot.speed_min, robot.speed_max)
         middle = math.radians(robot.azimuth_deg)
         half_range = math.radians(robot.azimuth_half_range_deg)
-        turn = np.remainder(clipped[:, AZIMUTH] - middle + np.pi, 2.0 * np.pi) - np.pi
+        turn = wrapped(clipped[:, AZIMUTH] - middle)
         if half_range < np.pi:
             turn = np.clip(turn, -half_range, half_range)
-        clipped[:, AZIMUTH] = np.remainder(middle + turn + np.pi, 2.0 * np.pi) - np.pi
+        clipped[:, AZIMUTH] = wrapped(middle + turn)
         return clipped
 
     def allows_azimuth(self, azimuths: Array) -> NDArray[np.bool_]:
         """Whether the robot can strike in these directions."""
-        away = np.remainder(azimuths - math.radians(self.robot.azimuth_deg) + np.pi, 2.0 * np.pi)
-        allowed: NDArray[np.bool_] = (
-            np.abs(away - np.pi) <= math.radians(self.robot.azimuth_half_range_deg) + 1e-12
-        )
+        away = np.abs(wrapped(azimuths - math.radians(self.robot.azimuth_deg)))
+        half_range = math.radians(self.robot.azimuth_half_range_deg)
+        allowed: NDArray[np.bool_] = away <= half_range + 1e-12
         return allowed
 
 
@@ -114,7 +114,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
     """Read the name of a ball, or several; add what is wrong with them to the mistakes."""
     names = () if value is None else tuple(value) if isinstance(value, tuple | list) else (value,)
-    others = [name for name in scene.balls if name != 'cue']
+    others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
         if str(name) not in others:
             there = ', '.join(others) or 'none'

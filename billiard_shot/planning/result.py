@@ -83,18 +83,16 @@ class RankedStroke:
         """What the stroke does wrong even without errors; empty if it reaches its target."""
         problem = problem_of(self.scene, self.target, self.limits, self.scene.noise)
         shot = self.shot
-        if shot.table is None:
-            return ''
         faults = [
             f'ball {ball!r} falls into a pocket'
-            for ball in shot.table.pocketed
+            for ball in shot.pocketed
             if problem.rules['must_stay'][problem.names.index(ball)]
         ]
-        met = shot.table.first_met.get(problem.names[0])
+        met = shot.first_contact
         if met is not None and not problem.may_meet(problem.names.index(met)):
             faults.append(f'the cue ball meets ball {met!r} first')
-        faults += [f'ball {ball!r} leaves the table' for ball in shot.table.off_table]
-        if any(event.kind == EventKind.CUE for event in shot.table.events):
+        faults += [f'ball {ball!r} leaves the table' for ball in shot.off_table]
+        if any(event.kind == EventKind.CUE for event in shot.events):
             faults.append('the cue hits the cue ball again')
         exactly = np.array([self.stroke.offsets])
         if not faults and not evaluate_strokes(problem, exactly).success[0]:

@@ -26,7 +26,7 @@ from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
-from billiard_shot.planning.strikes import Array
+from billiard_shot.planning.strikes import Array, wrapped
 from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
@@ -296,7 +296,7 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
     chosen: list[int] = []
     for i in range(len(strokes)):
         away = strokes[i] - strokes[chosen]
-        away[:, AZIMUTH] = np.remainder(away[:, AZIMUTH] + np.pi, 2.0 * np.pi) - np.pi
+        away[:, AZIMUTH] = wrapped(away[:, AZIMUTH])
         if not (np.abs(away) < apart).all(axis=1).any():
             chosen.append(i)
     return np.array(chosen, np.int64)

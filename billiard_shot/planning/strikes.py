@@ -29,6 +29,12 @@ def vectors_of(strokes: Array) -> tuple[Array, Array]:
     return normals, velocities
 
 
+def wrapped(angles: Array) -> Array:
+    """Return the same angles from -pi to pi."""
+    within: Array = np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
+    return within
+
+
 def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Array:
     """
     Solve strikes with a cue speed of 1 m/s and azimuth 0.

@@ -227,42 +227,19 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
         Naming every field that is wrong, its value and what is allowed.
 
     """
-    target: Target
-    if isinstance(wanted, Mapping):
+    if isinstance(wanted, Target):
+        return wanted
+    try:
+        if not isinstance(wanted, Mapping):
+            raise refused(wanted, f'a mapping with one of the keys {", ".join(KINDS)}')
         kinds = [kind for kind in KINDS if kind in wanted]
         if len(kinds) != 1:
-            raise InputError(
-                [
-                    Mistake(
-                        (),
-                        (
-                            f'{dict(wanted)!r} is not allowed; it must have one of the keys '
-                            f'{", ".join(KINDS)}'
-                        ),
-                    )
-                ],
-                'target',
-            )
+            text = f'{dict(wanted)!r} is not allowed; it must have one of the keys '
+            raise InputError([Mistake((), text + ', '.join(KINDS))])
         data = {('passing' if key == 'pass' else key): value for key, value in wanted.items()}
-        try:
-            target = read(KINDS[kinds[0]], data)
-        except InputError as error:
-            raise InputError(error.mistakes, 'target') from None
-    elif isinstance(wanted, tuple(KINDS.values())):
-        target = wanted
-    else:
-        raise InputError(
-            [
-                Mistake(
-                    (),
-                    (
-                        f'{wanted!r} is not allowed; it must be a mapping with one of the keys '
-                        f'{", ".join(KINDS)}'
-                    ),
-                )
-            ],
-            'target',
-        )
+        target: Target = read(KINDS[kinds[0]], data)
+    except InputError as error:
+        raise InputError(error.mistakes, 'target') from None
     return target
 
 

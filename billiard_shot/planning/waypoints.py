@@ -149,14 +149,17 @@ def is_clear(problem: Problem, path: Array, besides: Sequence[int]) -> bool:
     return bool(distance.min() >= 2.0 * SLACK * problem.radius)
 
 
-def distances_from(path: Array, points: Array) -> Array:
-    """Distances (points,) of points (points, 2) from a path of straight lines."""
-    begin, along = path[:-1], np.diff(path, axis=0)
-    away = points[:, np.newaxis] - begin
-    square = np.maximum((along**2).sum(axis=1), 1e-300)
-    part = np.clip((away * along).sum(axis=2) / square, 0.0, 1.0)
-    nearest = away - part[:, :, np.newaxis] * along
-    distances: Array = np.sqrt((nearest**2).sum(axis=2)).min(axis=1)
+def distances_from(paths: Array, points: Array) -> Array:
+    """
+    Distances of paths of straight lines from points.
+
+    Paths (..., corners, n) and points (..., n), in n dimensions, are broadcast against each other.
+    """
+    begin, along = paths[..., :-1, :] - points[..., np.newaxis, :], np.diff(paths, axis=-2)
+    square = np.maximum((along**2).sum(axis=-1), 1e-300)
+    part = np.clip(-(begin * along).sum(axis=-1) / square, 0.0, 1.0)
+    nearest = begin + part[..., np.newaxis] * along
+    distances: Array = np.sqrt((nearest**2).sum(axis=-1).min(axis=-1))
     return distances
 
 

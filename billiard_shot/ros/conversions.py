@@ -15,10 +15,8 @@ from std_msgs.msg import Header
 
 from billiard_shot import Scene, Shot, Stroke, Trajectory
 from billiard_shot.ros.parameters import FRAME, MAX_SAMPLES
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import Status
-
-CUE_BALL = 'cue'
-"""Name of the cue ball in scenes and in the table state."""
 
 MAX_KEY_TIMES = 8
 """Largest number of samples in a short answer."""

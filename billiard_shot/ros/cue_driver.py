@@ -12,7 +12,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
@@ -37,6 +36,7 @@ from billiard_shot.ros.node_runner import (
     LATCHED,
     run,
     set_niceness,
+    steady_timer,
     warm_up,
 )
 from billiard_shot.ros.writing_time import stamped, written
@@ -125,9 +125,8 @@ class CueDriver(LifecycleNode):
         self.create_service(
             Trigger, '~/clear_fault', _answering(lambda: self._controller.clear(monotonic()))
         )
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(self.get_parameter('period').value, self._tick, clock=steady)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        steady_timer(self, self.get_parameter('period').value, self._tick)
+        steady_timer(self, 1.0, self._publish_diagnostics)
         self._server = ActionServer(
             self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel
         )

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -13,7 +12,7 @@ from billiard_shot.cue import model
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters
-from billiard_shot.ros.node_runner import LATCHED, run
+from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -59,11 +58,7 @@ class CueModel(Node):
         else:
             self._transforms = self.create_publisher(TFMessage, '/tf', TRANSFORMS)
             self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
-            self.create_timer(
-                1.0 / self.get_parameter('rate').value,
-                self._publish,
-                clock=Clock(clock_type=ClockType.STEADY_TIME),
-            )
+            steady_timer(self, 1.0 / self.get_parameter('rate').value, self._publish)
         self.get_logger().info('ready: describes the mechanical cue')
 
     def _on_joints(self, message: JointState) -> None:

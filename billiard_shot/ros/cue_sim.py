@@ -6,7 +6,6 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
@@ -19,7 +18,7 @@ from billiard_shot.cue.mechanism import BASE_Z, INCLINE, Mechanism
 from billiard_shot.cue.simulated import SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness
+from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness, steady_timer
 from billiard_shot.ros.writing_time import written
 
 CATCH_UP = 0.25
@@ -71,8 +70,7 @@ class CueSim(Node):
         self.create_subscription(
             JointTrajectoryMessage, self.get_parameter('actuation_topic').value, self._command, 1
         )
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(self._period, self._move, clock=steady)
+        steady_timer(self, self._period, self._move)
         self.get_logger().info('ready: a simulated mechanism')
 
     def _set_faults(self) -> None:

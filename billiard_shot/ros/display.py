@@ -11,17 +11,15 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from billiard_shot import Motion, Shot, Trajectory
+from billiard_shot import Shot
+from billiard_shot.pictures.trails import trails_of
 from billiard_shot.ros import markers
-from billiard_shot.ros.conversions import CUE_BALL, vectors
+from billiard_shot.ros.conversions import vectors
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
 LAST_SECOND = 2**31 - 1
 """Largest second that fits into a stamp; later times of extreme shots are clipped to it."""
-
-CURVE_POINTS = 17
-"""Number of points of a curved segment; a rolling ball moves straight."""
 
 CUE, LENGTH, WIDTH = '#c8955c', 0.5, 0.0065
 """Colour of the cue; its length and radius [m] if the scene does not give its shape."""
@@ -81,28 +79,27 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
     cue = shot.scene.cue
     radii = (cue.ferrule_radius, BUTT) if cue.length else (WIDTH, WIDTH)
     shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE, opacity))]
-    balls = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
-    for name, trajectory in balls.items():
-        if trajectory.duration == 0.0:
+    trails = trails_of(shot)
+    for name in trails.balls:
+        pieces = trails.pieces(name)
+        if not pieces:
             continue
-        points, motions = _polyline(trajectory)
+        colours = [
+            markers.colour(MOTIONS.get(piece.motion, GREY), opacity)
+            for piece in pieces
+            for _ in piece.times
+        ]
+        points = np.concatenate([piece.points for piece in pieces])
+        paint = ball_colour(name)
         shown += [
-            markers.line(
-                'paths',
-                points,
-                0.2 * radius,
-                [markers.colour(MOTIONS.get(Motion(motion), GREY), opacity) for motion in motions],
-            ),
+            markers.line('paths', points, 0.2 * radius, colours),
             markers.ball(
-                'starts', points[0], radius, markers.colour(ball_colour(name), FAINT * opacity)
+                'starts', trails.start(name), radius, markers.colour(paint, FAINT * opacity)
             ),
         ]
-        if trajectory.at(trajectory.duration).motion not in (Motion.POCKETED, Motion.OFF_TABLE):
-            shown.append(
-                markers.ball(
-                    'ends', points[-1], radius, markers.colour(ball_colour(name), opacity)
-                )
-            )
+        end = trails.end(name)
+        if end is not None:
+            shown.append(markers.ball('ends', end, radius, markers.colour(paint, opacity)))
     return shown
 
 
@@ -112,15 +109,3 @@ def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     centre = shot.trajectory.at(0.0).position
     tip = centre + shot.scene.ball.radius * np.array(shot.stroke.normal)
     return tip, tip - (shot.scene.cue.length or LENGTH) * along
-
-
-def _polyline(trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
-    """Points (n, 3) [m] of a trajectory until its final motion, and the motions at the points."""
-    times, motions = [0.0], [int(trajectory.at(0.0).motion)]
-    for segment in trajectory.segments:
-        if segment.start >= trajectory.duration:
-            break
-        count = 2 if segment.motion is Motion.ROLL else CURVE_POINTS
-        times += np.linspace(segment.start, segment.end, count).tolist()
-        motions += count * [int(segment.motion)]
-    return trajectory.at(times).position, np.array(motions, np.uint8)

@@ -15,6 +15,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.timer import Timer
 
 from billiard_shot import machine_code, predict, Scene, Stroke
 
@@ -54,6 +55,14 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
         rclpy.try_shutdown()
 
 
+def steady_timer(
+    node: Node, period: float, callback: Callable[[], None], autostart: bool = True
+) -> Timer:
+    """Make a timer of a node that keeps to the steady clock, whatever sets the ROS clock."""
+    clock = Clock(clock_type=ClockType.STEADY_TIME)
+    return node.create_timer(period, callback, clock=clock, autostart=autostart)
+
+
 def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True) -> None:
     """
     Load everything that the first request would wait for.
@@ -77,9 +86,7 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
     elif machine_code.available() and compiles:
         machine_code.prepare()
         log.info('compiling the library in the background, once; answers are slower meanwhile')
-        node.create_timer(
-            PROGRESS_PERIOD, CompiledNotice(node), clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        steady_timer(node, PROGRESS_PERIOD, CompiledNotice(node))
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
     if other_balls and not scene.balls:

@@ -14,10 +14,11 @@ from std_msgs.msg import Header
 from billiard_shot import PlanResult, RankedStroke, Scene
 from billiard_shot.cue.plan import tip_at
 from billiard_shot.planning import targets
-from billiard_shot.ros.conversions import check_frame, CUE_BALL, trajectory_message
+from billiard_shot.ros.conversions import check_frame, trajectory_message
 from billiard_shot.ros.cue_conversions import pose_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise
+from billiard_shot.scene.placement import CUE_BALL
 
 LIMITS = (
     'speed_min',

@@ -18,12 +18,10 @@ from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
-from billiard_shot.ros.client import result_of, ServiceCaller
-from billiard_shot.ros.conversions import CUE_BALL
+from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
     add_player_arguments,
-    NotReadyError,
     own_arguments,
     parser_of,
     play_shot,
@@ -31,6 +29,7 @@ from billiard_shot.ros.player import (
     run_player,
 )
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY
+from billiard_shot.scene.placement import CUE_BALL
 
 NOISE = {
     'sigma_a': 2e-4,
@@ -71,22 +70,14 @@ class PlanPlayer(Player):
 
     def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
         """Plan for a target and the current balls; NoPlanError if no stroke is found."""
-        sent = self._plan.send_goal_async(
-            PlanShot.Goal(target=target, balls=self.known_table().balls, **goal)
+        response = self.act(
+            'plan_shot',
+            self._plan,
+            PlanShot.Goal(target=target, balls=self.known_table().balls, **goal),
+            lambda ended: self.until(ended.done, PLAN_TIMEOUT),
         )
-        if not self.until(sent.done, 10.0):
-            raise NotReadyError('no answer from action plan_shot within 10 s')
-        handle = result_of(sent)
-        ended = handle.get_result_async()
-        try:
-            self.until(ended.done, PLAN_TIMEOUT)
-        finally:
-            if not ended.done():
-                handle.cancel_goal_async()
-                self.until(ended.done, 2.0)
-        if not ended.done():
+        if response is None:
             raise NoPlanError(f'no plan within {PLAN_TIMEOUT:g} s')
-        response = result_of(ended)
         if response.status != GoalStatus.STATUS_SUCCEEDED:
             raise NoPlanError(response.result.message)
         return response.result

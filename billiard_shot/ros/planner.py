@@ -12,7 +12,6 @@ from billiard_shot_msgs.srv import SealShot
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
@@ -21,7 +20,7 @@ import yaml
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
-from billiard_shot.ros.node_runner import LATCHED, run, wait_for_machine_code
+from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, wait_for_machine_code
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.ros.sealing import LastPlan, seal
 from billiard_shot.scene import Noise, Robot
@@ -105,8 +104,7 @@ class Planner(Node):
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(POLL_PERIOD, self._poll, clock=steady, autostart=False)
+        self._timer = steady_timer(self, POLL_PERIOD, self._poll, autostart=False)
         self._polls = 0  # since the last feedback
         wait_for_machine_code(self)
         warm_up(self._default)

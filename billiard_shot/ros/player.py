@@ -37,6 +37,7 @@ from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
 from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ class Player(Node):
         self.problems: list[str] = []
         self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
         self._arm: Client[Any, Any] = self.create_client(Trigger, 'cue_driver/arm')
-        self._execute: ActionClient[Any, Any, Any] = ActionClient(
+        self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
             self, ExecuteShot, 'execute_shot'
         )
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
@@ -168,7 +169,7 @@ class Player(Node):
         needs: tuple[tuple[str, str, Callable[[], object]], ...] = (
             ('service', 'predict_shot', self._predict.service_is_ready),
             ('service', 'cue_driver/arm', self._arm.service_is_ready),
-            ('action', 'execute_shot', self._execute.server_is_ready),
+            ('action', 'execute_shot', self.execute_shot.server_is_ready),
             ('topic', 'table_state', lambda: self.table),
             ('topic', 'cue_driver/state', lambda: self.states),
         )
@@ -235,20 +236,41 @@ class Player(Node):
             Called when the cue is aimed and waits to be armed.
 
         """
-        sent = self._execute.send_goal_async(goal)
+        ended = self.act(
+            'execute_shot',
+            self.execute_shot,
+            goal,
+            lambda ended: self._wait_for_end(goal, ended, arm, on_aimed),
+        )
+        if ended is None:
+            raise NotReadyError('action execute_shot does not end')
+        return ended
+
+    def act(
+        self,
+        name: str,
+        action: 'ActionClient[Any, Any, Any]',
+        goal: Any,
+        wait: Callable[[Any], object],
+    ) -> Any:
+        """
+        Send a goal of an action, and return its status and result; None if it does not end.
+
+        `wait` waits for the future of the result. If the goal has not ended after that, or the
+        wait is interrupted, it is cancelled.
+        """
+        sent = action.send_goal_async(goal)
         if not self.until(sent.done, 10.0):
-            raise NotReadyError('no answer from action execute_shot within 10 s')
+            raise NotReadyError(f'no answer from action {name} within 10 s')
         handle = result_of(sent)
         ended = handle.get_result_async()
         try:
-            self._wait_for_end(goal, ended, arm, on_aimed)
+            wait(ended)
         finally:
             if not ended.done():
                 handle.cancel_goal_async()
                 self.until(ended.done, 2.0)
-        if not ended.done():
-            raise NotReadyError('action execute_shot does not end')
-        return result_of(ended)
+        return result_of(ended) if ended.done() else None
 
     def _wait_for_end(
         self, goal: ExecuteShot.Goal, ended: Any, arm: bool, on_aimed: Callable[[], None]
@@ -275,7 +297,7 @@ class Player(Node):
         deadline = monotonic() + seconds
         while monotonic() < deadline:
             rclpy.spin_once(self, timeout_sec=0.05)
-            place = self.balls().get(conversions.CUE_BALL)
+            place = self.balls().get(CUE_BALL)
             if place is None:
                 return None
             if not math.dist(place, last) <= REST_DISTANCE:

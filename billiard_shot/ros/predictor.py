@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from billiard_shot_msgs.msg import TableState
 from billiard_shot_msgs.srv import PredictShot
 from nav_msgs.msg import Path
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, Scene, Shot
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.node_runner import LATCHED, run, warm_up
+from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
@@ -42,9 +41,7 @@ class Predictor(Node):
         self._path = self.create_publisher(Path, '~/path', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
-        self._show_timer = self.create_timer(
-            SHOW_DELAY, self._show, autostart=False, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self._show_timer = steady_timer(self, SHOW_DELAY, self._show, autostart=False)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         warm_up(self, self._scene, other_balls=True)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)

@@ -14,9 +14,10 @@ from billiard_shot import RankedStroke, Scene, Status
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.plan import ShotPlan
 from billiard_shot.ros import conversions
-from billiard_shot.ros.conversions import BadRequestError, CUE_BALL
+from billiard_shot.ros.conversions import BadRequestError
 from billiard_shot.ros.cue_conversions import balls_of, goal_of, plan_of
 from billiard_shot.ros.plan_conversions import places_of
+from billiard_shot.scene.placement import CUE_BALL
 
 DEFAULT_VALIDITY = 60.0
 """Time for which a goal is valid, if the request does not give one [s]."""

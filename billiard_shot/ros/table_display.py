@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
 import numpy as np
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -12,9 +11,10 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
-from billiard_shot.ros.conversions import check_frame, CUE_BALL
-from billiard_shot.ros.node_runner import LATCHED, run
+from billiard_shot.ros.conversions import check_frame
+from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 
 CUE_PERIOD = 1 / 30
 """Time between two messages of a moving cue [s]."""
@@ -44,9 +44,7 @@ class TableDisplay(Node):
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
         self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
-        self.create_timer(
-            CUE_PERIOD, self._show_cue, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        steady_timer(self, CUE_PERIOD, self._show_cue)
         self.get_logger().info('ready: shows the table')
 
     def _show(self) -> None:

@@ -5,7 +5,6 @@ from dataclasses import replace
 from time import monotonic
 
 from billiard_shot_msgs.msg import Strike, TableState
-from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -13,8 +12,9 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import check_frame, CUE_BALL
-from billiard_shot.ros.node_runner import LATCHED, run, warm_up
+from billiard_shot.ros.conversions import check_frame
+from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -43,11 +43,8 @@ class TableSim(Node):
         self._begin = 0.0
         self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
-        self._timer = self.create_timer(
-            1.0 / self.get_parameter('rate').value,
-            self._move,
-            autostart=False,
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        self._timer = steady_timer(
+            self, 1.0 / self.get_parameter('rate').value, self._move, autostart=False
         )
         self._reset()
         self.create_subscription(
@@ -88,7 +85,7 @@ class TableSim(Node):
         shot = predict(scene, stroke)
         self.get_logger().info(f'shot {message.shot_id!r}: {shot.status.name}: {shot.message}')
         if not shot.status.refused:
-            self._motions = shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
+            self._motions = shot.run.balls
             self._begin = monotonic()
             self._timer.reset()
             self._record.publish(String(data=to_json(shot)))

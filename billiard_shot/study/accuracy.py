@@ -20,7 +20,9 @@ from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.memory import peak, reset_peak
 from billiard_shot.study.mujoco_strike import mujoco_strike
 from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.reproduction import PRINTED
 from billiard_shot.study.resting_place import resting_place
+from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
 ENOUGH, MOST = 0.02, 51  # s to measure a time for, or so many runs
@@ -35,12 +37,7 @@ Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evalua
 Run = Callable[[], Callable[[], Answer]]  # what is timed; it gives back what reads its answer
 
 # What `billiard-shot accuracy` plays where nothing else is said: the paper's Table 1.
-PAPER_STROKES = {
-    'vertical': Stroke((-1, -2, 1), (0, 0, -2)),
-    'horizontal': Stroke((-1, -1, 0), (0.8, 0, 0)),
-    'jump': Stroke((-1, 0, 1), (1, 0, -1)),
-    'massé': Stroke((-2, -1, 12), (4, 0, -16)),
-}
+PAPER_STROKES = {name: stroke for name, (stroke, _) in PRINTED.items()}
 
 
 class NoAnswerError(Exception):
@@ -140,8 +137,6 @@ def _closed_form(problem: Problem, _: float) -> Run:
 
 def _scipy(method: str) -> Callable[[Problem, float], Run]:
     def prepare(problem: Problem, rtol: float) -> Run:
-        from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
-
         def run() -> Callable[[], Answer]:
             strike = ScipyStrike(problem, method)
             try:

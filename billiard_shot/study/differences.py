@@ -1,11 +1,9 @@
 """In what two predictions of a shot differ: steps, the place of rest, the direction."""
 
-from collections.abc import Mapping
 import math
 
 import numpy as np
 
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -15,7 +13,7 @@ STANDS = (Motion.REST, Motion.SPIN, Motion.POCKETED, Motion.OFF_TABLE)
 
 def steps(shot: Shot) -> int:
     """Count the steps of the impact, the pieces of motion, and the contacts looked for."""
-    pieces = sum(len(ball.rows) for ball in _balls(shot).values())
+    pieces = sum(len(ball.rows) for ball in shot.run.balls.values())
     return shot.evaluations + pieces + (shot.table.searches if shot.table else 0)
 
 
@@ -39,8 +37,8 @@ def distance(one: Shot, other: Shot) -> float:
     Infinite, if one of them stops and the other never does; it may spin in place for ever.
     """
     apart = 0.0
-    for name, ball in _balls(one).items():
-        twin = _balls(other)[name]
+    for name, ball in one.run.balls.items():
+        twin = other.run.balls[name]
         if _stops(ball) != _stops(twin):
             return math.inf
         apart = max(apart, float(np.linalg.norm(ball.final_position - twin.final_position)))
@@ -51,10 +49,6 @@ def turn(one: Shot, other: Shot) -> float:
     """Angle between the directions in which the struck ball goes in two shots [rad]."""
     angle = heading(one.trajectory) - heading(other.trajectory)
     return abs(math.remainder(angle, math.tau))
-
-
-def _balls(shot: Shot) -> Mapping[str, Trajectory]:
-    return shot.table.balls if shot.table else {CUE_BALL: shot.trajectory}
 
 
 def _stops(ball: Trajectory) -> bool:

@@ -49,13 +49,20 @@ class ParameterSweep:
         scene, stroke = self.at(value)
         return Problem.of(replace(scene, law=law), stroke)
 
+    def solved(self, value: float, way: str) -> tuple[Problem, Vector]:
+        """State the stroke at a value, and find its impulses (6,) [N s] by law or way."""
+        if way in LAWS:
+            problem = self.problem(value, way)
+            return problem, problem.adaptive(TOLERANCE)[0]
+        problem = self.problem(value, 'bistiffness')  # one contact alone knows no difference
+        return problem, pairwise(problem) if way == 'pairwise' else newton(problem)
+
     def outcome(self, way: str) -> Outcome:
         """Give motion of ball and cue (7,) after the strike, over the value, by law or way."""
-        law = way if way in LAWS else 'bistiffness'  # one contact alone knows no difference
 
         def motion(value: float) -> Vector:
-            problem = self.problem(value, law)
-            velocity, spin, cue = problem.motion(_impulses(problem, way))
+            problem, impulses = self.solved(value, way)
+            velocity, spin, cue = problem.motion(impulses)
             parts = (velocity, problem.model.surface.radius * spin, [cue])
             return np.concatenate(parts) / problem.stroke.speed
 
@@ -65,20 +72,14 @@ class ParameterSweep:
         """How far from its start the ball comes to rest, at all values [m]; NaN if unsolved."""
         found = []
         for value in self.values.tolist():
-            problem = self.problem(value, way if way in LAWS else 'bistiffness')
             try:
-                velocity, spin, _ = problem.motion(_impulses(problem, way))
+                problem, impulses = self.solved(value, way)
+                velocity, spin, _ = problem.motion(impulses)
                 rest = resting_place(problem.scene, velocity, spin)
                 found.append(math.hypot(rest[0], rest[1]))
             except NoEndError:
                 found.append(math.nan)
         return np.array(found)
-
-
-def _impulses(problem: Problem, way: str) -> Vector:
-    if way in LAWS:
-        return problem.adaptive(TOLERANCE)[0]
-    return pairwise(problem) if way == 'pairwise' else newton(problem)
 
 
 def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[ParameterSweep]:

@@ -8,7 +8,7 @@ from plans import Bench, contact_of, goal_of, plan_of, SHOTS
 import pytest
 
 from billiard_shot.cue.execution import Settings
-from billiard_shot.cue.mechanism import STROKE
+from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
 from billiard_shot.cue.simulated import Faults, Imperfections
@@ -333,6 +333,22 @@ def test_table_unknown():
     with pytest.raises(RefusedError) as caught:
         bench.send_goal(SHOT)
     assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+
+
+@pytest.mark.parametrize('beyond', [-1e-5, 0.0, 1e-5])
+@pytest.mark.parametrize('end', ['shortest', 'longest'])
+def test_the_elevation_is_known_where_an_encoder_reads_a_little_beyond_the_range(
+    bench, end, beyond
+):
+    geometry = bench.controller.mechanism.incline_geometry
+    length, step = getattr(geometry, end) + beyond, 1e-7
+    position, velocity = bench.mechanism.measured()
+    position[INCLINE], velocity[INCLINE] = length, 0.01
+    bench.controller.receive_joints(position, velocity, bench.now, bench.now)
+    elevation, rate = bench.controller.measured_elevation(bench.now)
+    assert elevation == geometry.elevation(length)
+    slope = (geometry.elevation(length + step) - geometry.elevation(length - step)) / (2.0 * step)
+    assert rate == pytest.approx(0.01 * slope, rel=1e-6)
 
 
 @pytest.mark.parametrize(

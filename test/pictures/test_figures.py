@@ -1,6 +1,7 @@
 """The data behind the pictures, against the values that the paper and its notes state."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -230,3 +231,33 @@ def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(['figures', 'ping-pong']) == 0
     assert (tmp_path / capsys.readouterr().out.strip()).read_bytes().startswith(b'\x89PNG')
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['accuracy'],
+        ['atlas', 'blocked', '--ball', '8'],
+        ['effects'],
+        ['laws'],
+        ['plan', 'blocked', '--pot', '8'],
+        ['predict', '--speed', '2'],
+        ['tolerance'],
+    ],
+    ids=lambda words: words[0],
+)
+def test_without_matplotlib_a_command_says_what_is_missing_before_it_works(
+    words, monkeypatch, capsys
+):
+    monkeypatch.setitem(sys.modules, 'matplotlib.figure', None)
+    assert main([*words, '--picture', 'x.png']) == 2
+    out, err = capsys.readouterr()
+    assert out == ''
+    assert "pip install 'billiard_shot[plot]'" in err
+
+
+def test_a_picture_that_cannot_be_written(tmp_path, capsys):
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    wrong = tmp_path / 'none' / 'laws.png'
+    assert main(['laws', '--count', '5', '--picture', str(wrong)]) == 2
+    assert f'billiard-shot: picture: {wrong}: ' in capsys.readouterr().err

@@ -57,7 +57,7 @@ def test_round_trip(count):
 
 def test_the_residual_includes_double_hits():
     """Of steep strokes: `round_trips` compares each residual with `predict`."""
-    strokes = random_strokes(20, 4)
+    strokes = random_strokes(6, 4)
     strokes[:, 2] = np.radians(60.0)
     residuals, _ = round_trips(Scene.load('pool'), strokes)
     assert (residuals > 1e-3).any()

@@ -93,19 +93,14 @@ def test_every_target_is_reached(target):
     assert result.simulations <= BUDGET
     assert not best.shot.status.refused
     # played with fresh errors, it does as well as it says
-    draw = np.random.default_rng(99)
-    noise = result.noise
-    sigmas = [
-        noise.a / SCENE.ball.radius,
-        noise.b / SCENE.ball.radius,
-        np.radians(noise.elevation_deg),
-        np.radians(noise.azimuth_deg),
-        noise.speed,
-    ]
-    trials = 150
-    strokes = np.array(best.stroke.offsets) + draw.standard_normal((trials, 5)) * sigmas
+    draw, trials = np.random.default_rng(99), 150
     hits = sum(
-        reached(SCENE, target, predict(SCENE, Stroke.from_offsets(*each))) for each in strokes
+        reached(
+            SCENE,
+            target,
+            predict(SCENE, result.noise.perturb(best.stroke, draw, SCENE.ball.radius)),
+        )
+        for _ in range(trials)
     )
     least, most = wilson_interval(hits, trials, 3.5)
     assert least <= high
@@ -425,6 +420,9 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     assert "'cue' falls" in replace(best, stroke=into_a_pocket).warning
     aside = Stroke.from_offsets(0.0, 0.0, 0.1, 3.0, 1.0)
     assert replace(best, stroke=aside).warning == 'without errors the target is missed'
+    alone = plan('pool', {'rest': (1.0, 0.5)}, budget=1000).best  # a ball on an endless cloth
+    assert alone.warning == ''
+    assert replace(alone, stroke=aside).warning == 'without errors the target is missed'
 
 
 def test_a_second_hit_of_the_cue_is_a_foul():

@@ -119,7 +119,7 @@ class Cell:
 
     def begin(self, goal):
         """Send a goal; a future of how it ends."""
-        sent = self.player._execute.send_goal_async(goal)
+        sent = self.player.execute_shot.send_goal_async(goal)
         assert self.player.until(sent.done, PATIENCE)
         self.handle = sent.result()
         self.ended = self.handle.get_result_async()

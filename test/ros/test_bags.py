@@ -36,11 +36,11 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.ros.conversions import CUE_BALL
 from billiard_shot.ros.cue_conversions import joints_of
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.player import play_shot, Player
 from billiard_shot.ros.table_markers import cue_markers
+from billiard_shot.scene.placement import CUE_BALL
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / 'docs' / 'ros.md').read_text()

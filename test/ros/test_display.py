@@ -161,7 +161,8 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
             {
                 segment.motion
                 for segment in trajectory.segments
-                if segment.start < trajectory.duration
+                if segment.motion is not Motion.REST  # until it is hit, or in the end
+                and segment.start < trajectory.duration
             }
         )
     (cue,) = named(array, 'cue')

@@ -141,7 +141,7 @@ def pause_the_driver(cell, state, silent):
 
 def test_a_goal_that_waited_is_refused(cell):
     cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
-    sent = cell.player._execute.send_goal_async(cell.goal('waited'))
+    sent = cell.player.execute_shot.send_goal_async(cell.goal('waited'))
     wait(cell, PAUSE)
     cell.processes['cue_driver'].send_signal(signal.SIGCONT)
     assert cell.player.until(sent.done, PATIENCE)

@@ -140,12 +140,6 @@ def test_picture(tmp_path, capsys):
     assert 'picture: ' in capsys.readouterr().err
 
 
-def test_a_picture_without_matplotlib_says_what_is_missing(monkeypatch, capsys):
-    monkeypatch.setitem(__import__('sys').modules, 'matplotlib.figure', None)
-    assert main(['effects', 'pool', '--speed', '2', '--picture', 'x.png']) == 2
-    assert "pip install 'billiard_shot[plot]'" in capsys.readouterr().err
-
-
 def test_friction_is_compared_without_it():
     found = changes(POOL, ENGLISH)
     assert found['tip_friction'].distance > 0.1

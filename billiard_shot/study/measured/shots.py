@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import bisect
 
 from billiard_shot.scene import BallBall, Scene
 from billiard_shot.scene.table import Table
@@ -71,13 +72,9 @@ def deflection(scene: Scene, speed: float, fraction: float, spin_ratio: float) -
 
 def draw_for_right_angle(scene: Scene, speed: float) -> float:
     """Return the backspin, relative to a rolling ball, that turns a half-ball hit by 90 deg."""
-    low, high = 0.0, 1.5
-    while high - low > 1e-6:
-        middle = 0.5 * (low + high)
-        low, high = (
-            (low, middle) if deflection(scene, speed, 0.5, -middle) > 90.0 else (middle, high)
-        )
-    return 0.5 * (low + high)
+    return float(
+        bisect(lambda ratio: deflection(scene, speed, 0.5, -ratio) - 90.0, 0.0, 1.5, xtol=1e-6)
+    )
 
 
 def throw(scene: Scene, speed: float, cut: float) -> float:
