@@ -63,11 +63,8 @@ def draw(
         way: sum(len(discontinuities.get((sweep.name, way), ())) for sweep in sweeps)
         for way in SEARCHED
     }
-    findings = ', '.join(
-        f'{way} jumps {number} times' if number else f'{way} never jumps'
-        for way, number in count.items()
-    )
-    figure.suptitle(f'{about}: {findings} (thin lines)', fontsize='medium')
+    findings = ', '.join(f'{number} of {way}' for way, number in count.items())
+    figure.suptitle(f'{about}; discontinuities (thin lines): {findings}', fontsize='medium')
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'

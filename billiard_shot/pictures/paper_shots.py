@@ -68,7 +68,7 @@ def draw_paper_shots(path: Path) -> None:
     )
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
-        handles, labels, loc='outside lower center', ncols=4, frameon=False, fontsize='small'
+        handles, labels, loc='outside lower center', ncols=5, frameon=False, fontsize='small'
     )
     save(figure, path)
 
@@ -83,7 +83,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
                 ':' if printed else '-',
                 color=BLACK if printed else MOTIONS[piece.motion],
                 linewidth=1.0 if printed else 2,
-                label='from the printed numbers'
+                label='slides, then rolls, from the printed numbers'
                 if printed and name == 'slides'
                 else None
                 if printed
@@ -98,7 +98,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
             markeredgecolor='black',
             markersize=5,
             linestyle='',
-            label=None if printed else 'begins to roll',
+            label='the same, from the printed numbers' if printed else 'begins to roll',
         )
     scene = row.shot.scene
     draw_balls(axes, scene, {CUE: row.computed.start(CUE)}, faint=True)
