@@ -20,7 +20,7 @@ from billiard_shot.table.outline import outline_of
 COLOURS = 'viridis'
 LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
 RING = 1.9  # ball radii: around the ball that is to be potted
-SHORT = 6  # points of a contour line that is left out
+SHORT = 8  # points of a contour line that is left out
 LIGHT = 0.6  # success from which on the colours are light, so that lines are black
 WIDTH, NARROW = 9.0, 4.0  # inches: of a picture, and at least of each map where there are many
 
