@@ -41,7 +41,7 @@ def environment():
 
 @pytest.fixture(scope='module')
 def workspace(tmp_path_factory, environment):
-    """Return a workspace with a clean copy of the sources in it, built as README says."""
+    """Return a workspace with a clean copy of the sources in it, built as docs/ros.md says."""
     folder = make_workspace(tmp_path_factory.mktemp('workspace'))
     (folder / 'src' / 'billiard_shot_msgs').symlink_to('billiard_shot/msg_defs')
     said = run(

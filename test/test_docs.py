@@ -14,8 +14,9 @@ import billiard_shot
 from billiard_shot.cli import main
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.append(str(ROOT / 'docs' / '_ext'))
+sys.path += [str(ROOT / 'docs'), str(ROOT / 'docs' / '_ext')]
 from interfaces import Group, read_interfaces  # noqa: E402
+import redraw  # noqa: E402
 
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
@@ -169,6 +170,13 @@ def test_what_cannot_be_run_names_what_is_there(page, tag, language, text, tmp_p
     for kind, name in re.findall(r'billiard_shot_msgs/(\w+)/(\w+)', text):
         assert (MESSAGES / kind / f'{name}.{kind}').is_file()
     pytest.skip(f'needs {tag} to be run')
+
+
+def test_pages_show_the_pictures_that_are_there():
+    pages = ''.join(page.read_text() for page in PAGES)
+    there = {path.name for path in (ROOT / 'docs' / 'figures').iterdir()}
+    assert set(re.findall(r'\]\((?:docs/)?figures/([^)]+)\)', pages)) == there
+    assert redraw.commands().keys() | redraw.SCREENSHOTS == there
 
 
 def test_every_block_is_of_a_known_kind():

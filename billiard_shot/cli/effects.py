@@ -3,12 +3,13 @@
 import argparse
 import math
 from pathlib import Path
+import textwrap
 from typing import Any
 
 from billiard_shot import Scene
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.effects import draw_effects
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
@@ -64,13 +65,26 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError('strokes: none of them can be played; see billiard-shot predict')
     if as_text(options):
         print(about)
-    if len(studies[0].changes) == 1:
+    single = len(studies[0].changes) == 1
+    if single:
         print_rows(ONE, [_of_one(study) for study in studies], options)
     else:
         print_rows(MANY, [_of_many(study) for study in studies], options)
+    if as_text(options):
+        print()
+        print(textwrap.fill(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', WIDTH))
     if options.picture:
         draw_effects(studies, about, options.picture)
     return 0
+
+
+COLUMNS_MEAN = (
+    'Each row compares the shot with and without the effect. cost: time that the effect adds to '
+    'the prediction; steps: steps of the solver, motions and contacts that it adds; shift: '
+    'distance between the resting places of the ball that moves most; turn: change of the cue '
+    "ball's direction."
+)
+OF_MANY = 'Values are medians of the strokes that call for the effect; largest: of all strokes.'
 
 
 def _of_one(study: EffectStudy) -> dict[str, Any]:

@@ -3,9 +3,17 @@
 import argparse
 from collections.abc import Iterable
 import math
+import textwrap
 from typing import Any
 
-from billiard_shot.cli.text_table import add_format_arguments, Column, numbers, print_rows
+from billiard_shot.cli.text_table import (
+    add_format_arguments,
+    as_text,
+    Column,
+    numbers,
+    print_rows,
+    WIDTH,
+)
 
 
 def _off(value: float) -> str:
@@ -19,6 +27,10 @@ COLUMNS = (
     Column('spin', 'spin (rad/s)', 'x y z', lambda vector: numbers(vector, 3)),
     Column('off_velocity', 'off by', 'velocity', _off),
     Column('off_spin', ' ', 'spin', _off),
+)
+FOOTER = (
+    'velocity and spin: of the ball after the strike. off by: distance from the printed vector, '
+    'relative to its length. The law of all rows is energetic, unless the row names another.'
 )
 HELP = 'recompute Table 1 of the paper: as printed, by its model, and under variants'
 
@@ -39,6 +51,9 @@ def run(options: argparse.Namespace) -> int:
             row = reproduce(name, variant)
             rows.append(_row(name, label(variant), row.numbers, row.velocity, row.spin))
     print_rows(COLUMNS, rows, options, 'title')
+    if as_text(options):
+        print()
+        print(textwrap.fill(FOOTER, WIDTH))
     return 0
 
 

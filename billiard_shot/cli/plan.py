@@ -29,6 +29,15 @@ from billiard_shot.table.run import POCKET_NAMES
 
 HELP = 'find the stroke most likely to reach a target, given execution noise and limits'
 PICTURE_TRIALS = 400  # noisy executions in a picture
+LIMITS = {
+    'speed_min': 'smallest speed of the cue (m/s)',
+    'speed_max': 'largest speed of the cue (m/s)',
+    'elevation_min_deg': 'smallest downward angle of the cue (degrees)',
+    'elevation_max_deg': 'largest downward angle of the cue (degrees)',
+    'azimuth_deg': 'middle of the directions of the cue, counter-clockwise from +x (degrees)',
+    'azimuth_half_range_deg': 'how far the directions reach to each side of the middle (degrees)',
+    'offset_max': "largest distance of the tip from the ball's middle (ball radii)",
+}
 COLUMNS = (
     Column('rank', ' '),
     Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
@@ -72,9 +81,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='pocket for --pot, may be repeated (default: any)',
     )
     for name, text in (
-        ('leave', 'for --pot: point at which the cue ball has to rest'),
-        ('at', 'for --hit: point at which the cue ball has to touch the ball'),
-        ('direction', 'for --hit: direction in which the ball has to leave'),
+        ('leave', 'for --pot: point at which the cue ball has to rest (m)'),
+        ('at', 'for --hit: point at which the cue ball has to touch the ball (m)'),
+        ('direction', 'for --hit: direction in which the ball has to leave, any length'),
     ):
         more.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
     more.add_argument(
@@ -85,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--within-deg',  # its former name
         type=float,
         metavar='DEG',
-        help='largest deviation from --direction',
+        help='largest deviation from --direction (degrees)',
     )
     limits = parser.add_argument_group('limits that replace those of the scene')
     limits.add_argument(
@@ -95,7 +104,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for field in fields(Robot):
         names = [field.name, *(field.metadata[key] for key in (FORMER,) if key in field.metadata)]
         options = (f'--{name.replace("_", "-")}' for name in names)
-        limits.add_argument(*options, type=float, metavar='NUMBER')
+        limits.add_argument(*options, type=float, metavar='NUMBER', help=LIMITS[field.name])
     add_search_arguments(parser, NORMAL_BUDGET, '')
     parser.add_argument(
         '--time-limit', type=float, metavar='S', help='end the search after this time (s)'

@@ -6,6 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.planning.atlas import Atlas, Map
@@ -18,6 +20,7 @@ from billiard_shot.table.outline import outline_of
 COLOURS = 'viridis'
 LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
 RING = 1.9  # ball radii: around the ball that is to be potted
+SHORT = 8  # points of a contour line that is left out
 LIGHT = 0.6  # success from which on the colours are light, so that lines are black
 WIDTH, NARROW = 9.0, 4.0  # inches: of a picture, and at least of each map where there are many
 
@@ -92,6 +95,7 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
             colors=[_ink(level) for level in LEVELS],
             zorder=1,
         )
+        lines.set(paths=[_long_lines(path) for path in lines.get_paths()])
         axes.clabel(lines, fmt=lambda level: f'{100 * level:.0f}', fontsize='x-small')
     others = {name: there for name, there in scene.balls.items() if name != CUE_BALL}
     draw_balls(axes, scene, {**others, drawn.ball: drawn.ball_place})
@@ -114,6 +118,14 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
     axes.set_ylabel('y (m)', fontsize='x-small')
     axes.tick_params(labelsize='x-small')
     return image
+
+
+def _long_lines(path: Any) -> Any:
+    """Leave out lines around single fields: they hide the field and have no room for a number."""
+    from matplotlib.path import Path as Line
+
+    lines = [line for line in path.to_polygons(closed_only=False) if len(line) > SHORT]
+    return Line.make_compound_path(*map(Line, lines)) if lines else Line(np.zeros((0, 2)))
 
 
 def _ink(success: float) -> str:

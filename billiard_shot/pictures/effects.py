@@ -60,7 +60,10 @@ def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None
     )
 
     dearest = max(order, key=lambda study: study.median('time'))
-    pale = '; pale: only if forced on' if PALE in opacity else ''
+    shown = any(
+        alpha == PALE and x >= LEAST for alpha, x in zip(opacity, millimetres, strict=True)
+    )
+    pale = '; pale: only if forced on' if shown else ''
     figure.suptitle(
         f'{_name(order[-1]).capitalize()} changes most, {_millimetres(millimetres[-1])}; '
         f'{_name(dearest)} costs most, {_microseconds(1e6 * dearest.median("time"))} '

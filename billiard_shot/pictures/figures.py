@@ -66,9 +66,6 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'two-balls': draw_two_balls,
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
-    'table-combination': lambda path: _draw(
-        combination(), path, 'A combination of balls in touch'
-    ),
     'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, 32° steep'),
     'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, 56° steep'),
     'table-break': lambda path: _draw(opening(), path, 'A break at eight-ball, 8 m/s'),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.pictures.trails import Trails
+from billiard_shot.table.motion import Cause
 
 Vector = NDArray[np.float64]
 SAMPLES = 12  # of each motion of each ball
@@ -68,7 +69,12 @@ def history_of(trails: Trails) -> History:
 
 
 def _times(trails: Trails, names: list[str]) -> Vector:
-    """Both sides of all events, and times between them."""
+    """
+    Both sides of all events, and times between them.
+
+    While an impact lasts, its balls move at constant velocities that stand for the impact; their
+    speeds and energies mean nothing, so there are no times within it.
+    """
     starts = np.concatenate(
         [[0.0, trails.until], *(trails.balls[name].rows['time'] for name in names)]
     )
@@ -77,4 +83,9 @@ def _times(trails: Trails, names: list[str]) -> Vector:
         0.0, 1.0, SAMPLES, endpoint=False
     )
     before = np.nextafter(ends[1:], 0.0)
-    return np.unique(np.concatenate([ends, inner.ravel(), before]))
+    times = np.unique(np.concatenate([ends, inner.ravel(), before]))
+    for name in names:
+        rows = trails.balls[name].rows
+        for end in np.flatnonzero(rows['cause'] == Cause.RELEASE):
+            times = times[(times < rows['time'][end - 1]) | (times >= rows['time'][end])]
+    return times

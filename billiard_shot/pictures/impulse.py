@@ -214,7 +214,7 @@ def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
     once = dict(zip(labels, handles, strict=True))
     axes.legend(once.values(), once.keys(), loc='upper left', fontsize='small', frameon=False)
     axes.set_title(
-        '(c) elastic energies; numbers: ends of the states', fontsize='medium', loc='left'
+        '(b) elastic energies; numbers: ends of the states', fontsize='medium', loc='left'
     )
 
 
@@ -259,7 +259,7 @@ def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[Sta
     table.set_fontsize(8.5)
     table.scale(1.0, 1.25)
     axes.set_title(
-        '(b) at the end of each state; C: an impact ends its compression, R: its restitution',
+        '(c) at the end of each state; C: an impact ends its compression, R: its restitution',
         fontsize=9,
         loc='left',
         pad=2,

@@ -66,10 +66,7 @@ def draw(
         way: sum(len(discontinuities.get((sweep.name, way), ())) for sweep in sweeps)
         for way in SEARCHED
     }
-    findings = ', '.join(
-        f'{way} jumps {number} times' if number else f'{way} never jumps'
-        for way, number in count.items()
-    )
-    figure.suptitle(f'{about}: {findings} (thin lines)', fontsize='medium')
+    findings = ', '.join(f'{number} of {way}' for way, number in count.items())
+    figure.suptitle(f'{about}; discontinuities (thin lines): {findings}', fontsize='medium')
     add_legend(figure, panels[0])
     save(figure, path)

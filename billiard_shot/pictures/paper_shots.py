@@ -82,7 +82,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
                 ':' if printed else '-',
                 color=BLACK if printed else MOTIONS[piece.motion],
                 linewidth=1.0 if printed else 2,
-                label='from the printed numbers'
+                label='slides, then rolls, from the printed numbers'
                 if printed and name == 'slides'
                 else None
                 if printed
@@ -97,7 +97,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
             markeredgecolor='black',
             markersize=5,
             linestyle='',
-            label=None if printed else 'begins to roll',
+            label='the same, from the printed numbers' if printed else 'begins to roll',
         )
     scene = row.shot.scene
     draw_balls(axes, scene, {CUE_BALL: row.computed.start(CUE_BALL)}, faint=True)

@@ -90,7 +90,9 @@ def test_command_for_one_shot(capsys):
     assert main(['effects', 'pool', '--a', '0.4', '--speed', '2']) == 0
     out, err = capsys.readouterr()
     assert err == ''
-    title, head, units, *lines = out.splitlines()
+    rows, footer = out.split('\n\n')
+    title, head, units, *lines = rows.splitlines()
+    assert all(f'{column}: ' in footer for column in ('cost', 'steps', 'shift', 'turn'))
     assert title == 'scene pool, 1 stroke'
     assert head.split()[:3] == ['effect', 'on', 'cost']
     assert units.split() == ['(us)', '(mm)', '(°)']
