@@ -157,6 +157,12 @@ def run(
         # contain, Python ends as if it had not been caught.
         sys.exit(0)
 
+    def note_lost(lost: Any) -> None:
+        # A finalizer that a signal interrupts loses the exception; `received` ends the node.
+        if not isinstance(lost.exc_value, SystemExit):
+            sys.__unraisablehook__(lost)
+
+    sys.unraisablehook = note_lost
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     try:
@@ -170,7 +176,7 @@ def run(
                 # stop the node for a third of a second from time to time.
                 gc.collect()
                 gc.freeze()
-                while rclpy.ok():
+                while rclpy.ok() and not received:
                     executor.spin_once(timeout_sec=SPIN_TIMEOUT)
             except ExternalShutdownException:
                 pass

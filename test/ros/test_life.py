@@ -31,6 +31,39 @@ def test_signals_end_it_with_exit_code_0(start, node, number):
     assert 'Traceback' not in said
 
 
+FINALIZED = """
+import os, signal
+from rclpy.node import Node
+from billiard_shot.ros.node_runner import run
+
+class Finalized:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        sum(range(1000))  # the handler runs before this ends
+
+class Short(Node):
+    def __init__(self):
+        super().__init__('short')
+        self.create_timer(0.01, Finalized)
+
+run(Short, 'short', [])
+"""
+
+
+def test_a_signal_during_a_finalizer_ends_a_node():
+    """Before, the node went on, and a traceback was printed."""
+    ended = subprocess.run(
+        [sys.executable, '-c', FINALIZED],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stdout
+    assert 'Traceback' not in ended.stdout
+
+
 @pytest.mark.parametrize(
     ('setting', 'words'),
     [

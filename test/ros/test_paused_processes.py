@@ -173,12 +173,18 @@ def test_a_paused_mechanism_is_a_fault(cell, state):
 
 def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
     """The command that waited for it meanwhile is too old."""
-    bring_to(cell, State.AIMING)
-    assert cell.player.until(cell.moving, PATIENCE)
-    cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
-    wait(cell, 0.2)
-    cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
-    wait(cell, PAUSE)
+    for _ in range(10):
+        bring_to(cell, State.AIMING)
+        assert cell.player.until(cell.moving, PATIENCE)
+        cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
+        sleep(0.2)
+        cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
+        wait(cell, PAUSE)
+        if cell.state is State.AIMING:
+            break
+        # On a starved machine the driver misses the mechanism before, and tells it to stop.
+        for process in cell.processes.values():
+            process.send_signal(signal.SIGCONT)
     cell.processes['cue_sim'].send_signal(signal.SIGCONT)
     assert cell.stands_still().silence is not None
     wait(cell, 1.0)
