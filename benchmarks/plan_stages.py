@@ -1,8 +1,8 @@
 """
 Stages of the planner: the success that each one contributes.
 
-Pots in bins of cut angle and distance, and crowded tables on which any ball may be potted. Each
-stage is switched off in turn; the success of each plan is that of its held-out trials.
+Pots in bins of cut angle and distance, and crowded tables. Each stage is switched off in turn, and
+all plans have the same time. The success of each plan is that of its held-out trials.
 
     python benchmarks/plan_stages.py [--full]
 """
@@ -17,6 +17,8 @@ from billiard_shot import plan
 from billiard_shot.planning import search
 
 BALLS = 15  # of a crowded table
+SECONDS = 1.0  # for a plan
+BUDGET = 1_000_000  # strokes: more than a plan has time for
 
 
 def crowded(draw):
@@ -72,12 +74,23 @@ def main():
     plan(*groups['pots'][0], budget=500)  # compiled, loaded
     for name, scenes in groups.items():
         print(f'{name}: {count}')
+        everything = None
         for variant, changes in VARIANTS.items():
             with without(**changes):
-                results = [plan(*each, noise=TOURNAMENT, seed=i) for i, each in enumerate(scenes)]
-            success = [each.best.success if each.best else 0.0 for each in results]
-            strokes = np.median([each.simulations for each in results])
-            print(f'    {variant:42s} {100.0 * np.mean(success):5.1f} %  {strokes:7.0f} strokes')
+                results = [
+                    plan(*each, noise=TOURNAMENT, seed=i, budget=BUDGET, time_limit=SECONDS)
+                    for i, each in enumerate(scenes)
+                ]
+            success = 100.0 * np.array(
+                [each.best.success if each.best else 0.0 for each in results]
+            )
+            everything = success if everything is None else everything
+            change = success - everything
+            error = change.std(ddof=1) / np.sqrt(count)
+            print(
+                f'    {variant:42s} {success.mean():5.1f} %  {change.mean():+5.1f} +- {error:.1f}'
+                f'  {np.median([each.simulations for each in results]):7.0f} strokes'
+            )
 
 
 if __name__ == '__main__':
