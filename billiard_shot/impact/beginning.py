@@ -86,7 +86,7 @@ def begin(
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
         if balls.number > 0:
-            balls = in_units(balls, mobility, units.speed)
+            balls = in_units(balls, mobility)
             change_units(contacts, ws.motion, balls.number, units.speed, units.speed * units.time)
             release_open_contacts(contacts, ws)
             p.energy = kinetic_energy(balls, ws.motion)
@@ -121,8 +121,9 @@ def start_contact(
     options: Options,
 ) -> None:
     """Set a contact to where the collision begins."""
-    c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
     speed = units.speed
+    c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
+    c.fading, c.decay = properties[3], properties[4] * speed
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):

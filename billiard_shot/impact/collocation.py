@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import inner
 from billiard_shot.impact.state import (
     ContactState,
+    friction_at,
     INACTIVE,
     is_active,
     is_stiff,
@@ -187,17 +188,18 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
             c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
             c.friction_1[i], c.friction_2[i] = 0.0, 0.0
             if slipping:
+                slip_1, slip_2 = c.node_slip_1[i], c.node_slip_2[i]
                 if stiff:
                     along, aside = cos(c.angle[i]), sin(c.angle[i])
                     d_1 = c.slip_dir_1 * along - c.slip_dir_2 * aside
                     d_2 = c.slip_dir_2 * along + c.slip_dir_1 * aside
                     c.cosine[i], c.sine[i] = d_1, d_2
+                    size = max(slip_1 * d_1 + slip_2 * d_2, 0.0)
                 else:
-                    d_1, d_2 = c.node_slip_1[i], c.node_slip_2[i]
-                    size = max(sqrt(d_1 * d_1 + d_2 * d_2), 1e-300)
-                    d_1, d_2 = d_1 / size, d_2 / size
-                c.friction_1[i] = -c.friction * c.force[i] * d_1
-                c.friction_2[i] = -c.friction * c.force[i] * d_2
+                    size = max(sqrt(slip_1 * slip_1 + slip_2 * slip_2), 1e-300)
+                    d_1, d_2 = slip_1 / size, slip_2 / size
+                rub = friction_at(c, size) * c.force[i]
+                c.friction_1[i], c.friction_2[i] = -rub * d_1, -rub * d_2
     fill_stick_forces(contacts, ws, STAGES)
 
 

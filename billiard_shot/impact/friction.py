@@ -12,6 +12,7 @@ from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
+    friction_at,
     FRICTIONLESS,
     INACTIVE,
     is_active,
@@ -323,8 +324,8 @@ def assign_friction_modes(
             c.friction_mode = STICK
             waiting = True
         if slips(c):
-            force[n + 1] = -c.friction * force[n] * c.slip_dir_1
-            force[n + 2] = -c.friction * force[n] * c.slip_dir_2
+            rub = friction_at(c, slip) * force[n]
+            force[n + 1], force[n + 2] = -rub * c.slip_dir_1, -rub * c.slip_dir_2
     if waiting:
         solve_stick_friction(contacts, ws, force)
         start_slip_onsets(contacts, ws, force, 1e-12)

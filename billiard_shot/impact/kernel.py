@@ -45,7 +45,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
     return (
-        storage.array(np.full((1, 1, 3), 0.5)),
+        storage.array(np.full((1, 1, 5), 0.5)),
         0,
         1.0,
         False,
@@ -88,8 +88,9 @@ def solve_collisions(
 
     Parameters
     ----------
-    properties : (n, N, 3) floats
-        Friction, restitution and stiffness of the contacts.
+    properties : (n, N, 5) floats
+        Friction, restitution and stiffness of the contacts, fading and decay of the friction: see
+        `Properties`.
     law, exponent, distances, options : int, float, bool, Options
         See `Model`.
     delassus : (n, 3 N, 3 N) floats

@@ -1,5 +1,5 @@
 """
-Balls that move while they collide: a contact takes normal and friction when it closes.
+Balls that move while they collide: a contact takes its normal when it closes.
 
 Positions, velocities and spins of balls are polynomials, as the forces are. They say how far the
 balls of an open contact are apart; it closes at the distance at which it ended last. An open
@@ -9,7 +9,7 @@ Both laws that know distances keep their energy so.
 Balls are equal. Spins are times the radius, so they are velocities.
 """
 
-from math import exp, sqrt
+from math import sqrt
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.state import (
@@ -73,22 +73,9 @@ def write_contact_motion(
 
 
 @inner
-def falling_friction(fast: float, slow: float, decay: float, slip: float) -> float:
-    """Coefficient of friction between balls at a slip (Alciatore, TP A.14)."""
-    return fast + slow * exp(-decay * slip)
-
-
-@inner
-def in_units(balls: Balls, mobility: float, speed: float) -> Balls:
-    """Divide the numbers of balls by units of 1 / mass and speed."""
-    return Balls(
-        balls.number,
-        balls.response / mobility,
-        balls.turning / mobility,
-        balls.friction_fast,
-        balls.friction_slow,
-        balls.friction_decay * speed,
-    )
+def in_units(balls: Balls, mobility: float) -> Balls:
+    """Divide the numbers of balls by a unit of 1 / mass."""
+    return Balls(balls.number, balls.response / mobility, balls.turning / mobility)
 
 
 @inner
@@ -264,7 +251,7 @@ def take_normal(
     balls: Balls, planar: bool, least: float, contacts: list[ContactState], ws: Workspace, j: int
 ) -> None:
     """
-    Give a contact that closes its axes, its velocity, its friction and its rows in W.
+    Give a contact that closes its axes, its velocity and its rows in W.
 
     `planar`: see `Model`. `least`: velocity below which there is only rounding.
     """
@@ -280,10 +267,6 @@ def take_normal(
     c.velocity[0] = normal
     c.slip_1[0] = first if abs(first) > least else 0.0
     c.slip_2[0] = second if abs(second) > least and not planar else 0.0
-    slip = sqrt(first * first + second * second)
-    c.friction = falling_friction(
-        balls.friction_fast, balls.friction_slow, balls.friction_decay, slip
-    )
     for k in range(len(contacts)):
         if k == j or contacts[k].normal_mode != INACTIVE:
             couple(balls, contacts, ws.delassus, j, k)

@@ -23,11 +23,14 @@ class Properties:
     Numbers of contacts are (N,), the same for all collisions, or (n, N).
     """
 
-    friction: Sequence[float] | NDArray[np.float64]  # Coulomb coefficients
+    friction: Sequence[float] | NDArray[np.float64]  # Coulomb coefficients, without slip
     restitution: Sequence[float] | NDArray[np.float64]
     stiffness: Sequence[float] | NDArray[np.float64]  # N/m^exponent; see `Contact`
     law: int  # see laws.py
     exponent: float = 1.0
+    # The coefficient at slip v is friction - fading (1 - exp(-decay v)); decay in s/m.
+    fading: Sequence[float] | NDArray[np.float64] | float = 0.0
+    decay: Sequence[float] | NDArray[np.float64] | float = 0.0
     options: Options = DEFAULT_OPTIONS
 
 
@@ -158,8 +161,9 @@ def solve_stored(
     """
     run = solve_collisions.on(storage)
     n, count = len(velocity), np.shape(properties.friction)[-1]
-    columns = properties.friction, properties.restitution, properties.stiffness
-    given = np.empty((n, count, 3))
+    springs = properties.friction, properties.restitution, properties.stiffness
+    columns = *springs, properties.fading, properties.decay
+    given = np.empty((n, count, 5))
     for k, column in enumerate(columns):
         given[..., k] = column
     begun = storage.zeros(n, count) if lengths is None else storage.array(lengths)

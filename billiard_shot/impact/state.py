@@ -1,7 +1,7 @@
 """The state of a collision: a record for each contact, and the matrices that couple them."""
 
 from enum import IntEnum
-from math import sqrt
+from math import exp, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -58,7 +58,9 @@ class ContactState:
     `Options`.
     """
 
-    friction: float
+    friction: float  # coefficient without slip
+    fading: float  # by which slip lowers it at most; 0: it does not depend on slip
+    decay: float  # of what slip has left of that, per slip
     restitution: float
     stiffness: float  # relative to the largest
     normal_mode: int
@@ -99,6 +101,9 @@ class ContactState:
     size: Series  # of the slip, and its direction
     dir_1: Series
     dir_2: Series
+    coefficient: Series  # of friction, if slip lowers it; and the normal force times the direction
+    press_1: Series
+    press_2: Series
     node_velocity: Nodes  # the same at the stages of an implicit step
     node_slip_1: Nodes
     node_slip_2: Nodes
@@ -149,13 +154,9 @@ class Balls(NamedTuple):
     number: int
     response: float  # 1 / mass [1/kg]
     turning: float  # radius^2 / inertia [1/kg]
-    # Friction between them, see `falling_friction`: of fast slip, added by slow slip, decay [s/m].
-    friction_fast: float
-    friction_slow: float
-    friction_decay: float
 
 
-NO_BALLS = Balls(0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_BALLS = Balls(0, 0.0, 0.0)
 
 
 class Model(NamedTuple):
@@ -257,6 +258,14 @@ def force_is_negligible(m: Model, c: ContactState) -> bool:
 def slip_speed(c: ContactState) -> float:
     """Slip at a contact now."""
     return sqrt(c.slip_1[0] * c.slip_1[0] + c.slip_2[0] * c.slip_2[0])
+
+
+@inner
+def friction_at(c: ContactState, slip: float) -> float:
+    """Coefficient of friction of a contact at a slip."""
+    if c.fading == 0.0:
+        return c.friction
+    return c.friction - c.fading * (1.0 - exp(-c.decay * slip))
 
 
 @inner

@@ -11,6 +11,7 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.impact.state import (
     ContactState,
     force_is_negligible,
+    friction_at,
     INACTIVE,
     is_active,
     Model,
@@ -64,10 +65,12 @@ def expand(
                 c.force[k] = force_coefficient(c, k, m.exponent)
             if slips(c):
                 if m.planar:
-                    c.friction_1[k] = -c.friction * c.force[k] * c.slip_dir_1
-                    c.friction_2[k] = -c.friction * c.force[k] * c.slip_dir_2
+                    c.size[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
+                    c.press_1[k] = c.force[k] * c.slip_dir_1
+                    c.press_2[k] = c.force[k] * c.slip_dir_2
                 else:
-                    expand_friction(c, k)
+                    expand_direction(c, k)
+                expand_friction(c, k)
         integrate_coefficients(contacts, ws, scale, k)
     fill_stick_forces(contacts, ws, order)
 
@@ -86,9 +89,9 @@ def force_coefficient(c: ContactState, k: int, exponent: float) -> float:
 
 
 @innermost
-def expand_friction(c: ContactState, k: int) -> None:
+def expand_direction(c: ContactState, k: int) -> None:
     """
-    Coefficient k of the friction -mu F d, where slip = size d and F is known to order k.
+    Coefficient k of F d, where slip = size d and F is known to order k.
 
     size' = d . slip' gives k size_k from the lower orders of d; then size d = slip gives d_k.
     """
@@ -115,8 +118,34 @@ def expand_friction(c: ContactState, k: int) -> None:
         push_2 += c.force[k] * d_2
     c.dir_1[k] = rest_1 / c.size[0]
     c.dir_2[k] = rest_2 / c.size[0]
-    c.friction_1[k] = -c.friction * (push_1 + c.force[0] * c.dir_1[k])
-    c.friction_2[k] = -c.friction * (push_2 + c.force[0] * c.dir_2[k])
+    c.press_1[k] = push_1 + c.force[0] * c.dir_1[k]
+    c.press_2[k] = push_2 + c.force[0] * c.dir_2[k]
+
+
+@innermost
+def expand_friction(c: ContactState, k: int) -> None:
+    """
+    Coefficient k of the friction -mu F d, where F d and the size of the slip are known to order k.
+
+    If slip lowers mu, E = mu - mu(infinity) has E' = -decay size' E.
+    """
+    if c.fading == 0.0:
+        c.friction_1[k] = -c.friction * c.press_1[k]
+        c.friction_2[k] = -c.friction * c.press_2[k]
+        return
+    least, growth = c.friction - c.fading, 0.0
+    if k == 0:
+        c.coefficient[0] = friction_at(c, c.size[0])
+    else:
+        for i in range(1, k):
+            growth += i * c.size[i] * c.coefficient[k - i]
+        growth += k * c.size[k] * (c.coefficient[0] - least)
+        c.coefficient[k] = -c.decay * growth / k
+    rub_1, rub_2 = 0.0, 0.0
+    for i in range(k + 1):
+        rub_1 += c.coefficient[i] * c.press_1[k - i]
+        rub_2 += c.coefficient[i] * c.press_2[k - i]
+    c.friction_1[k], c.friction_2[k] = -rub_1, -rub_2
 
 
 @innermost

@@ -23,6 +23,7 @@ from billiard_shot.impact.moving_balls import part, push_balls, take_normal
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
+    friction_at,
     FRICTIONLESS,
     INACTIVE,
     is_active,
@@ -157,8 +158,9 @@ def normal_acceleration(m: Model, contacts: list[ContactState], ws: Workspace, j
         if is_active(c):
             response = row[3 * k]
             if slips(c):
-                response -= c.friction * row[3 * k + 1] * c.slip_dir_1
-                response -= c.friction * row[3 * k + 2] * c.slip_dir_2
+                friction = friction_at(c, slip_speed(c))
+                response -= friction * row[3 * k + 1] * c.slip_dir_1
+                response -= friction * row[3 * k + 2] * c.slip_dir_2
             total += response * c.stiffness * c.compression[0] ** m.exponent
     return total
 
@@ -193,7 +195,8 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
             push[row] = ws.stick_gain[row][n]
         push[n] = 1.0
         if slips(c):
-            push[n + 1], push[n + 2] = -c.friction * c.slip_dir_1, -c.friction * c.slip_dir_2
+            friction = friction_at(c, slip_speed(c))
+            push[n + 1], push[n + 2] = -friction * c.slip_dir_1, -friction * c.slip_dir_2
         for row in range(size):
             change[row] = ws.reduced[row][n]
             if slips(c):

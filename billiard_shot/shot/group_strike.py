@@ -3,8 +3,8 @@ Strikes on a ball that touches, or nearly touches, other balls or a cushion.
 
 The tip presses the ball for about a millisecond. During this time the ball may reach another ball
 or a cushion. Tip, balls, cushion and cloth therefore collide at once, with the distances between
-them. A contact of two balls has the normal and the friction with which it closes, if balls go
-straight: the struck one in the direction that the strike alone would give it.
+them. A contact of two balls has the normal with which it closes, if balls go straight: the struck
+one in the direction that the strike alone would give it.
 
 All strokes of a call have the same balls in the same places, and so the same contacts: first TIP
 and TABLE, as in every strike, then those of balls with each other and with cushions.
@@ -24,8 +24,6 @@ from billiard_shot.shot.model import StrikeModel, TABLE, TIP, tip_reach
 from billiard_shot.shot.neighbours import FIXED, Neighbour
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
-from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.geometry import layout_of, TableNumbers
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.params import TableParams
 
@@ -81,30 +79,27 @@ def strike_group(
         Of the last strike that are logged; 0: there is no `result`.
 
     """
-    ball, count, layout = model.surface, len(neighbours) + 2, layout_of(model.surface, table)
+    ball, count = model.surface, len(neighbours) + 2
     n, speeds = len(strikes), np.linalg.norm(velocities, axis=1)
     c = velocities / speeds[:, np.newaxis]
     share = np.zeros((count, len(members)))  # 1 for ball a of a contact, -1 for ball b
     share[TIP, 0], share[TABLE, 0] = -1.0, 1.0
     axes = np.zeros((n, count, 3, 3))
     axes[:, : TABLE + 1] = strikes['axes'].reshape(n, 2, 3, 3)
-    gaps, friction = np.zeros((2, n, count))
-    friction[:, : TABLE + 1] = model.friction
+    gaps = np.zeros((n, count))
     gaps[:, TABLE] = 0.0 if model.table else -FAR
     for j, each in enumerate(neighbours, TABLE + 1):
         share[j, each.a] = 1.0
         if each.b != FIXED:
             share[j, each.b] = -1.0
     others = np.s_[:, TABLE + 1 :]
-    normals, gaps[others], friction[others] = _geometry(
-        table, layout.numbers, neighbours, places[members], strikes, speeds, ball.radius
-    )
+    normals, gaps[others] = _geometry(neighbours, places[members], strikes, ball.radius)
     axes[others] = _frames(normals)
     turning = -ball.radius * cross_rows(axes[:, :, :1], axes)
     w = _response(model, c, axes, turning, share)
     approach = np.zeros((n, 3 * count))
     approach[:, :3] = _dots(axes[:, TIP], velocities[:, np.newaxis])
-    solved = _solve(model, table, neighbours, friction, w, approach, gaps, phases)
+    solved = _solve(model, table, neighbours, w, approach, gaps, phases)
     impulses = _sum_of_three(solved.impulses[..., np.newaxis] * axes, 2)
     moments = -ball.radius * cross_rows(axes[:, :, 0], impulses)
     velocity, spin = np.zeros((2, n, len(places), 3))
@@ -127,33 +122,24 @@ def strike_group(
 
 
 def _geometry(
-    table: TableParams,
-    numbers: TableNumbers,
-    neighbours: list[Neighbour],
-    members: Array,
-    strikes: NDArray[np.void],
-    speeds: Array,
-    radius: float,
-) -> tuple[Array, Array, Array]:
+    neighbours: list[Neighbour], members: Array, strikes: NDArray[np.void], radius: float
+) -> tuple[Array, Array]:
     """
-    Find normals, gaps and friction with which the neighbours' contacts close, as the balls move.
+    Find normals and gaps with which the neighbours' contacts close, as the balls move.
 
     Parameters
     ----------
-    table, numbers : TableParams, TableNumbers
     neighbours : list of N Neighbour
     members : (balls, 3) float array
         Centres [m] of the balls that take part.
     strikes : (n,) Strike
         Of the first ball alone.
-    speeds : (n,) float array
-        Of the cue [m/s].
     radius : float
         [m]
 
     Returns
     -------
-    normals, gaps, friction : (n, N, 3), (n, N), (n, N) float arrays
+    normals, gaps : (n, N, 3), (n, N) float arrays
         Gaps along the normals [m].
 
     """
@@ -162,34 +148,24 @@ def _geometry(
     moving[:, 0] = strikes['velocity']
     normals = np.tile([each.normal for each in neighbours], (n, 1, 1))
     gaps = np.tile([each.gap for each in neighbours], (n, 1))
-    friction = np.tile([each.friction for each in neighbours], (n, 1))
     for j, each in enumerate(neighbours):
         a, b = each.a, each.b
         if b == FIXED:
             continue
         if each.gap > 0.0:
-            spin, lasting = np.zeros((n, 3)), table.ball_duration * _sizes(moving[:, a])
-            if a == 0:
-                spin, lasting = strikes['spin'], DURATION * speeds
-            normals[:, j], gaps[:, j], slips = _as_it_closes(
-                moving[:, a] - moving[:, b],
-                spin,
-                0.5 * lasting,
-                members[b] - members[a],
-                each,
-                radius,
+            normals[:, j], gaps[:, j] = _as_it_closes(
+                moving[:, a] - moving[:, b], members[b] - members[a], each, radius
             )
-            friction[:, j] = [friction_of_balls(numbers, slip) for slip in slips.tolist()]
         if b not in seen:
             seen.add(b)
             push = np.minimum(_dots(moving[:, a], normals[:, j]), 0.0)[:, np.newaxis]
             moving[:, b] = 0.5 * (1.0 + each.restitution) * push * normals[:, j]
-    return normals, gaps, friction
+    return normals, gaps
 
 
 def _as_it_closes(
-    velocity: Array, spin: Array, whole: Array, between: Array, contact: Neighbour, radius: float
-) -> tuple[Array, Array, Array]:
+    velocity: Array, between: Array, contact: Neighbour, radius: float
+) -> tuple[Array, Array]:
     """
     Find how a ball meets another one, if it goes straight. If it passes, they do not meet.
 
@@ -197,10 +173,8 @@ def _as_it_closes(
 
     Parameters
     ----------
-    velocity, spin : (n, 3) float array
-        Of the ball, relative to the other one [m/s, rad/s].
-    whole : (n,) float array
-        Way [m] after which the ball has this velocity: it is accelerated evenly.
+    velocity : (n, 3) float array
+        Of the ball, relative to the other one [m/s].
     between : (3,) float array
         From the centre of the ball to that of the other one [m].
     contact : Neighbour
@@ -209,8 +183,8 @@ def _as_it_closes(
 
     Returns
     -------
-    normals, gaps, slips : (n, 3), (n,), (n,) float arrays
-        Normals as they meet; distances along them [m]; slips [m/s].
+    normals, gaps : (n, 3), (n,) float arrays
+        Normals as they meet; distances along them [m].
 
     """
     speed = _sizes(velocity)
@@ -222,10 +196,7 @@ def _as_it_closes(
     normals = (path[:, np.newaxis] * way - between) / (2.0 * radius)
     normals = np.where(meets[:, np.newaxis], normals, contact.normal)
     gaps = np.where(meets, -path * _dots(normals, way), np.where(ahead > 0.0, -FAR, contact.gap))
-    slip = velocity - radius * cross_rows(spin, normals)
-    slip -= _dots(slip, normals)[:, np.newaxis] * normals
-    part = np.sqrt(np.minimum(path / np.where(whole > 0.0, whole, 1.0), 1.0))
-    return normals, gaps, part * _sizes(slip)
+    return normals, gaps
 
 
 def _frames(normals: Array) -> Array:
@@ -255,7 +226,6 @@ def _solve(
     model: StrikeModel,
     table: TableParams,
     neighbours: list[Neighbour],
-    friction: Array,
     w: Array,
     approach: Array,
     gaps: Array,
@@ -267,11 +237,13 @@ def _solve(
     if takes_time:
         stiffness *= absolute(model).stiffness[TIP] / model.stiffness[TIP]
     properties = Properties(
-        friction,
+        [*model.friction, *(each.friction for each in neighbours)],
         [*model.restitution, *(each.restitution for each in neighbours)],
         stiffness,
         model.law,
         model.exponent,
+        [0.0, 0.0, *(each.fading for each in neighbours)],
+        [0.0, 0.0, *(each.decay for each in neighbours)],
     )
     tolerance = np.full(len(w), TOLERANCE)
     lengths = -gaps if takes_time else None

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.shot.cue_contact import UP
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import layout_of, Table
 from billiard_shot.table.params import OFF, TableParams
@@ -27,8 +26,10 @@ class Neighbour(NamedTuple):
     normal: Array  # (3,)
     gap: float  # m, along the normal
     restitution: float
-    friction: float
+    friction: float  # without slip
     stiffness: float
+    fading: float = 0.0  # of the friction, see `Properties`
+    decay: float = 0.0  # s/m
 
 
 def neighbours_of(
@@ -77,15 +78,16 @@ def ball_contact(table: Table, places: Array, a: int, b: int) -> Neighbour:
     n, between = table.numbers, places[a] - places[b]
     distance = float(np.linalg.norm(between))
     gap = distance - 2.0 * table.params.radius
-    friction = friction_of_balls(n, 0.0)
     return Neighbour(
         a,
         b,
         between / distance,
         gap if gap > n.contact_gap else 0.0,
         n.ball_restitution,
-        friction,
+        n.friction_fast + n.friction_slow,
         n.ball_stiffness,
+        n.friction_slow,
+        n.friction_decay,
     )
 
 

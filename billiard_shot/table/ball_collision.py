@@ -3,7 +3,6 @@
 import math
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.impact.moving_balls import falling_friction
 from billiard_shot.records import Vector
 from billiard_shot.table.ball_impact import apply_impulse, friction_impulse_per_slip, slip_at
 from billiard_shot.table.contact_time import contact_time
@@ -81,8 +80,8 @@ def relative_component(a: Vector, b: Vector, x: float, y: float, z: float) -> fl
 
 @inner
 def friction_of_balls(n: TableNumbers, slip: float) -> float:
-    """Coefficient of friction between balls at a slip [m/s]."""
-    return falling_friction(n.friction_fast, n.friction_slow, n.friction_decay, slip)
+    """Coefficient of friction between balls at a slip [m/s] (Alciatore, TP A.14)."""
+    return n.friction_fast + n.friction_slow * math.exp(-n.friction_decay * slip)
 
 
 @inner

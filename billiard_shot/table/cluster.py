@@ -23,7 +23,6 @@ from billiard_shot.impact.moving_balls import (
     push_balls,
     SPIN,
     VELOCITY,
-    velocity_of,
     write_contact_motion,
 )
 from billiard_shot.impact.options import DEFAULT_OPTIONS
@@ -33,7 +32,6 @@ from billiard_shot.impact.state import Balls, ContactState, NO_BALLS, PhaseLog, 
 from billiard_shot.impact.state import Progress as CollisionProgress
 from billiard_shot.records import Floats, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
-from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, IMPACT, NOTHING, SLIDE
@@ -61,7 +59,7 @@ class ClusterRoom(NamedTuple):
     contacts: list[ContactState]
     workspace: Workspace  # whose `motion` has a matrix for each member
     progress: list[CollisionProgress]
-    properties: Any  # (1, N, 3), and further arguments of `solve_collisions`
+    properties: Any  # (1, N, 5), and further arguments of `solve_collisions`
     delassus: Any  # (1, 3 N, 3 N)
     velocity: Any  # (1, 3 N)
     lengths: Any  # (1, N)
@@ -78,7 +76,7 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     return ClusterRoom(
         storage.array(np.zeros(balls, np.int64)),
         *scratch(storage, count),
-        zeros(1, count, 3),
+        zeros(1, count, 5),
         zeros(1, 3 * count, 3 * count),
         zeros(1, 3 * count),
         zeros(1, count),
@@ -98,7 +96,7 @@ def solve(
     p: Progress,
 ) -> None:
     """Solve an impact after `gather`."""
-    moving, n = table.ball_duration > 0.0, numbers[0]
+    moving = table.ball_duration > 0.0
     solve_collisions.on(storage)(
         room.properties,
         int(params.law),
@@ -109,7 +107,7 @@ def solve(
         room.velocity,
         room.lengths,
         inf,
-        balls_of(params, n, int(p.members)) if moving else NO_BALLS,
+        balls_of(params, int(p.members)) if moving else NO_BALLS,
         storage.array([TOLERANCE]),
         room.contacts[: int(p.contacts)],
         room.workspace,
@@ -121,16 +119,9 @@ def solve(
 
 
 @inner
-def balls_of(params: BallClothParams, n: TableNumbers, count: int) -> Balls:
+def balls_of(params: BallClothParams, count: int) -> Balls:
     """Describe equal balls to the solver."""
-    return Balls(
-        count,
-        1.0 / params.mass,
-        params.radius * params.radius / params.inertia,
-        n.friction_fast,
-        n.friction_slow,
-        n.friction_decay,
-    )
+    return Balls(count, 1.0 / params.mass, params.radius * params.radius / params.inertia)
 
 
 @inner
@@ -183,7 +174,7 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
     p.members = find_members(s, room.members, farthest)
     for k in range(p.members):
         write_motion(s.balls[room.members[k]], p.time, radius, motion[k])
-    balls = balls_of(table.params, n, p.members)
+    balls = balls_of(table.params, p.members)
     stiffness = n.impact_stiffness if n.ball_duration > 0.0 else n.ball_stiffness
     number = 0
     for a in range(p.members):
@@ -201,10 +192,9 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
             c.ball_a, c.ball_b = a, b
             c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
             place_contact(room.contacts, motion, room.workspace.polynomials, number, gap)
-            _, slip_1, slip_2 = velocity_of(c, motion)
-            slip = sqrt(slip_1 * slip_1 + slip_2 * slip_2)
-            properties[0] = friction_of_balls(n, slip)
+            properties[0] = n.friction_fast + n.friction_slow
             properties[1], properties[2] = n.ball_restitution, stiffness
+            properties[3], properties[4] = n.friction_slow, n.friction_decay
             room.lengths[0][number] = -gap
             number += 1
     p.contacts = number
@@ -243,7 +233,7 @@ def set_apart(motion: Floats, count: int, diameter: float) -> bool:
 @inner
 def push_in_place(table: Table, p: Progress, room: ClusterRoom) -> None:
     """Add the impulses of an impact that takes no time to the velocities of its balls."""
-    balls, impulses = balls_of(table.params, table.numbers, p.members), room.workspace.vector[0]
+    balls, impulses = balls_of(table.params, p.members), room.workspace.vector[0]
     for j in range(p.contacts):
         result = room.results[j]
         impulses[0], impulses[1] = result.impulse, result.impulse_1
@@ -300,6 +290,9 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
     lasting = outcome.duration if table.numbers.ball_duration > 0.0 else 0.0
     if table.numbers.ball_duration == 0.0:
         push_in_place(table, p, room)
+    for k in range(p.members):
+        if s.balls[room.members[k]].position[2] == params.radius:  # as in `move_evenly`
+            motion[k][PLACE + 2][0] = params.radius
     if lasting > LONGEST or not set_apart(motion, p.members, 2.0 * params.radius):
         lasting = 0.0
     if outcome.status == BUDGET_EXCEEDED or outcome.status == TOLERANCE_NOT_REACHED:

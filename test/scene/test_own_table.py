@@ -70,12 +70,12 @@ def test_friction_and_restitution_of_balls(speed):
         {
             'cue': rolling(-away * c, -away * c, speed, (c, c)),
             '1': resting(0, 0),
-            '2': resting(2 * RADIUS + 1e-4, 0),
+            '2': resting(2 * RADIUS + 3e-4, 0),
         },
     )
     x, y, _ = run.final_position['2']
     slow = (y / (x - 2 * RADIUS) - 0.01) * exp(0.77 * speed)
-    assert slow == pytest.approx(balls.friction_slow, rel=0.1)
+    assert slow == pytest.approx(balls.friction_slow, rel=0.12)
 
     run = simulate(POOL, {'cue': rolling(-away, 0, speed), '1': resting(0, 0)})
     k = sqrt((run.final_position['cue'][0] + 2 * RADIUS) / run.final_position['1'][0])

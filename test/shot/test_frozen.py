@@ -180,7 +180,11 @@ def test_the_cue_does_not_go_through_a_ball_that_presses_a_cushion():
 
 
 def test_a_ball_that_friction_presses_down_bounces():
-    scene = scene_of(cue=(0.0, 0.0), one=(2 * R + 1e-4, 0.0))
+    rough = replace(POOL.contacts.ball_ball, friction_fast=0.1, friction_slow=0.0)
+    scene = replace(
+        scene_of(cue=(0.0, 0.0), one=(2 * R + 1e-4, 0.0)),
+        contacts=replace(POOL.contacts, ball_ball=rough),
+    )
     stroke = Stroke.from_offsets(a=0, b=0.5, elevation=math.radians(5), azimuth=0, speed=3)
     shot = predict(scene, stroke)
     first = shot.run.balls['one'].at(0.0)
