@@ -45,19 +45,24 @@ def without(**changes):
             setattr(search, name, value)
 
 
-def nothing(*_):
-    """Make no candidates."""
+def no_points(*_):
+    """Find no places to send the cue ball to."""
     return []
+
+
+def no_curves(problem, *_):
+    """Make no candidates along curved paths."""
+    return search.candidates_along(problem, [])
 
 
 VARIANTS = {
     'all stages': {},
-    'without combinations': {'combinations': nothing},
-    'without curved paths': {'_curved_candidates': nothing},
+    'without combinations': {'combinations': no_points},
+    'without curved paths': {'_curved_candidates': no_curves},
     'without cushions': {'CUSHIONS_BELOW': -1.0},
     'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
     'one round': {'MAX_ROUNDS': 1},
-    'all kinds at once': {'DETOURS_BELOW': 2.0, 'CUSHIONS_BELOW': 2.0},
+    'all kinds at once': {'DETOURS_BELOW': 2.0, 'CUSHIONS_BELOW': 2.0, 'CURVES_BELOW': 2.0},
 }
 
 

@@ -30,9 +30,9 @@ def draw_planning_story(path: Path) -> None:
     story = tell(Scene.load(SCENE), BALL)
     stages = [stage for stage in story.stages if len(stage.strokes)]
     panels = figure.subplots(2, 2).ravel()
-    for number, (panel, stage) in enumerate(zip(panels, stages[:2], strict=False), 1):
+    for number, (panel, stage) in enumerate(zip(panels, stages[-2:], strict=False), 1):
         _draw_stage(panel, story.scene, stage, number)
-    _draw_refinement(panels[2], stages[:2])
+    _draw_refinement(panels[2], stages[-2:])
     _draw_winner(panels[3], story)
     figure.suptitle(
         f'Ball 1 hides ball {BALL}: without errors curves pot it, with errors a kick does'

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from time import perf_counter
 from typing import Any, Protocol, TypeVar
 
@@ -74,10 +75,17 @@ class Runner:
         left = self.budget - self.simulations - self.reserved
         if self._time_limit is not None:
             gone = perf_counter() - self._begin
-            share = 1.0 - RESERVE if self.reserved else 1.0
             rate = self.simulations / gone if self.simulations else FIRST_RATE
-            left = min(left, int(rate * (share * self._time_limit - gone)))
+            left = min(left, int(rate * self._time_left))
         return max(left, 0)
+
+    @property
+    def _time_left(self) -> float:
+        """Seconds, without the reserved share."""
+        if self._time_limit is None:
+            return inf
+        share = 1.0 - RESERVE if self.reserved else 1.0
+        return share * self._time_limit - (perf_counter() - self._begin)
 
     def poll(self) -> None:
         """Report progress; raise StoppedError if the search is cancelled."""
@@ -122,7 +130,7 @@ class Runner:
         self, strokes: Array, *, exact: bool = False, to_the_end: bool = False
     ) -> Outcomes:
         """
-        Evaluate strokes (n, 5), or the first of them if the budget does not allow all.
+        Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
 
         Strokes that need not be `exact` take maps of the strike where these are good enough.
         Unless they are followed `to_the_end`, a ball that has missed does not fall by chance.
@@ -145,4 +153,6 @@ class Runner:
             results.append(outcomes)
             self.simulations += len(outcomes.success)
             self.poll()
+            if self._time_left <= 0.0:  # these strokes take longer than those before
+                break
         return Outcomes(*(np.concatenate(columns) for columns in zip(*results, strict=True)))

@@ -42,9 +42,9 @@ WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of eac
 # Searches of which two must agree: at least so many if a stroke is good, or if none is; at most.
 ROUNDS, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
 PROMISING = 0.1  # of success below the best: stages so much worse are not searched again
-# Below these success probabilities: combinations and curved paths; routes by one cushion; routes
+# Below these success probabilities: combinations; routes by one cushion; curved paths; routes
 # by more, and random strokes.
-DETOURS_BELOW, CUSHIONS_BELOW, RANDOM_BELOW = 0.6, 0.5, 0.1
+DETOURS_BELOW, CUSHIONS_BELOW, CURVES_BELOW, RANDOM_BELOW = 0.6, 0.5, 0.3, 0.1
 
 cost_of = attrgetter('cost')
 
@@ -143,17 +143,19 @@ def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
     direct = sorted(chain.from_iterable(routes), key=cost_of)[:MAX_ROUTES]
     yield spread_azimuth(candidates_along(problem, direct))
     if runner.best < DETOURS_BELOW:
-        blocked = [point for point, found in zip(points, routes, strict=True) if not found]
         pushed = [
             route for point in combinations(problem) for route in routes_to(problem, point, 0)
         ]
         pushed = sorted(pushed, key=cost_of)[:MAX_ROUTES]
-        parts = [spread_azimuth(candidates_along(problem, pushed))]
-        yield concatenate([*parts, *_curved_candidates(problem, runner, blocked)])
-    if problem.scene.table is not None and runner.best < CUSHIONS_BELOW:
+        yield spread_azimuth(candidates_along(problem, pushed))
+    cushions = problem.scene.table is not None
+    if cushions and runner.best < CUSHIONS_BELOW:
         yield _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES)
-        if runner.best < RANDOM_BELOW:
-            yield _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
+    if runner.best < CURVES_BELOW:  # last, because a curve takes several times as long
+        blocked = [point for point, found in zip(points, routes, strict=True) if not found]
+        yield _curved_candidates(problem, runner, blocked)
+    if cushions and runner.best < RANDOM_BELOW:
+        yield _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
     tried, capacity = 0, min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)))
     while runner.left > 0 and runner.best < RANDOM_BELOW:
         yield random_candidates(problem, capacity, tried)
@@ -189,18 +191,19 @@ def _cushion_candidates(
     return spread_azimuth(candidates_along(problem, chosen))
 
 
-def _curved_candidates(
-    problem: Problem, runner: Runner, points: list[Waypoint]
-) -> list[Candidates]:
+def _curved_candidates(problem: Problem, runner: Runner, points: list[Waypoint]) -> Candidates:
     points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
     if not points:
-        return []
-    strikes, found = build_strike_library(problem), []
+        return candidates_along(problem, [])
+    strikes = build_strike_library(problem)
+    found: list[Candidates] = []
     for point in points:
         runner.poll()
+        if found and runner.left <= 0:
+            break
         curved = curved_candidates(problem, strikes, point, CURVED_COUNT // len(points))
         found.append(spread_azimuth(curved))
-    return found
+    return concatenate(found)
 
 
 def _thinned(candidates: Candidates, capacity: int) -> Candidates:

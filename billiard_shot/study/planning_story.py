@@ -24,7 +24,7 @@ from billiard_shot.planning.search import (
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Scene
 
-STAGES = ('straight paths', 'combinations and curves', 'one cushion', 'two cushions')
+STAGES = ('straight paths', 'combinations', 'one cushion', 'curves', 'two cushions')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,6 +76,8 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
     # The search asks for a stage only if the stages before were not good enough.
     for name, candidates in zip(STAGES, stage_candidates(problem, runner), strict=False):
         penalty = runner.evaluate(candidates.strokes[:CANDIDATES]).penalty
+        if not len(penalty):
+            continue
         candidates = candidates.take(np.arange(len(penalty)))
         chosen = choose(candidates, penalty, REFINED, draws)
         population = population_of(candidates.take(chosen), penalty[chosen])

@@ -3,6 +3,7 @@
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 import pickle
+from time import sleep
 
 from layouts import table_with
 import numpy as np
@@ -410,6 +411,24 @@ def test_a_task_that_ends_late_is_not_a_timeout():
     late = Late()
     assert runner._result(late) == 'done'
     assert late.waits == 1
+
+
+def test_strokes_that_take_long_do_not_outlast_the_time_limit():
+    """Before, the time was judged by the strokes before: what was found could not be judged."""
+
+    class Slow(ThreadPoolExecutor):
+        def submit(self, work, *arguments):
+            return super().submit(lambda: (sleep(0.2), work(*arguments))[1])
+
+    problem = problem_of(
+        SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, SCENE.noise), SCENE.noise
+    )
+    strokes = np.tile([0.0, 0.1, 0.1, 0.3, 2.0], (100 * CHUNK, 1))
+    runner = Runner(problem, 10**6, Slow(1), None, None, time_limit=1.0)
+    runner.simulations = 10**6 // 2  # in no time
+    done = len(runner.evaluate(strokes, exact=True).success)
+    assert 0 < done < len(strokes)
+    assert runner.left == 0
 
 
 def test_a_stroke_that_does_wrong_without_errors_says_so():
