@@ -35,7 +35,7 @@ def draw_planning_story(path: Path) -> None:
     _draw_refinement(panels[2], stages[-2:])
     _draw_winner(panels[3], story)
     figure.suptitle(
-        f'Ball 1 hides ball {BALL}: without errors curves pot it, with errors a kick does'
+        f'Ball 1 hides ball {BALL}: with errors, a kick pots it more often than a combination'
     )
     save(figure, path)
 

@@ -8,11 +8,12 @@ from billiard_shot.study.planning_story import tell
 
 def test_a_hidden_ball_is_potted_by_a_kick():
     story = tell(Scene.load('blocked'), '8')
-    straight, curves, kicks = story.stages
-    assert not len(straight.strokes)  # ball 1 is in the way
-    assert curves.reached.sum() > 10 * kicks.reached.sum() > 0
-    best = [stage.refined[-1].success.max() for stage in (curves, kicks)]
-    assert best[1] > 2.0 * best[0]  # with errors it is the other way around
+    # Ball 1 is in the way of straight paths. With such a kick the search needs no curves.
+    assert [stage.name for stage in story.stages] == ['combinations', 'one cushion']
+    combinations, kicks = story.stages
+    assert combinations.reached.sum() > kicks.reached.sum() > 0
+    best = [stage.refined[-1].success.max() for stage in (combinations, kicks)]
+    assert best[1] > 1.5 * best[0]  # with errors it is the other way around
     winner = story.finalists[0]
     kept = kicks.refined[-1].strokes
     assert (np.abs(kept - winner.stroke) < 1e-12).all(axis=1).any()
