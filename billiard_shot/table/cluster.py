@@ -291,7 +291,8 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
     if table.numbers.ball_duration == 0.0:
         push_in_place(table, p, room)
     for k in range(p.members):
-        if s.balls[room.members[k]].position[2] == params.radius:  # as in `move_evenly`
+        _, _, z = position_at(s.balls[room.members[k]], p.time)
+        if z == params.radius:  # the ball lies, and stays there in `move_evenly`
             motion[k][PLACE + 2][0] = params.radius
     if lasting > LONGEST or not set_apart(motion, p.members, 2.0 * params.radius):
         lasting = 0.0

@@ -260,3 +260,19 @@ def test_no_event_after_a_break_gains_energy(law):
         }
         for event in simulate(scene, states).events:
             assert event.energy_after <= event.energy_before * (1 + 1e-9), (seed, event)
+
+
+def test_a_ball_that_hops_into_an_impact_stays_in_the_air():
+    """Before, it came down to the cloth within the impact, because it had left it before."""
+    still = {'velocity': (0, 0, 0), 'spin': (0, 0, 0)}
+    states = {
+        'cue': BallState((-2 * R - 0.01, 0, R), (4, 0, 0), (0, 0, 0)),
+        'hit': BallState((0, 0, R), **still),
+        'hops': BallState((2 * R + 1e-5, 0, R), (0, 0, 0.4), (0, 0, 0)),
+    }
+    run = simulate(scene_of(0.25e-3), states)
+    first = run.events[0]
+    assert set(first.balls) == set(states)
+    heights = run.at(first.time + np.linspace(-1e-4, 1e-3, 23))['hops'].position[:, 2] - R
+    assert heights[0] > 0.9e-3
+    assert (np.diff(heights) > 0.0).all()
