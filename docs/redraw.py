@@ -16,6 +16,8 @@ from billiard_shot.pictures.figures import FIGURES
 
 DOCS = Path(__file__).resolve().parent
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
+FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
+"""A file that a page shows: its name and its text."""
 STUDIES = (
     'accuracy --picture accuracy.png',
     'atlas pool_table --ball 8 --ball-at 0.5 0.2 --cue-grid 24x12 --budget 2000 '
@@ -43,10 +45,7 @@ def redraw(names: list[str]) -> None:
     with TemporaryDirectory() as folder:
         os.chdir(folder)
         for page in ('recipes.md', 'tutorial.md'):
-            shown = (DOCS / page).read_text()
-            for name, text in re.findall(
-                r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', shown, re.MULTILINE | re.DOTALL
-            ):
+            for name, text in FILE.findall((DOCS / page).read_text()):
                 Path(name).write_text(text)
         drawn = commands()
         for name in names or drawn:

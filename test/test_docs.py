@@ -21,7 +21,6 @@ import redraw  # noqa: E402
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
-FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 BLOCKS = [
     (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(page.read_text())
 ]
@@ -34,7 +33,7 @@ ELSEWHERE = (
     'billiard-shot accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
-FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
+FILES = {page.name: redraw.FILE.findall(page.read_text()) for page in PAGES}
 TAGGED = [(page, tag, language, text) for page, tag, language, text in BLOCKS if tag]
 
 

@@ -17,6 +17,7 @@ import sys
 
 import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
+from billiard_shot.pictures.canvas import require_matplotlib
 
 COMMANDS = (
     'predict',
@@ -36,6 +37,7 @@ COMMANDS = (
     'compile',
     'completion',
 )
+PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,6 +45,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
         options = make_parser(words).parse_args(words)
+        if any(getattr(options, name, None) for name in PICTURES):
+            require_matplotlib()  # before the work, not after it
         code = int(options.run(options))
         sys.stdout.flush()
     except KeyboardInterrupt:

@@ -10,7 +10,6 @@ from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
 from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 HELP = 'compare the errors and the work of several methods for the same strokes'
@@ -46,8 +45,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Measure, print, write."""
     wait_for_machine_code()
-    if options.picture:
-        require_matplotlib()  # before the work, not after it
     from billiard_shot.study import accuracy
 
     name = scene_name(options)

@@ -25,7 +25,6 @@ from billiard_shot.cli.text_table import (
 )
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.atlas import draw_atlas
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.planning.atlas import (
     append,
     Atlas,
@@ -116,10 +115,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Plan from all layouts and print a line for each map; ValueError for an invalid request."""
     wait_for_machine_code()
-    if options.picture:
-        require_matplotlib()  # before the work, not after it
-        if not options.picture.absolute().parent.is_dir():
-            raise ValueError(f'--picture: {options.picture}: there is no such folder')
+    if options.picture and not options.picture.absolute().parent.is_dir():
+        raise ValueError(f'--picture: {options.picture}: there is no such folder')
     scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)

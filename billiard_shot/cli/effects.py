@@ -3,14 +3,18 @@
 import argparse
 import math
 from pathlib import Path
-import textwrap
 from typing import Any
 
 from billiard_shot import Scene
 from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
-from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.cli.text_table import (
+    add_format_arguments,
+    as_text,
+    Column,
+    print_footer,
+    print_rows,
+)
 from billiard_shot.pictures.effects import draw_effects
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
@@ -47,8 +51,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
     wait_for_machine_code()
-    if options.picture:
-        require_matplotlib()  # before the work, not after it
     name = scene_name(options)
     scene = Scene.load(name)
     if strokes_given(options):
@@ -70,9 +72,7 @@ def run(options: argparse.Namespace) -> int:
         print_rows(ONE, [_of_one(study) for study in studies], options)
     else:
         print_rows(MANY, [_of_many(study) for study in studies], options)
-    if as_text(options):
-        print()
-        print(textwrap.fill(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', WIDTH))
+    print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
     if options.picture:
         draw_effects(studies, about, options.picture)
     return 0

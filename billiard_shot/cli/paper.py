@@ -3,16 +3,14 @@
 import argparse
 from collections.abc import Iterable
 import math
-import textwrap
 from typing import Any
 
 from billiard_shot.cli.text_table import (
     add_format_arguments,
-    as_text,
     Column,
     numbers,
+    print_footer,
     print_rows,
-    WIDTH,
 )
 
 
@@ -51,9 +49,7 @@ def run(options: argparse.Namespace) -> int:
             row = reproduce(name, variant)
             rows.append(_row(name, label(variant), row.numbers, row.velocity, row.spin))
     print_rows(COLUMNS, rows, options, 'title')
-    if as_text(options):
-        print()
-        print(textwrap.fill(FOOTER, WIDTH))
+    print_footer(FOOTER, options)
     return 0
 
 

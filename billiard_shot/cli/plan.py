@@ -16,7 +16,6 @@ from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
 from billiard_shot.cli.workers import add_work_arguments, working
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
@@ -136,8 +135,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Plan and print; 1 if there is no plan. ValueError for an invalid request."""
     wait_for_machine_code()
-    if options.picture:
-        require_matplotlib()  # before the work, not after it
     if options.rank < 1:
         raise ValueError(f'--rank: {options.rank} is not allowed; it must be at least 1')
     scene = Scene.load(scene_name(options))

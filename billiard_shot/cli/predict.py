@@ -9,7 +9,6 @@ from typing import Any
 from billiard_shot import save_shot, Shot
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
 from billiard_shot.cli.text_table import add_format_arguments, print_csv
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
@@ -53,8 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Predict and print; 1 if a stroke was refused."""
-    if options.picture or options.history or options.close_up:
-        require_matplotlib()  # before the work, not after it
     shots = shots_of(options)
     misses = {name: _why_missed(shot, options) for name, shot in shots.items()}
     if options.json:

@@ -82,6 +82,13 @@ def print_rows(
         print(table(lines))
 
 
+def print_footer(text: str, options: argparse.Namespace) -> None:
+    """Print a paragraph below a table that is text."""
+    if as_text(options):
+        print()
+        print(textwrap.fill(text, WIDTH))
+
+
 def print_csv(rows: Iterable[Mapping[str, Any]], keys: Sequence[str]) -> None:
     """Print the values of some keys as CSV; a vector has a column for each of x, y and z."""
     flat = [dict(chain.from_iterable(_flat(key, row[key]) for key in keys)) for row in rows]

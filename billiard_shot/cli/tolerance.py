@@ -3,17 +3,14 @@
 import argparse
 from dataclasses import asdict
 from pathlib import Path
-import textwrap
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.text_table import (
     add_format_arguments,
-    as_text,
     Column,
+    print_footer,
     print_rows,
-    WIDTH,
 )
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.study.tolerances import study_tolerances, TOLERANCES
 
 HELP = 'compare tolerances: true errors, times, and the success of a plan'
@@ -62,20 +59,16 @@ def run(options: argparse.Namespace) -> int:
     if options.count < 1:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 1')
     wait_for_machine_code()
-    if options.picture:
-        require_matplotlib()  # before the work, not after it
     study = study_tolerances(shots=options.count, judged=10 * options.count)
     studied = list(progress(study, 'tolerance', len(TOLERANCES)))
     print_rows(COLUMNS, [asdict(each) for each in studied], options)
-    if as_text(options):
-        print()
-        text = (
-            'Errors: of the place of rest, on a table without other balls. Times: of a strike on '
-            'endless cloth, of a shot on that table, of a break at eight-ball, and of the '
-            f'{10 * options.count} strokes that judge a plan. Success: the part of them that '
-            'reach its target.'
-        )
-        print(textwrap.fill(text, WIDTH))
+    print_footer(
+        'Errors: of the place of rest, on a table without other balls. Times: of a strike on '
+        'endless cloth, of a shot on that table, of a break at eight-ball, and of the '
+        f'{10 * options.count} strokes that judge a plan. Success: the part of them that '
+        'reach its target.',
+        options,
+    )
     if options.picture:
         from billiard_shot.pictures.tolerances import draw_tolerances
 

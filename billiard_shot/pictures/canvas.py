@@ -34,7 +34,7 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def add_legend(figure: Any, axes: Any) -> None:
-    """List below a picture what is in some axes of it, each thing once."""
+    """Add a legend below a figure that names everything in some of its axes once."""
     handles, labels = axes.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     if once:

@@ -28,11 +28,11 @@ def draw_planning_story(path: Path) -> None:
     """Draw a search that pots a blocked ball: stages, refinement, and the winner with errors."""
     figure = new_figure(9.0, 6.2)
     story = tell(Scene.load(SCENE), BALL)
-    stages = [stage for stage in story.stages if len(stage.strokes)]
+    stages = story.stages[-2:]
     panels = figure.subplots(2, 2).ravel()
-    for number, (panel, stage) in enumerate(zip(panels, stages[-2:], strict=False), 1):
+    for number, (panel, stage) in enumerate(zip(panels, stages, strict=False), 1):
         _draw_stage(panel, story.scene, stage, number)
-    _draw_refinement(panels[2], stages[-2:])
+    _draw_refinement(panels[2], stages)
     _draw_winner(panels[3], story)
     figure.suptitle(
         f'Ball 1 hides ball {BALL}: with errors, a kick pots it more often than a combination'

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.pictures.canvas import new_figure, require_matplotlib, save
+from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import CollisionTrace, trace_of_strike
 from billiard_shot.pictures.two_balls import STATES
 from billiard_shot.shot.effects import model_of
@@ -28,10 +28,9 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
         matplotlib, or the file cannot be written.
 
     """
-    require_matplotlib()
-    trace = trace_of_strike(shot)
     heights = (2.3, 1.9, 1.9, 1.9)
     figure = new_figure(9.0, sum(heights))
+    trace = trace_of_strike(shot)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=heights)
     length = float(trace.time[-1])
     time = trace.time / length

@@ -151,7 +151,7 @@ def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
     cushions = problem.scene.table is not None
     if cushions and runner.best < CUSHIONS_BELOW:
         yield _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES)
-    if runner.best < CURVES_BELOW:  # last, because a curve takes several times as long
+    if runner.best < CURVES_BELOW:  # late, because a curve takes several times as long
         blocked = [point for point, found in zip(points, routes, strict=True) if not found]
         yield _curved_candidates(problem, runner, blocked)
     if cushions and runner.best < RANDOM_BELOW:

@@ -157,12 +157,12 @@ def run(
         # contain, Python ends as if it had not been caught.
         sys.exit(0)
 
-    def note_lost(lost: Any) -> None:
-        # A finalizer that a signal interrupts loses the exception; `received` ends the node.
+    def report_lost(lost: Any) -> None:
+        # If a signal interrupts a finalizer, Python drops the exception; `received` ends the node.
         if not isinstance(lost.exc_value, SystemExit):
             sys.__unraisablehook__(lost)
 
-    sys.unraisablehook = note_lost
+    sys.unraisablehook = report_lost
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     try:

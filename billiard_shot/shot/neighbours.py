@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.shot.cue_contact import UP
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import layout_of, Table
 from billiard_shot.table.params import OFF, TableParams
@@ -84,7 +85,7 @@ def ball_contact(table: Table, places: Array, a: int, b: int) -> Neighbour:
         between / distance,
         gap if gap > n.contact_gap else 0.0,
         n.ball_restitution,
-        n.friction_fast + n.friction_slow,
+        friction_of_balls(n, 0.0),
         n.ball_stiffness,
         n.friction_slow,
         n.friction_decay,

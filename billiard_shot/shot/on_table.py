@@ -10,6 +10,7 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.group_strike import may_reach, strike_group
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.neighbours import neighbours_of
@@ -20,12 +21,10 @@ from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import Event, kinetic_energy
 
-CUE = 'cue'
-
 
 def has_table(scene: Scene) -> bool:
     """Whether a struck ball can meet anything but the cloth."""
-    return scene.table is not None or bool(set(scene.balls) - {CUE})
+    return scene.table is not None or bool(set(scene.balls) - {CUE_BALL})
 
 
 def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
@@ -33,7 +32,7 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
     x, y = float(centre[0]), float(centre[1])
     for name, (other_x, other_y) in scene.balls.items():
         overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
-        if name != CUE and overlap > rounding.PLACE:
+        if name != CUE_BALL and overlap > rounding.PLACE:
             raise ValueError(
                 f'position: ({x:g}, {y:g}) is not allowed; there it overlaps ball {name!r} by '
                 f'{overlap:.3g} m'
@@ -48,7 +47,7 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
 
 def names_of(scene: Scene) -> tuple[str, ...]:
     """Names of all balls: the cue ball, and the others in the scene's order."""
-    return CUE, *(name for name in scene.balls if name != CUE)
+    return CUE_BALL, *(name for name in scene.balls if name != CUE_BALL)
 
 
 def states_of(

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from billiard_shot.impact import CollisionResult
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import (
-    CUE,
     has_table,
     names_of,
     states_of,
@@ -80,7 +80,7 @@ def play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | Non
     if run is None or run.jaws_met == 0:
         return played, run
     finer, again = _play_one(strokes, FINER * tolerance)
-    met_none = np.array([again is not None and CUE not in again.first_met])
+    met_none = np.array([again is not None and CUE_BALL not in again.first_met])
     _estimate_error(finer.strikes, played.strikes, met_none, tolerance)
     return finer, again
 
@@ -107,7 +107,7 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
     )
     if struck is not None and struck.met:
         run = with_first_events(run, struck, model.surface)
-    played.strikes['final_position'][0] = run.balls[CUE].final_position
+    played.strikes['final_position'][0] = run.balls[CUE_BALL].final_position
     played.strikes['duration'] = run.duration
     _add_hops(scene, played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, np.array([run.status]))

@@ -13,9 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot import machine_code
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import check_place, CUE
+from billiard_shot.shot.on_table import check_place
 from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
@@ -69,7 +70,7 @@ def predict(
     velocity = np.array(stroke.velocity)
     strokes = Strokes(scene, model, normal[np.newaxis], velocity[np.newaxis], centre)
     played, table = play_one(strokes, tolerance)
-    trajectory = table.balls[CUE] if table else Trajectory(played.segments)
+    trajectory = table.balls[CUE_BALL] if table else Trajectory(played.segments)
     played.strikes.flags.writeable = False
     return Shot(
         scene,

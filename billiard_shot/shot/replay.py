@@ -20,9 +20,9 @@ from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import with_present_keys
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import CUE
 from billiard_shot.shot.play import decide
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
@@ -193,7 +193,7 @@ def _shot(data: dict[str, Any]) -> Shot:
     if table and group and data['version'] < MET_IN_STRIKE:
         _note_first_met(table)
     trajectory = (
-        table.balls[CUE]
+        table.balls[CUE_BALL]
         if table
         else Trajectory(
             segments_from_columns(_rows('trajectory', data['trajectory'], SEGMENT_COLUMNS))

@@ -32,6 +32,7 @@ from billiard_shot.impact.state import Balls, ContactState, NO_BALLS, PhaseLog, 
 from billiard_shot.impact.state import Progress as CollisionProgress
 from billiard_shot.records import Floats, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
+from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, IMPACT, NOTHING, SLIDE
@@ -192,7 +193,7 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
             c.ball_a, c.ball_b = a, b
             c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
             place_contact(room.contacts, motion, room.workspace.polynomials, number, gap)
-            properties[0] = n.friction_fast + n.friction_slow
+            properties[0] = friction_of_balls(n, 0.0)
             properties[1], properties[2] = n.ball_restitution, stiffness
             properties[3], properties[4] = n.friction_slow, n.friction_decay
             room.lengths[0][number] = -gap

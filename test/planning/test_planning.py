@@ -414,7 +414,7 @@ def test_a_task_that_ends_late_is_not_a_timeout():
 
 
 def test_strokes_that_take_long_do_not_outlast_the_time_limit():
-    """Before, the time was judged by the strokes before: what was found could not be judged."""
+    """Before, slow strokes used up the time, and no time was left to judge the best ones."""
 
     class Slow(ThreadPoolExecutor):
         def submit(self, work, *arguments):
