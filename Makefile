@@ -50,8 +50,11 @@ CORE       := $(VENV)/.core-$(ROS)$(DISTRO:%=-%)$(if $(LOCK),,-newest)
 PACKAGES   := $(VENV)/.packages-$(ROS)
 INTERFACES := $(VENV)/.interfaces-$(ROS)
 LIBRARY    := $(VENV)/.library-$(ROS)
+TOOLS      := $(VENV)/.tools-$(ROS)
+TF2        := $(VENV)/.tf2-$(ROS)
+interfaces  = $(wildcard $(1) $(addprefix $(1),/* /*/*))
 
-setup: $(LIBRARY) $(INTERFACES)
+setup: $(LIBRARY) $(INTERFACES) $(TOOLS) $(TF2)
 
 $(CORE): setup.py config/requirements-ros$(DISTRO:%=-%).txt config/setup.sh $(LOCK)
 	@config/setup.sh core $(PYTHON) $(VENV) $(ROS) $(LOCK)
@@ -61,15 +64,27 @@ $(PACKAGES): $(CORE)
 	@config/setup.sh packages $(PYTHON) $(VENV) $(ROS) $(LOCK)
 	@touch $@
 
-$(INTERFACES): $(PACKAGES) $(wildcard $(addsuffix /*,msg_defs msg_defs/* test/ros/tf2_msgs test/ros/tf2_msgs/*))
-	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS)
+$(INTERFACES): $(PACKAGES) $(call interfaces,msg_defs)
+	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS) msg_defs
+	@touch $@
+
+$(TOOLS): $(PACKAGES)
+	@config/setup.sh tools $(PYTHON) $(VENV) $(ROS) $(LOCK)
+	@touch $@
+
+# PyPI has no wheel of tf2_msgs, which a test of /tf needs.
+$(TF2): $(INTERFACES) $(call interfaces,test/ros/tf2_msgs)
+ifeq ($(ROS),pypi)
+	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS) test/ros/tf2_msgs
+endif
 	@touch $@
 
 $(LIBRARY): $(CORE)
 	@config/setup.sh library $(PYTHON) $(VENV) $(ROS)
 	@touch $@
 
-demo: setup
+# Without the tools, so that it begins as early as it can.
+demo: $(LIBRARY) $(INTERFACES)
 ifeq ($(ROS),none)
 	@echo 'No ROS 2 for this platform on PyPI, and none sourced: the same shots through the library.'
 	@$(BIN)/billiard-shot predict paper --strokes config/strokes/paper.yaml
@@ -77,7 +92,7 @@ else
 	@$(BIN)/python -m billiard_shot.ros.demo
 endif
 
-lint: $(PACKAGES)
+lint: $(TOOLS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

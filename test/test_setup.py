@@ -3,6 +3,7 @@
 from importlib.metadata import requires
 import os
 from pathlib import Path
+import re
 import shutil
 import subprocess
 import sys
@@ -121,12 +122,12 @@ def test_every_requirement_is_locked_to_one_version(distro, python):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a folder with all that the set-up reads; and a `sleep` that does not wait."""
+    """Return a folder with all that the set-up reads; and a `sleep` a hundred times as fast."""
     for name in ('config', 'msg_defs', 'Makefile', 'setup.py', 'README.md'):
         (shutil.copytree if (ROOT / name).is_dir() else shutil.copy)(ROOT / name, tmp_path / name)
     (tmp_path / 'bin').mkdir()
     sleep = tmp_path / 'bin' / 'sleep'
-    sleep.write_text('#!/bin/sh\n')
+    sleep.write_text(f'#!/bin/sh\nexec {shutil.which("sleep")} 0.$(printf %02d "$1")\n')
     sleep.chmod(0o755)
     return tmp_path
 
@@ -166,7 +167,7 @@ def test_failed_download_is_tried_again_and_ends_with_cause_and_log(checkout):
 @pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
 def test_interrupted_set_up_starts_over(checkout):
     """Even one that was to replace a complete one, with other versions."""
-    stamp = checkout / '.venv' / '.packages-pypi'
+    stamp = checkout / '.venv' / '.tools-pypi'
     stamp.parent.mkdir()
     stamp.touch()
     python = checkout / 'bin' / 'python'
@@ -178,3 +179,15 @@ def test_interrupted_set_up_starts_over(checkout):
     interrupted = set_up(checkout, f'PYTHON={python}', 'LOCK=')
     assert interrupted.returncode != 0
     assert not stamp.exists()
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+def test_a_step_that_takes_long_says_how_far_it_is(checkout):
+    python = checkout / 'bin' / 'python'
+    python.write_text(
+        '#!/bin/sh\ncase "$*" in *"-m venv"*) echo first half; sleep 50; exit 3;; esac\n'
+        f'exec {sys.executable} "$@"\n'
+    )
+    python.chmod(0o755)
+    output = set_up(checkout, f'PYTHON={python}').stdout
+    assert re.search(r'^set-up: core: \d+ s: first half$', output, re.MULTILINE)
