@@ -11,7 +11,13 @@ from billiard_shot.shot.stroke import Stroke
 def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for a file of strokes, or for one stroke in one of two forms."""
     file = parser.add_argument_group('strokes from a file')
-    file.add_argument('--strokes', type=Path, metavar='FILE.yaml', help='list of strokes')
+    file.add_argument(
+        '--strokes',
+        type=Path,
+        metavar='FILE.yaml',
+        help='list of strokes, each with fields named like the options below: '
+        '[{speed: 2, b: 0.3, elevation_deg: 5}]',
+    )
     vectors = parser.add_argument_group('or one stroke by its vectors')
     for name, text in (
         ('normal', 'outward normal of the ball at the contact with the tip, any length'),

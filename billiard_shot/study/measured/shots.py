@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import bisect
 
 from billiard_shot.scene import BallBall, Scene
 from billiard_shot.scene.table import Table
@@ -72,6 +71,9 @@ def deflection(scene: Scene, speed: float, fraction: float, spin_ratio: float) -
 
 def draw_for_right_angle(scene: Scene, speed: float) -> float:
     """Return the backspin, relative to a rolling ball, that turns a half-ball hit by 90 deg."""
+    # The command line imports this module to list its commands, and this import takes a second.
+    from scipy.optimize import bisect
+
     return float(
         bisect(lambda ratio: deflection(scene, speed, 0.5, -ratio) - 90.0, 0.0, 1.5, xtol=1e-6)
     )
