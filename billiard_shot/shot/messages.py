@@ -80,8 +80,8 @@ def _in_the_way(
     free = math.degrees(least_elevation(scene, a, b, azimuth, trajectory.final_position))
     hint = f'it has room from {free:g} degrees on' if free < 90.0 else 'no elevation gives it room'
     return (
-        f'elevation: {elevation:.3g} degrees, with the velocity {_vector(stroke.velocity)} m/s, is '
-        f'not allowed; the cue would go {1e3 * depth:.3g} mm deep through {name}; {hint}'
+        f'elevation: {elevation:.3g} degrees, with the velocity {_vector(stroke.velocity)} m/s, '
+        f'is not allowed; the cue would go {1e3 * depth:.3g} mm deep through {name}; {hint}'
     )
 
 

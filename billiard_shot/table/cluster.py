@@ -34,9 +34,9 @@ from billiard_shot.records import Floats, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion import advance_free
-from billiard_shot.table.geometry import Table, TableNumbers
+from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, IMPACT, NOTHING, SLIDE
-from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import (
     energy_of,
     kinetic_energy,
@@ -88,16 +88,9 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     )
 
 
-def solve(
-    storage: Storage,
-    params: BallClothParams,
-    table: TableParams,
-    numbers: list[TableNumbers],
-    room: ClusterRoom,
-    p: Progress,
-) -> None:
+def solve(storage: Storage, table: Table, p: Progress, room: ClusterRoom) -> None:
     """Solve an impact after `gather`."""
-    moving = table.ball_duration > 0.0
+    params, moving = table.params, bool(table.numbers.ball_duration > 0.0)
     solve_collisions.on(storage)(
         room.properties,
         int(params.law),

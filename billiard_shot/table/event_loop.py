@@ -7,13 +7,13 @@ balls meet; among these in the order of the balls. Three or more bodies in touch
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
-from billiard_shot.records import record, Storage, Vector, Vector3
+from billiard_shot.records import record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.cluster import ClusterRoom, conclude, gather, room_for
@@ -26,7 +26,7 @@ from billiard_shot.table.event_handlers import (
     start_next_segment,
     THE_CUE,
 )
-from billiard_shot.table.geometry import edges_of, Jaw, numbers_of, Pocket, Table, TableNumbers
+from billiard_shot.table.geometry import Table, table_of
 from billiard_shot.table.initial_states import STATE_COLUMNS
 from billiard_shot.table.motion import (
     Ball,
@@ -36,25 +36,28 @@ from billiard_shot.table.motion import (
     OFF_TABLE,
     POCKETED,
     REST,
-    Segment,
     START,
     start_ball,
 )
 from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
-from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
-    BallRule,
     CUE_COLUMNS,
-    Event,
-    never,
     predict_collisions,
-    Progress,
     Simulation,
+    simulation_of,
 )
 
 PENDING = -1  # a status of `run_events`
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
+
+
+class Beginnings(NamedTuple):
+    """How tables of n balls begin."""
+
+    states: Any  # (tables, n, STATE_COLUMNS) floats
+    met: Any  # (tables, n) index of the first ball that each one met before, or NOTHING
+    cues: Any  # (tables, CUE_COLUMNS) which struck ball 0 of each table, and follow; or none
 
 
 @record
@@ -164,26 +167,14 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
 
 
 @inner
-def load_cue(s: Simulation, cue: Vector) -> None:
-    """Let a cue follow its stroke."""
-    for k in range(3):
-        s.cue.position[k], s.cue.velocity[k] = cue[k], cue[3 + k]
-    s.cue.time, s.cue.end, s.progress.cue_reach = 0.0, cue[6], cue[7]
-
-
-@inner
-def load_states(params: BallClothParams, s: Simulation, states: Any, met: Any) -> bool:
-    """Put balls where they are given to be; return whether they can be there."""
-    p = s.progress
-    p.events, p.participants, p.searches, p.unsolved = (
-        0,
-        0,
-        0,
-        OK,
-    )  # segments go on from table to table
-    p.pending, p.time, p.cue_time, p.cue_hits, s.cue.end = False, 0.0, math.inf, 0, 0.0
+def begin(params: BallClothParams, s: Simulation, beginnings: Beginnings, number: int) -> bool:
+    """Put the balls and the cue of a table where they begin; return whether they can be there."""
+    p, cue = s.progress, s.cue
+    p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
+    p.pending, p.unsolved, p.time = False, OK, 0.0
+    p.cue_time, p.cue_hits, cue.end = math.inf, 0, 0.0
     for i in range(len(s.balls)):
-        ball, state = s.balls[i], states[i]
+        ball, state = s.balls[i], beginnings.states[number][i]
         for k in range(STATE_COLUMNS):
             if not math.isfinite(state[k]):
                 return False
@@ -191,7 +182,7 @@ def load_states(params: BallClothParams, s: Simulation, states: Any, met: Any) -
             ball.position[k], ball.velocity[k] = state[k], state[3 + k]
             ball.spin[k] = state[6 + k]
         start_ball(ball, ball.position, ball.velocity, ball.spin)
-        ball.ball, ball.modified, ball.first_contact = i, True, met[i]
+        ball.ball, ball.modified, ball.first_contact = i, True, beginnings.met[number][i]
         if ball.position[2] < params.radius * MIN_HEIGHT:
             return False
         for j in range(i):
@@ -201,6 +192,11 @@ def load_states(params: BallClothParams, s: Simulation, states: Any, met: Any) -
                 square += apart * apart
             if math.sqrt(square) < 2.0 * params.radius - rounding.PLACE:
                 return False
+    if len(beginnings.cues) > 0:
+        stroke = beginnings.cues[number]
+        for k in range(3):
+            cue.position[k], cue.velocity[k] = stroke[k], stroke[3 + k]
+        cue.time, cue.end, p.cue_reach = 0.0, stroke[6], stroke[7]
     return True
 
 
@@ -224,22 +220,15 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     states = np.zeros((1, 1, STATE_COLUMNS))
     states[0, 0, 2] = 1.0
     return (
-        params,
-        numbers_of(storage, params, table, 1.0, 1.0),
-        *edges_of(storage, table, 1.0),
-        storage.array(states),
-        storage.array(np.full((1, 1), NOTHING)),
-        storage.array(np.ones((1, CUE_COLUMNS))),
+        table_of(storage, params, table),
+        simulation_of(storage, 1, 0, 0),
+        Beginnings(
+            storage.array(states),
+            storage.array(np.full((1, 1), NOTHING)),
+            storage.array(np.ones((1, CUE_COLUMNS))),
+        ),
         0,
         1,
-        storage.records(Ball, 1),
-        never(storage, 1),
-        storage.records(Progress, 1),
-        storage.records(Rebound, 1),
-        storage.records(Segment, 0),
-        storage.records(Event, 0),
-        storage.records(BallRule, 0),
-        storage.records(Ball, 1),
         room_for(storage, 1, 0),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
@@ -248,23 +237,11 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 @entry(_example)
 def simulate_tables(
-    params: BallClothParams,
-    numbers: list[TableNumbers],
-    jaws: list[Jaw],
-    pockets: list[Pocket],
-    states: Any,
-    met: Any,
-    cues: Any,
+    table: Table,
+    s: Simulation,
+    beginnings: Beginnings,
     first: int,
     max_events: int,
-    balls: list[Ball],
-    collisions: Any,
-    progress: list[Progress],
-    rebound: list[Rebound],
-    segments: list[Segment],
-    events: list[Event],
-    rules: list[BallRule],
-    cue: list[Ball],
     room: ClusterRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
@@ -276,24 +253,15 @@ def simulate_tables(
 
     Parameters
     ----------
-    params, numbers, jaws, pockets : BallClothParams, 1 TableNumbers, records
-        The same for all tables, see `Table`.
-    states : (tables, balls, STATE_COLUMNS) floats
-    met : (tables, balls) ints
-        Index of the first ball that each one met before, or NOTHING.
-    cues : (tables, CUE_COLUMNS) floats, or none
-        Which struck ball 0 of each table, and follow.
+    table : Table
+    s : Simulation
+        Of the present table; at first `simulation_of`. Records segments of all tables and events
+        of the last one, as far as there is room.
+    beginnings : Beginnings
     first : int
         The first table; if an impact was pending, it is the one that goes on.
     max_events : int
         Of a table.
-    balls, collisions, progress, rebound : n Ball, (n, n) floats, 1 Progress, 1 Rebound
-        Of the present table; at first new, and `never`.
-    segments, events : records, written
-        Segments of all tables and events of the last one, as far as there is room.
-    rules : n BallRule, or none
-    cue : 1 Ball
-        Of the present table.
     room : ClusterRoom
         For an impact that is pending.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
@@ -304,15 +272,11 @@ def simulate_tables(
         The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
-    table = Table(params, numbers[0], jaws, pockets)
-    p, count, number = progress[0], len(balls), first
-    s = Simulation(balls, collisions, p, rebound[0], segments, events, rules, cue[0])
-    while number < len(states):
+    p, count, number = s.progress, len(s.balls), first
+    while number < len(beginnings.states):
         outcome = table_outcomes[number]
         goes_on = p.pending
-        valid = goes_on or load_states(params, s, states[number], met[number])
-        if valid and not goes_on and len(cues) > 0:
-            load_cue(s, cues[number])
+        valid = goes_on or begin(table.params, s, beginnings, number)
         if goes_on and p.other != THE_CUE:
             conclude(table, s, room)
         if valid:
@@ -325,8 +289,8 @@ def simulate_tables(
             outcome.duration, outcome.status = 0.0, INVALID_REQUEST
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
-        outcome.jaws_met = balls[0].jaws
+        outcome.jaws_met = s.balls[0].jaws
         for i in range(count):
-            write_outcome(balls[i], ball_outcomes[number * count + i])
+            write_outcome(s.balls[i], ball_outcomes[number * count + i])
         number += 1
     return number

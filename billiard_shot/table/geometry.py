@@ -98,6 +98,7 @@ class Table(NamedTuple):
     pockets: list[Pocket]  # 6, or none
 
 
+@_kept
 def table_of(
     storage: Storage,
     params: BallClothParams,
@@ -106,26 +107,11 @@ def table_of(
     hop_tolerance: float = 1.0,
 ) -> Table:
     """
-    Lay out a table.
+    Lay out a table; not to be changed.
 
-    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`. Who compiles
-    passes `numbers` as rows, see `numbers_of`.
+    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`.
     """
-    numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
-    return Table(params, numbers[0], *edges_of(storage, table, params.radius))
-
-
-@_kept
-def numbers_of(
-    storage: Storage,
-    params: BallClothParams,
-    table: TableParams,
-    tolerance: float,
-    hop_tolerance: float,
-) -> list[TableNumbers]:
-    """Write the numbers of a table into one record; not to be changed."""
-    numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
-    n = numbers[0]
+    n: TableNumbers = storage.records(TableNumbers, 1)[0]
     standoff = _standoff(table, params.radius)
     n.endless = table.length == math.inf
     n.nose_standoff = standoff
@@ -159,14 +145,13 @@ def numbers_of(
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
-    return numbers
+    return Table(params, n, *edges_of(storage, table, params.radius))
 
 
-@_kept
 def edges_of(
     storage: Storage, table: TableParams, radius: float
 ) -> tuple[list[Jaw], list[Pocket]]:
-    """Lay out the jaws and pockets of a table for balls of a radius [m]; not to be changed."""
+    """Lay out the jaws and pockets of a table for balls of a radius [m]."""
     count = POCKETS if table.pockets else 0
     jaws: list[Jaw] = storage.records(Jaw, 2 * count)
     pockets: list[Pocket] = storage.records(Pocket, count)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import math
 import os
 from time import perf_counter
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import as_rows, ROWS
+from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.status import Status
@@ -19,25 +19,27 @@ from billiard_shot.table import cluster
 from billiard_shot.table.cluster import room_for
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.event_handlers import THE_CUE
-from billiard_shot.table.event_loop import BallOutcome, simulate_tables, TableOutcome
-from billiard_shot.table.geometry import edges_of, numbers_of, Table
+from billiard_shot.table.event_loop import (
+    BallOutcome,
+    Beginnings,
+    simulate_tables,
+    TableOutcome,
+)
+from billiard_shot.table.geometry import Table, table_of
 from billiard_shot.table.initial_states import (
     batch_states,
     check_options,
     States,
     validated_states,
 )
-from billiard_shot.table.motion import Ball, NOTHING, Segment
+from billiard_shot.table.motion import NOTHING, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
-from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import (
-    BallRule,
     CUE_COLUMNS,
     Event,
-    never,
-    Progress,
     Simulation,
+    simulation_of,
 )
 from billiard_shot.table.words import count_in_words, plural
 
@@ -224,68 +226,33 @@ def _simulate(
     run = simulate_tables.current()
     storage = run.storage
     tables, count = states.shape[:2]
-    balls, progress = storage.records(Ball, count), storage.records(Progress, 1)
-    rebound = storage.records(Rebound, 1)
-    segment_records, event_records = (
-        storage.records(Segment, segments),
-        storage.records(Event, events),
+    layout = table_of(storage, params, table, tolerance, hop_tolerance)
+    simulation = simulation_of(storage, count, segments, events, rules)
+    beginnings = Beginnings(
+        storage.array(states),
+        storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
+        storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states),
     )
-    ball_outcomes = storage.records(BallOutcome, tables * count)
-    table_outcomes = storage.records(TableOutcome, tables)
-    kept: Any = ROWS.records(BallRule, 0) if rules is None else rules
-    numbers = numbers_of(storage, params, table, tolerance, hop_tolerance)
-    edges, given = edges_of(storage, table, params.radius), storage.array(states)
-    collisions, cue = never(storage, count), storage.records(Ball, 1)
-    following = storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states)
-    met = storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met)
     room = room_for(storage, count, segments if events else 0)  # each begins a segment
+    balls = storage.records(BallOutcome, tables * count)
+    ends = storage.records(TableOutcome, tables)
     number = 0
     while True:
-        number = run(
-            params,
-            numbers,
-            *edges,
-            given,
-            met,
-            following,
-            number,
-            max_events,
-            balls,
-            collisions,
-            progress,
-            rebound,
-            segment_records,
-            event_records,
-            kept,
-            cue,
-            room,
-            ball_outcomes,
-            table_outcomes,
-        )
+        number = run(layout, simulation, beginnings, number, max_events, room, balls, ends)
         if number == tables:
             break
-        if cues is not None and progress[0].other == THE_CUE:
-            state = Simulation(
-                balls,
-                collisions,
-                progress[0],
-                rebound[0],
-                segment_records,
-                event_records,
-                kept,
-                cue[0],
-            )
-            cues.hit(Table(params, numbers[0], *edges), state)
+        if cues is not None and simulation.progress.other == THE_CUE:
+            cues.hit(layout, simulation)
         else:
-            cluster.solve(storage, params, table, numbers, room, progress[0])
-    end = int(progress[0].segments), int(progress[0].events)
+            cluster.solve(storage, layout, simulation.progress, room)
+    done = simulation.progress
     return BatchRecording(
-        as_rows(BallOutcome, ball_outcomes).reshape(tables, count),
-        as_rows(TableOutcome, table_outcomes),
-        as_rows(Segment, segment_records[: end[0]]),
+        as_rows(BallOutcome, balls).reshape(tables, count),
+        as_rows(TableOutcome, ends),
+        as_rows(Segment, simulation.segments[: int(done.segments)]),
         EventLog(
-            as_rows(Event, event_records[: end[1]]),
-            np.array(room.participants[: int(progress[0].participants)], np.int64).reshape(-1, 2),
+            as_rows(Event, simulation.events[: int(done.events)]),
+            np.array(room.participants[: int(done.participants)], np.int64).reshape(-1, 2),
         ),
     )
 

@@ -94,9 +94,20 @@ class Simulation(NamedTuple):
     cue: Ball  # the sphere of the tip, which follows its stroke until its `end`
 
 
-def never(storage: Storage, count: int) -> Any:
-    """Return the times at which pairs of so many balls meet, if none does."""
-    return storage.array(np.full((count, count), math.inf))
+def simulation_of(
+    storage: Storage, balls: int, segments: int, events: int, rules: Any = None
+) -> Simulation:
+    """Make room for so many balls, segments of all tables, and events of the last one."""
+    return Simulation(
+        storage.records(Ball, balls),
+        storage.array(np.full((balls, balls), math.inf)),
+        storage.records(Progress, 1)[0],
+        storage.records(Rebound, 1)[0],
+        storage.records(Segment, segments),
+        storage.records(Event, events),
+        storage.records(BallRule, 0) if rules is None else rules,
+        storage.records(Ball, 1)[0],
+    )
 
 
 @inner
