@@ -6,7 +6,7 @@ answers cannot depend on them.
 """
 
 from math import inf, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import elastic_energy, restitution_end, unloading_rate
@@ -28,7 +28,7 @@ from billiard_shot.impact.state import (
     RESTITUTION,
     Workspace,
 )
-from billiard_shot.records import Floats, Vector
+from billiard_shot.records import Vector
 from billiard_shot.status import OK
 
 
@@ -40,28 +40,65 @@ class Units(NamedTuple):
     time: float  # s, if stiffnesses are in N/m^exponent
 
 
+class Collisions(NamedTuple):
+    """
+    n collisions of the same N contacts.
+
+    Attributes
+    ----------
+    properties : (n, N, 5) floats
+        Friction, restitution and stiffness of the contacts, fading and decay of the friction: see
+        `Properties`.
+    law, exponent, options : int, float, Options
+        See `Model`.
+    delassus : (n, 3 N, 3 N) floats
+        W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
+        and 3 j + 2 (tangential). If all motion stays in one plane per contact, component 3 j + 1
+        should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
+    velocity : (n, 3 N) floats
+        Contact velocities before the collision [m/s]; approaching if the normal one is below 0.
+    distances : bool
+        Whether open contacts have a distance, see `Model`.
+    lengths : (n, N) floats
+        Compressions of the springs before the collision; below zero: minus the distances [m]. Only
+        law bistiffness knows how a compressed spring goes on. Without `distances` they are unused.
+    until : float
+        Time after which a collision ends, whatever is still active [s].
+    balls : Balls
+        That move: `Workspace.motion` says where they are when the only collision begins, and
+        afterwards where they are then. Or NO_BALLS: bodies stay in place.
+    tolerance : (n,) floats
+        Error of the velocities relative to the largest approach speed. A collision with a
+        tolerance that is not above 0 is left out.
+
+    """
+
+    properties: Any
+    law: int
+    exponent: float
+    options: Options
+    delassus: Any
+    velocity: Any
+    distances: bool
+    lengths: Any
+    until: float
+    balls: Balls
+    tolerance: Vector
+
+
 @inner
 def begin(
-    properties: Floats,
-    law: int,
-    exponent: float,
-    distances: bool,
-    options: Options,
-    delassus: Floats,
-    velocity: Vector,
-    lengths: Vector,
-    until: float,
-    balls: Balls,
-    tolerance: float,
-    contacts: list[ContactState],
-    ws: Workspace,
-    p: Progress,
+    given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: Progress
 ) -> tuple[Model, Units]:
     """
     Set contacts and progress to where a collision begins, in its own units.
 
     Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
     """
+    properties, delassus = given.properties[number], given.delassus[number]
+    velocity, lengths = given.velocity[number], given.lengths[number]
+    law, exponent, options, balls = given.law, given.exponent, given.options, given.balls
+    distances = given.distances
     count = len(contacts)
     speed, mobility, firmness = 0.0, 0.0, 0.0
     for j in range(count):
@@ -92,8 +129,8 @@ def begin(
             p.energy = kinetic_energy(balls, ws.motion)
     else:
         units, planar = Units(0.0, 0.0, 0.0), False
-    limit = until / units.time if approaches else inf
-    tolerance = min(tolerance, options.max_tolerance)
+    limit = given.until / units.time if approaches else inf
+    tolerance = min(given.tolerance[number], options.max_tolerance)
     return Model(law, exponent, tolerance, planar, distances, limit, balls, options), units
 
 

@@ -1,6 +1,7 @@
 """How a collision ends: its results in SI units, and whether its energies add up."""
 
 from math import inf
+from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Units
@@ -49,6 +50,14 @@ class CollisionOutcome:
     duration: float  # [s] if stiffnesses are in N/m^exponent
 
 
+class Results(NamedTuple):
+    """What the solver writes about n collisions of N contacts."""
+
+    contacts: list[ContactResult]  # n N
+    log: list[PhaseLog]  # of the last collision, N for each phase as far as there is room
+    outcomes: list[CollisionOutcome]  # n
+
+
 @inner
 def finish(
     m: Model,
@@ -57,11 +66,10 @@ def finish(
     contacts: list[ContactState],
     ws: Workspace,
     p: Progress,
-    results: list[ContactResult],
-    first: int,
-    log: list[PhaseLog],
+    results: Results,
+    number: int,
 ) -> None:
-    """Check the balance of energy, and write the results in SI units, from number `first` on."""
+    """Check the balance of energy of a collision, and write its results in SI units."""
     count = len(contacts)
     for j in range(count):
         if contacts[j].normal_mode == RESTITUTION:  # the time was up
@@ -78,9 +86,9 @@ def finish(
         length = units.speed * units.time
         change_units(contacts, ws.motion, m.balls.number, 1.0 / units.speed, 1.0 / length)
     for j in range(count):
-        write_result(contacts[j], results[first + j], units)
-    for i in range(min(p.phases * count, len(log))):
-        logged = log[i]
+        write_result(contacts[j], results.contacts[number * count + j], units)
+    for i in range(min(p.phases * count, len(results.log))):
+        logged = results.log[i]
         logged.impulse *= units.impulse
         logged.impulse_1 *= units.impulse
         logged.impulse_2 *= units.impulse

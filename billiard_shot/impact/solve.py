@@ -8,9 +8,10 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.impact.beginning import Collisions
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
-from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import NO_BALLS, PhaseLog
 from billiard_shot.records import as_rows, Floats, Storage, Vector
 
@@ -88,13 +89,13 @@ def solve_in_contact_space(
     ----------
     properties : Properties
     delassus, velocity, tolerance
-        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `solve_collisions`.
+        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `Collisions`.
     phases : int
         Of the last collision that are logged. If it has more, all of them are.
     lengths : (n, N) float array, optional
-        See `solve_collisions`; without them there are no distances at all.
+        See `Collisions`; without them there are no distances at all.
     until : float
-        See `solve_collisions`.
+        See `Collisions`.
 
     """
     n, count = len(velocity), np.shape(properties.friction)[-1]
@@ -166,28 +167,24 @@ def solve_stored(
     given = np.empty((n, count, 5))
     for k, column in enumerate(columns):
         given[..., k] = column
-    begun = storage.zeros(n, count) if lengths is None else storage.array(lengths)
+    collisions = Collisions(
+        properties=storage.array(given),
+        law=properties.law,
+        exponent=float(properties.exponent),
+        options=properties.options,
+        delassus=delassus,
+        velocity=velocity,
+        distances=lengths is not None,
+        lengths=storage.zeros(n, count) if lengths is None else storage.array(lengths),
+        until=until,
+        balls=NO_BALLS,
+        tolerance=tolerance,
+    )
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
         log = storage.records(PhaseLog, phases * count)
-        run(
-            storage.array(given),
-            properties.law,
-            float(properties.exponent),
-            lengths is not None,
-            properties.options,
-            delassus,
-            velocity,
-            begun,
-            until,
-            NO_BALLS,
-            tolerance,
-            *scratch(storage, count),
-            results,
-            log,
-            outcomes,
-        )
+        run(collisions, scratch(storage, count), Results(results, log, outcomes))
         needed = int(outcomes[-1].phases) if phases and n else 0
         if needed <= phases:
             break

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.kernel import solve_collisions
+from billiard_shot.impact.beginning import Collisions
+from billiard_shot.impact.kernel import Scratch, solve_collisions
 from billiard_shot.impact.moving_balls import (
     PLACE,
     place_contact,
@@ -26,10 +27,9 @@ from billiard_shot.impact.moving_balls import (
     write_contact_motion,
 )
 from billiard_shot.impact.options import DEFAULT_OPTIONS
-from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
-from billiard_shot.impact.state import Balls, ContactState, NO_BALLS, PhaseLog, Workspace
-from billiard_shot.impact.state import Progress as CollisionProgress
+from billiard_shot.impact.state import Balls, NO_BALLS, PhaseLog
 from billiard_shot.records import Floats, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_collision import friction_of_balls
@@ -57,16 +57,12 @@ class ClusterRoom(NamedTuple):
     """Room for an impact of N contacts at most among B balls at most."""
 
     members: Any  # (B,) ints: the balls that take part
-    contacts: list[ContactState]
-    workspace: Workspace  # whose `motion` has a matrix for each member
-    progress: list[CollisionProgress]
-    properties: Any  # (1, N, 5), and further arguments of `solve_collisions`
+    scratch: Scratch  # whose workspace has a matrix of `motion` for each member
+    properties: Any  # (1, N, 5), and further parts of `Collisions`
     delassus: Any  # (1, 3 N, 3 N)
     velocity: Any  # (1, 3 N)
     lengths: Any  # (1, N)
-    results: list[ContactResult]
-    log: list[PhaseLog]  # none
-    outcome: list[CollisionOutcome]
+    results: Results
     participants: Any  # (room, 2) ints: number of an event, and a ball that took part in it
 
 
@@ -76,14 +72,16 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     zeros = storage.zeros
     return ClusterRoom(
         storage.array(np.zeros(balls, np.int64)),
-        *scratch(storage, count),
+        scratch(storage, count),
         zeros(1, count, 5),
         zeros(1, 3 * count, 3 * count),
         zeros(1, 3 * count),
         zeros(1, count),
-        storage.records(ContactResult, count),
-        storage.records(PhaseLog, 0),
-        storage.records(CollisionOutcome, 1),
+        Results(
+            storage.records(ContactResult, count),
+            storage.records(PhaseLog, 0),
+            storage.records(CollisionOutcome, 1),
+        ),
         storage.array(np.zeros((participants, 2), np.int64)),
     )
 
@@ -91,25 +89,21 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
 def solve(storage: Storage, table: Table, p: Progress, room: ClusterRoom) -> None:
     """Solve an impact after `gather`."""
     params, moving = table.params, bool(table.numbers.ball_duration > 0.0)
-    solve_collisions.on(storage)(
-        room.properties,
-        int(params.law),
-        float(params.exponent),
-        moving,
-        DEFAULT_OPTIONS,
-        room.delassus,
-        room.velocity,
-        room.lengths,
-        inf,
-        balls_of(params, int(p.members)) if moving else NO_BALLS,
-        storage.array([TOLERANCE]),
-        room.contacts[: int(p.contacts)],
-        room.workspace,
-        room.progress,
-        room.results,
-        room.log,
-        room.outcome,
+    collision = Collisions(
+        properties=room.properties,
+        law=int(params.law),
+        exponent=float(params.exponent),
+        options=DEFAULT_OPTIONS,
+        delassus=room.delassus,
+        velocity=room.velocity,
+        distances=moving,
+        lengths=room.lengths,
+        until=inf,
+        balls=balls_of(params, int(p.members)) if moving else NO_BALLS,
+        tolerance=storage.array([TOLERANCE]),
     )
+    contacts = room.scratch.contacts[: int(p.contacts)]
+    solve_collisions.on(storage)(collision, room.scratch._replace(contacts=contacts), room.results)
 
 
 @inner
@@ -163,7 +157,9 @@ def write_motion(ball: Ball, time: float, radius: float, motion: Floats) -> None
 @inner
 def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
     """Write the balls and contacts of an impact that is pending; their numbers to `progress`."""
-    p, n, radius, motion = s.progress, table.numbers, table.params.radius, room.workspace.motion
+    p, n, radius = s.progress, table.numbers, table.params.radius
+    contacts, ws = room.scratch.contacts, room.scratch.workspace
+    motion = ws.motion
     farthest = 2.0 * radius + p.reach
     p.members = find_members(s, room.members, farthest)
     for k in range(p.members):
@@ -177,22 +173,22 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
             for k in range(3):
                 apart = motion[a][PLACE + k][0] - motion[b][PLACE + k][0]
                 square += apart * apart
-            if square > farthest * farthest or number == len(room.contacts):
+            if square > farthest * farthest or number == len(contacts):
                 continue  # there is always room, see MOST_CONTACTS
             gap = sqrt(square) - 2.0 * radius
             if gap <= n.contact_gap or n.ball_duration == 0.0:
                 gap = 0.0
-            c, properties = room.contacts[number], room.properties[0][number]
+            c, properties = contacts[number], room.properties[0][number]
             c.ball_a, c.ball_b = a, b
             c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
-            place_contact(room.contacts, motion, room.workspace.polynomials, number, gap)
+            place_contact(contacts, motion, ws.polynomials, number, gap)
             properties[0] = friction_of_balls(n, 0.0)
             properties[1], properties[2] = n.ball_restitution, stiffness
             properties[3], properties[4] = n.friction_slow, n.friction_decay
             room.lengths[0][number] = -gap
             number += 1
     p.contacts = number
-    write_contact_motion(balls, room.contacts[:number], motion, room.velocity[0], room.delassus[0])
+    write_contact_motion(balls, contacts[:number], motion, room.velocity[0], room.delassus[0])
 
 
 @inner
@@ -227,20 +223,21 @@ def set_apart(motion: Floats, count: int, diameter: float) -> bool:
 @inner
 def push_in_place(table: Table, p: Progress, room: ClusterRoom) -> None:
     """Add the impulses of an impact that takes no time to the velocities of its balls."""
-    balls, impulses = balls_of(table.params, p.members), room.workspace.vector[0]
+    contacts, ws = room.scratch.contacts, room.scratch.workspace
+    balls, impulses = balls_of(table.params, p.members), ws.vector[0]
     for j in range(p.contacts):
-        result = room.results[j]
+        result = room.results.contacts[j]
         impulses[0], impulses[1] = result.impulse, result.impulse_1
         impulses[2] = result.impulse_2
-        push_balls(balls, room.contacts[j], room.workspace.motion, impulses, 0)
+        push_balls(balls, contacts[j], ws.motion, impulses, 0)
 
 
 @inner
 def takes_part(p: Progress, room: ClusterRoom, member: int) -> bool:
     """Whether a contact of a member closed."""
     for j in range(p.contacts):
-        c = room.contacts[j]
-        if room.results[j].impulse != 0.0 and member in (c.ball_a, c.ball_b):
+        c = room.scratch.contacts[j]
+        if room.results.contacts[j].impulse != 0.0 and member in (c.ball_a, c.ball_b):
             return True
     return False
 
@@ -250,8 +247,8 @@ def first_partner(p: Progress, room: ClusterRoom, member: int) -> int:
     """Ball that a member met first: one that began the impact, or the first by index."""
     found = NOTHING
     for j in range(p.contacts):
-        c = room.contacts[j]
-        if room.results[j].impulse != 0.0 and member in (c.ball_a, c.ball_b):
+        c = room.scratch.contacts[j]
+        if room.results.contacts[j].impulse != 0.0 and member in (c.ball_a, c.ball_b):
             other = room.members[c.ball_a + c.ball_b - member]
             if other in (p.ball, p.other):
                 return other
@@ -280,7 +277,8 @@ def move_evenly(params: BallClothParams, ball: Ball, motion: Floats, lasting: fl
 @inner
 def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
     """Let the balls of an impact that is solved go on; `resume` begins their segments."""
-    p, params, motion, outcome = s.progress, table.params, room.workspace.motion, room.outcome[0]
+    p, params, outcome = s.progress, table.params, room.results.outcomes[0]
+    motion = room.scratch.workspace.motion
     lasting = outcome.duration if table.numbers.ball_duration > 0.0 else 0.0
     if table.numbers.ball_duration == 0.0:
         push_in_place(table, p, room)
