@@ -1,3 +1,4 @@
+from argparse import Namespace
 import csv
 from functools import partial
 import io
@@ -15,6 +16,7 @@ import pytest
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
+from billiard_shot.cli.text_table import Column, print_rows
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
 
@@ -305,3 +307,8 @@ def test_the_elevation_of_a_stroke_is_at_most_90_degrees(capsys):
     assert 'elevation_deg: 95.0 is not allowed; it must be 0 to 90' in capsys.readouterr().err
     assert main(['predict', '-e', '-5', '-s', '1']) == 1
     assert 'its elevation, -5 degrees, must be 0 to 90' in capsys.readouterr().err
+
+
+def test_columns_for_text_alone_are_not_in_csv(capsys):
+    print_rows([Column('a'), Column('both', 'a b')], [{'a': 1}], Namespace(csv=True, json=False))
+    assert capsys.readouterr().out == 'a\n1\n'

@@ -147,7 +147,8 @@ def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     """Explain why the ball of --pot does not fall; '' if it does, or is not asked for."""
     if options.pot is None:
         return ''
-    if options.pot not in shot.scene.balls or shot.scene.table is None:
+    table = shot.scene.table
+    if options.pot not in shot.scene.balls or table is None or not table.pockets:
         raise ValueError(
             f'--pot: there is no ball {options.pot!r} on a table with pockets; there are: '
             + (', '.join(shot.scene.balls) or 'none')

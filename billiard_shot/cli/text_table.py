@@ -66,7 +66,9 @@ def print_rows(
         for row in rows:
             print(json.dumps(_plain(row), allow_nan=False, ensure_ascii=False))
     elif options.csv:
-        print_csv(rows, [column.key for column in columns])
+        # Some columns put others together, for text alone.
+        keys = [column.key for column in columns]
+        print_csv(rows, [key for key in keys if not rows or key in rows[0]])
     else:
         shown = [column for column in columns if column.head]
         lines: list[Sequence[str]] = [[column.head for column in shown]]

@@ -247,7 +247,7 @@ def start_slip_onsets(
 
 
 @inner
-def start_slip(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
     Let a sticking contact begin to slip along its slip direction, if the other contacts allow it.
 

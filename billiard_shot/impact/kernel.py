@@ -41,7 +41,7 @@ class Scratch(NamedTuple):
 
     contacts: list[ContactState]
     workspace: Workspace
-    progress: Progress
+    progress: list[Progress]  # 1
 
 
 def new_scratch(storage: Storage, count: int) -> Scratch:
@@ -49,7 +49,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
     return Scratch(
         storage.records(ContactState, count),
         workspace(storage, count, TABLEAUS[storage]),
-        storage.records(Progress, 1)[0],
+        storage.records(Progress, 1),
     )
 
 
@@ -79,7 +79,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 @entry(_example)
 def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> None:
     """Solve n collisions of the same N contacts, one after the other; write the results."""
-    contacts, ws, p = scratch.contacts, scratch.workspace, scratch.progress
+    contacts, ws, p = scratch.contacts, scratch.workspace, scratch.progress[0]
     count, log = len(contacts), results.log
     for i in range(len(given.tolerance)):
         if not given.tolerance[i] > 0.0:

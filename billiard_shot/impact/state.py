@@ -65,9 +65,8 @@ class ContactState:
     stiffness: float  # relative to the largest
     normal_mode: int
     friction_mode: int
-    compression_rate: (
-        float  # relative to the approach: y' = -rate u_n; 0: y of an open contact is 0
-    )
+    # Relative to the approach: y' = -rate u_n; 0: y of an open contact is 0.
+    compression_rate: float
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
     initial_energy: float  # in the spring, when the collision began

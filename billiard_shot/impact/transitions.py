@@ -55,7 +55,7 @@ def apply(
         reverse_normal_motion(m, c)
         return False
     if event.kind == CONE_EXIT:
-        start_slip(m, contacts, ws, j)
+        start_slip(contacts, ws, j)
         return False
     if event.kind == SLIP_STOP:
         stop_slip(c)

@@ -21,7 +21,8 @@ SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azim
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
 CUSHION_FACTOR = 3.0  # on the uncertainty of a route by cushions; on its cost, for each cushion
 SPEEDS = 5
-HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)  # b of draw, stun and follow, for offset_max 0.5
+# b of stun, draw and follow, then half of these; for offset_max 0.5
+HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)
 LENGTH_FACTORS = (1.0, 0.9, 1.1, 1.25, 1.5)  # distances to roll, relative to the route
 
 

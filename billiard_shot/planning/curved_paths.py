@@ -106,9 +106,8 @@ def curved_candidates(
     allowed = problem.limits.allows_azimuth(strokes[:, 3])
     strokes, spread = strokes[allowed], spread[allowed]
     raised = raise_for_clearance(problem.scene, problem.limits, strokes)
-    free = np.flatnonzero(
-        np.abs(raised[:, 2] - strokes[:, 2]) < 1e-9
-    )  # a higher cue gives another path
+    # A higher cue gives another path.
+    free = np.flatnonzero(np.abs(raised[:, 2] - strokes[:, 2]) < 1e-9)
     # chosen evenly from all speeds and elevations
     free = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(np.int64)]
     return Candidates(raised[free], spread[free], np.zeros(len(free), np.int64))

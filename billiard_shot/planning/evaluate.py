@@ -9,6 +9,7 @@ from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import score_tables
 from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import tip_reach
@@ -127,7 +128,7 @@ def simulate_strokes(
         model.surface,
         problem.table,
         struck.states,
-        0.25 * tolerance,
+        HOPS * tolerance,
         rules=rules,
         cues=following_cues(model, strikes, velocities, centre),
         first_met=struck.first_met,

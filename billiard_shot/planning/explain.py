@@ -128,10 +128,11 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     return Deviation(ball, pocket, aim + squirt + swerve + throw, aim, squirt, swerve, throw)
 
 
-def why_not_straight(scene: Scene, target: Pot) -> str:
-    """Name the obstacle of the best straight pot; '' if one succeeds."""
+def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:
+    """Name the obstacle of the best straight pot of a ball not to keep; '' if one succeeds."""
     reasons = []
-    wanted = [each for each in scene.balls if each != CUE_BALL and target.wants(each)]
+    others = [each for each in scene.balls if each != CUE_BALL and each not in keep]
+    wanted = [each for each in others if target.wants(each)]
     for ball, pocket in product(wanted, target.pocket):
         shot = straight_attempt(scene, ball, pocket)
         reason = why_missed(shot, ball, [pocket])

@@ -95,7 +95,7 @@ def _path_name(shot: Shot, end: float) -> str:
         for event in path.events
         if event.kind in (EventKind.CUSHION, EventKind.BALL, EventKind.CLUSTER)
     )
-    end = min(end, path.duration, *events, math.inf)
+    end = min(end, path.duration, *events)
     places = path.at(np.linspace(0.0, end, 200)).position
     radius = shot.scene.ball.radius
     for name, (x, y) in shot.scene.balls.items():

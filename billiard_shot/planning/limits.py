@@ -22,7 +22,7 @@ BALLS = ('first_contact', 'keep')  # constraints that name balls
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # Clearance of a planned cue, in standard deviations of its errors.
 MARGIN_SIGMAS = 3.5
-NO_ROOM = Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
+NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
 DIRECTIONS = 72  # in which the clearance of the cue is checked
 COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps of the elevations that are tried
 
@@ -133,7 +133,7 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
     need = low.copy()
     for step in (COARSE, FINE):
-        need = _first_free(scene, limits, strokes, need, step, low)
+        need = _first_free(scene, limits, strokes, need, step)
         if step == COARSE:
             need = np.maximum(need - COARSE + FINE, low)
     found = strokes.copy()
@@ -165,9 +165,7 @@ def check_clearance(scene: Scene, limits: Limits) -> None:
         )
 
 
-def _first_free(
-    scene: Scene, limits: Limits, strokes: Array, begin: Array, step: float, low: Array
-) -> Array:
+def _first_free(scene: Scene, limits: Limits, strokes: Array, begin: Array, step: float) -> Array:
     """Find elevations, in steps from `begin`, at which the cue has clearance with the margin."""
     found = np.full(len(strokes), np.nan)
     tried, open_ = begin.copy(), np.arange(len(strokes))
@@ -175,16 +173,8 @@ def _first_free(
         trial = strokes[open_]
         trial[:, ELEVATION] = np.maximum(tried[open_] - limits.elevation_margin, 0.0)
         normals, velocities = vectors_of(trial)
-        blocked = np.isin(refusals_in(scene, normals, velocities), NO_ROOM)
-        free = ~blocked & ~touches_cloth(scene, normals, trial[:, ELEVATION])
+        free = ~np.isin(refusals_in(scene, normals, velocities), NO_ROOM)
         found[open_[free]] = tried[open_[free]]
         tried[open_] += step
         open_ = open_[~free & (tried[open_] <= limits.elevations[1] + step)]
     return found
-
-
-def touches_cloth(scene: Scene, normals: Array, elevations: Array) -> NDArray[np.bool_]:
-    """Whether the cue touches the cloth in front of the ball."""
-    height = scene.ball.radius * (1.0 + normals[:, 2])
-    low: NDArray[np.bool_] = height < scene.cue.ferrule_radius * np.cos(elevations)
-    return low

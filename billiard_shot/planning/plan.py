@@ -26,8 +26,8 @@ from billiard_shot.scene.errors import InputError
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-# Noise of the computer pool tournaments, see `Noise`; no noise at all.
 FEW_TRIALS = 100  # the message states fewer as they are, not in per cent
+# Noise of the computer pool tournaments, see `Noise`; no noise at all.
 NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
 
@@ -129,7 +129,7 @@ def plan(
     )
     status, message = _outcome(ranking, found, runner.simulations)
     if status == Status.NO_PLAN and isinstance(wanted, Pot):
-        message = '; '.join(filter(None, [message, why_not_straight(scene, wanted)]))
+        message = '; '.join(filter(None, [message, why_not_straight(scene, wanted, limits.keep)]))
     return PlanResult(
         status,
         message,

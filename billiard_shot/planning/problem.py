@@ -27,12 +27,11 @@ from billiard_shot.table.simulation_state import BallRule
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """Scene, target, limits and noise, in the form that batches of strokes need."""
+    """Scene, target and limits, in the form that batches of strokes need."""
 
     scene: Scene
     target: Target
     limits: Limits
-    noise: Noise
     model: StrikeModel
     table: TableParams
     layout: Table
@@ -105,7 +104,6 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         scene,
         target,
         limits,
-        noise,
         model_of(scene),
         table,
         layout,

@@ -243,8 +243,10 @@ def place_error(
     """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
     for k in range(begin, end):
         segment = segments[k]
-        if segment.ball == 0 and has_hit(segment):
-            px, py = segment.position[0] - x, segment.position[1] - y
+        in_strike = segment.ball == goal.ball and segment.time == 0.0
+        if has_hit(segment) and (segment.ball == 0 or in_strike):
+            there = segments[begin].position if in_strike else segment.position  # of the cue ball
+            px, py = there[0] - x, there[1] - y
             u, v = goal.x - x, goal.y - y
             one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
             px, py = px / one - u / two, py / one - v / two

@@ -97,7 +97,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     try:
         for number in range(MAX_ROUNDS):
             first, runner.best = len(found), 0.0
-            for stage in _simulated(problem, runner, stages, makers):
+            for stage in _simulated(runner, stages, makers):
                 nearest = min(nearest, float(stage.penalty.min()))
                 count = max(4, round(effort * REFINED))
                 chosen = choose(stage.candidates, stage.penalty, count, draws)
@@ -163,7 +163,7 @@ def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
 
 
 def _simulated(
-    problem: Problem, runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
+    runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
 ) -> Iterator[Stage]:
     """Yield the best stages of earlier rounds, and then those that are needed beyond them."""
     best = max((stage.success for stage in stages), default=0.0)
@@ -259,7 +259,7 @@ def run_race(
         if len(strokes) < 2 or race < 8:
             break
         noise = sample_execution_noise(problem, draws, race)
-        success = _success(problem, runner, strokes, noise, exact=False)
+        success = _success(runner, strokes, noise, exact=False)
         if len(success) < len(strokes):
             break  # the time is up
         wins += success.sum(axis=1)
@@ -277,7 +277,7 @@ def run_race(
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
         noise = sample_execution_noise(problem, draws, count)
-        success = _success(problem, runner, stroke[np.newaxis], noise, exact=True)
+        success = _success(runner, stroke[np.newaxis], noise, exact=True)
         if success.size:
             found.append(Finalist(stroke, int(success.sum()), success.size))
     # The race alone decides the first place: the best of several held-out results is too good.
@@ -305,9 +305,7 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
     return np.array(chosen, np.int64)
 
 
-def _success(
-    problem: Problem, runner: Runner, strokes: Array, noise: Array, *, exact: bool
-) -> NDArray[np.bool_]:
+def _success(runner: Runner, strokes: Array, noise: Array, *, exact: bool) -> NDArray[np.bool_]:
     """Find whether each stroke (n, 5) succeeds with each of the errors (m, 5): (n, m)."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
     success = runner.evaluate(tried, exact=exact, to_the_end=True).success

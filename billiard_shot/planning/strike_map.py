@@ -41,9 +41,8 @@ class Fit(NamedTuple):
     """The strikes of a cell at 1 m/s along +x."""
 
     coefficients: Array  # (terms, MOTION) for the terms of `terms_of`
-    errors: (
-        Array  # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
-    )
+    # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
+    errors: Array
 
 
 class Maps:

@@ -256,6 +256,9 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
             yield from _ball(scene, 'hit', target.hit)
             if target.at is not None:
                 yield from _on_table(scene, 'at', target.at)
+                if tuple(target.at) == scene.balls.get(target.hit):
+                    text = f'{list(target.at)} is not allowed; it is the middle of ball '
+                    yield Mistake(('at',), text + repr(target.hit))
         case Pot():
             for ball in target.pot:
                 if ball != ANY:

@@ -68,7 +68,9 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
     for pocket, out, aside in pockets if table.pockets else ():
         if math.hypot(out - pocket.shelf - pocket.radius, aside) < pocket.radius:
             return 'a ball there is over a pocket'
-        if -radius <= out <= pocket.shelf and _between_noses(pocket, out, aside, standoff):
+        # The edge of the hole is round: beside its middle the shelf goes on beyond `pocket.shelf`.
+        in_reach = -radius <= out <= pocket.shelf + pocket.radius
+        if in_reach and _between_noses(pocket, out, aside, standoff):
             return ''
     if max(beyond) <= rounding.PLACE - standoff:
         return ''
@@ -77,6 +79,12 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
         f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
         f'to {across:.4g} (m)'
     )
+
+
+def is_off(table: Any, x: float, y: float, radius: float) -> bool:
+    """Whether the centre of a ball at (x, y) [m] is beyond the noses, but in no pocket's mouth."""
+    beyond = abs(x) > 0.5 * table.length or abs(y) > 0.5 * table.width
+    return beyond and bool(no_place(table, x, y, radius))
 
 
 def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:

@@ -14,6 +14,7 @@ from billiard_shot.shot.model import StrikeModel
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.
 AMPLIFICATION = 4.0
+HOPS = 0.25  # share of the tolerance for hops that are left out, on endless cloth
 FINEST, COARSEST = 1e-13, 1e-4  # of what the impact can be asked for
 
 
@@ -26,7 +27,6 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
     leaves at less than twice the speed of the cue.
     """
     ball = model.surface
-    deceleration = 1.0 / ball.gravity
     lasting = 0.0
     if ball.rolling_resistance > 0.0:
         lasting += 1.0 / ball.rolling_resistance
@@ -34,7 +34,7 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
         lasting += 1.0 / ball.sliding_friction
     if ball.cloth_restitution < 1.0:
         lasting += 2.0 / (1.0 - ball.cloth_restitution)
-    duration = 2.0 * speed * lasting * deceleration
+    duration = 2.0 * speed * lasting / ball.gravity
     accuracy = 0.5 * tolerance / (AMPLIFICATION * speed * duration) if duration > 0.0 else FINEST
     return min(max(accuracy, FINEST), COARSEST)
 

@@ -41,15 +41,10 @@ def surroundings_of(scene: Scene) -> Surroundings:
     if scene.cue.length == 0.0:
         return NOTHING_AROUND
     table = scene.table
-    half_length, half_width, nose_height = (
-        (inf, inf, 0.0)
-        if table is None
-        else (
-            0.5 * float(table.length),
-            0.5 * float(table.width),
-            2.0 * scene.ball.radius * table.cushion.height,
-        )
-    )
+    half_length, half_width, nose_height = inf, inf, 0.0
+    if table is not None:
+        half_length, half_width = 0.5 * float(table.length), 0.5 * float(table.width)
+        nose_height = 2.0 * scene.ball.radius * table.cushion.height
     others = [place for name, place in scene.balls.items() if name != CUE_BALL]
     return Surroundings(
         float(scene.cue.length),

@@ -90,7 +90,7 @@ class Motion(NamedTuple):
     lengths: Array  # (n, 2) m, of the contacts: compressed, or minus the distance
 
 
-def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
+def meet(model: StrikeModel, axes: Array, before: Meeting, tolerance: Array) -> Outcome:
     """
     Let balls and cues meet, until nothing is pressed any more.
 
@@ -100,6 +100,8 @@ def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
     axes : (n, 3) float array
         Unit vectors along the cues.
     before : Meeting
+    tolerance : (n,) float array
+        Of the impact in each piece, relative to its velocities.
 
     """
     n, in_pieces = len(axes), model.law == BISTIFFNESS
@@ -120,7 +122,7 @@ def meet(model: StrikeModel, axes: Array, before: Meeting) -> Outcome:
             contact_properties(absolute_model),
             without_rounding(jacobian @ mobile),
             _times(jacobian, moving),
-            np.full(len(at), TOLERANCE),
+            tolerance[at],
             lengths=given if in_pieces else None,
             until=piece,
         )

@@ -19,7 +19,7 @@ COARSEST = 1e-6  # tolerance of a strike
 SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
 
 
-def discontinuities(
+def discontinuities_of_law(
     model: StrikeModel,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
@@ -47,6 +47,8 @@ def discontinuities(
 
     """
     found = np.zeros(len(strikes))
+    if model.law != ENERGETIC:  # the others have next to none
+        return found
     near = strikes['discontinuity_margin'] < SUSPECT * CLOSE * COARSEST
     if not near.any():
         return found
@@ -72,17 +74,3 @@ def discontinuities(
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
         found[i] = bend if bend > 2.0 * tolerance else 0.0
     return found
-
-
-def discontinuities_of_law(
-    model: StrikeModel,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    strikes: NDArray[np.void],
-) -> NDArray[np.float64]:
-    """Find `discontinuities` under law `energetic`, which has many; zeros under the others."""
-    if model.law != ENERGETIC:
-        return np.zeros(len(strikes))
-    return discontinuities(model, normals, velocities, position, tolerance, strikes)

@@ -10,7 +10,7 @@ any other event; the impact is that of cue_contact.py.
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting
+from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting, TOLERANCE
 from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
@@ -79,7 +79,7 @@ def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
         np.array([cue.position]),
         np.array([speed]),
     )
-    met = meet(model, axis[np.newaxis], states)
+    met = meet(model, axis[np.newaxis], states, np.array([TOLERANCE]))
     after = met.after
     rest = float(after.speed[0])
     tip = place + after.tip[0] - after.position[0]
@@ -89,7 +89,7 @@ def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
     p.cue_hits += max(int(met.hits[0]), 1)
     if rest <= 0.0 or p.cue_hits >= MAX_HITS:
         cue.end = time
-    if met.status[0] == Status.BUDGET_EXCEEDED:
+    if met.status[0] in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         p.unsolved = int(met.status[0])
     ball.modified = True
     log_event(s, time, CUE, ball, NOTHING, before, energy_of(params, ball), motion)

@@ -106,7 +106,7 @@ def strike_group(
     velocity[:, members] = _sums(share, impulses) / ball.mass
     spin[:, members] = _sums(np.abs(share), moments) / ball.inertia
     cue = speeds + _dots(c, impulses[:, TIP]) / model.cue_mass
-    _write(model, strikes, solved, impulses, velocity[:, 0], spin[:, 0], cue, speeds)
+    _write(model, strikes, solved, velocity[:, 0], spin[:, 0], cue, speeds)
     pushes = solved.impulses[:, TABLE + 1 :, 0]
     met = _first_met(members, neighbours, pushes, len(places))
     result, pairs = None, []
@@ -254,7 +254,6 @@ def _write(
     model: StrikeModel,
     strikes: NDArray[np.void],
     solved: Solved,
-    impulses: Array,
     velocity: Array,
     spin: Array,
     cue_speed: Array,

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot import clearance
@@ -63,7 +64,7 @@ def _in_the_way(
     status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
 ) -> str:
     around = clearance.surroundings_of(scene)
-    normal = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius).normal
+    touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
         names = [f'ball {name!r}' for name in scene.balls if name != CUE_BALL]
@@ -72,11 +73,12 @@ def _in_the_way(
         names = [f'the {name} cushion' for name in NOSE_NAMES]
         depth_in = clearance.depth_in_cushion
     depths = [
-        depth_in(around, i, normal, direction, trajectory.final_position)
+        depth_in(around, i, touching.normal, direction, trajectory.final_position)
         for i in range(len(names))
     ]
-    name, depth = next(pair for pair in zip(names, depths, strict=True) if pair[1] > 0.0)
-    a, b, _, azimuth, _ = stroke.offsets
+    pairs = zip(names, depths, strict=True)
+    name, depth = next(pair for pair in pairs if pair[1] > rounding.PLACE)
+    a, b, _, azimuth, _ = touching.offsets
     free = math.degrees(least_elevation(scene, a, b, azimuth, trajectory.final_position))
     hint = f'it has room from {free:g} degrees on' if free < 90.0 else 'no elevation gives it room'
     return (

@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import BISTIFFNESS
 from billiard_shot.records import as_rows, OBJECTS
-from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
-from billiard_shot.shot.cue_contact import log_of, meet, Meeting
+from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
+from billiard_shot.shot.cue_contact import log_of, meet, Meeting, TOLERANCE
 from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.strike import (
     final_status,
@@ -14,11 +14,9 @@ from billiard_shot.shot.strike import (
     MISCUE_SLIP,
     Strikes,
 )
-from billiard_shot.status import (
-    MISS,
-)
+from billiard_shot.status import MISS
 from billiard_shot.table.flight import bounce
-from billiard_shot.table.motion import Ball, Segment, start_ball
+from billiard_shot.table.motion import Ball, FLIGHT, Segment, start_ball
 from billiard_shot.table.roll_out import roll_out
 
 USUAL_SEGMENTS = 64  # of a ball; more are rolled out once more
@@ -47,7 +45,9 @@ def with_moving_normals(
     frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
     still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
     reach = tip_reach(model)
-    met = meet(model, axes, Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds))
+    begin = Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds)
+    accuracy = np.array([strike_tolerance(model, speed, tolerance) for speed in speeds.tolist()])
+    met = meet(model, axes, begin, np.minimum(accuracy, TOLERANCE))
     strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
     strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
     strikes['tip'][again] = met.after.tip - met.after.position
@@ -59,8 +59,7 @@ def with_moving_normals(
         last = row == len(strikes) - 1 and len(done.segments) > 0
         room = USUAL_SEGMENTS if last else 0
         rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)
-        accuracy = strike_tolerance(model, speeds[i], tolerance)
-        strike['error'] += trajectory_error(accuracy, speeds[i], strike['duration'])
+        strike['error'] += trajectory_error(accuracy[i], speeds[i], strike['duration'])
         exact = strike['error'] <= tolerance
         strike['status'] = final_status(int(met.status[i]), slips, int(strike['status']), exact)
         if last:
@@ -86,10 +85,10 @@ def _roll_out_again(
         strike['velocity'], strike['spin'] = ball.velocity, ball.spin
     speed = float(strike['cue_speed'])
     cue.position, cue.velocity = (position + strike['tip']).tolist(), (speed * axis).tolist()
-    cue.end = follow_through_time(speed)
+    cue.end, cue.motion = follow_through_time(speed), FLIGHT
     reach = tip_reach(model)
     strike['status'], strike['error'], strike['again'] = roll_out(
-        model.surface, ball, 0.25 * tolerance, segments, cue, reach
+        model.surface, ball, HOPS * tolerance, segments, cue, reach
     )
     strike['final_position'], strike['duration'] = ball.position, ball.time
     strike['segments'] = ball.segments

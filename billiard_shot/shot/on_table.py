@@ -10,7 +10,7 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, is_off
 from billiard_shot.shot.group_strike import may_reach, strike_group
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.neighbours import neighbours_of
@@ -38,7 +38,7 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
                 f'{overlap:.3g} m'
             )
     table = scene.table
-    if table is not None and (abs(x) > 0.5 * table.length or abs(y) > 0.5 * table.width):
+    if table is not None and is_off(table, x, y, scene.ball.radius):
         raise ValueError(
             f'position: ({x:g}, {y:g}) is not allowed; it must be on the table, within '
             f'{0.5 * table.length:g} and {0.5 * table.width:g} of its middle (m)'
@@ -103,7 +103,7 @@ def strike_among(
     states = states_of(scene, centre, strikes)
     count, balls = states.shape[:2]
     met = np.full((count, balls), NOTHING)
-    places = states_of(scene, centre, strikes[:1])[0, :, :3] if count else np.zeros((1, 3))
+    places = states[0, :, :3] if count else np.zeros((1, 3))
     members, neighbours = neighbours_of(table, model, places)
     played = strikes['status'] < Status.MISS
     played &= may_reach(neighbours, np.linalg.norm(velocities, axis=1))

@@ -16,6 +16,7 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.double_hit import following_cues
@@ -41,10 +42,7 @@ from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBat
 _OPEN = (Status.OK, Status.NEVER_RESTS)
 # and those that a discontinuity of the law overrules.
 _SOLVED = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE)
-# Share of the tolerance for hops that are left out: on endless cloth; before cushions, which
-# magnify an error ten times.
-HOPS = 0.25
-HOPS_BEFORE_CUSHIONS = 0.1 * HOPS
+HOPS_BEFORE_CUSHIONS = 0.1 * HOPS  # which magnify an error ten times
 # Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
 # share of what this changed.
 FINER, LEFT = 1e-3, 0.05

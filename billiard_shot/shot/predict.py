@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-import math
 from time import perf_counter
 from typing import Any
 
@@ -21,6 +20,7 @@ from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
 from billiard_shot.status import Status
+from billiard_shot.table.initial_states import checked_tolerance
 from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.trajectory import Trajectory
 from billiard_shot.table.words import count_in_words
@@ -63,7 +63,7 @@ def predict(
     """
     scene = Scene.load(scene)
     begin = perf_counter()
-    _check_tolerance(tolerance)
+    tolerance = checked_tolerance(tolerance)
     centre = _centre(scene, position)
     model = model_of(scene)
     normal = np.array(stroke.touching(model.tip_curvature).normal)
@@ -144,7 +144,7 @@ def predict_batch(
 
     """
     scene = Scene.load(scene)
-    _check_tolerance(tolerance)
+    tolerance = checked_tolerance(tolerance)
     centre = _centre(scene, position)
     n, v = unit_rows(_rows('normals', normals)), _rows('velocities', velocities)
     if len(n) != len(v):
@@ -167,13 +167,6 @@ def predict_batch(
         error_estimate=strikes['error'],
         table=table,
     )
-
-
-def _check_tolerance(tolerance: float) -> None:
-    if not 0.0 < tolerance < math.inf:
-        raise ValueError(
-            f'tolerance: {tolerance!r} is not allowed; it must be finite and above 0 (m)'
-        )
 
 
 def _centre(
@@ -201,7 +194,12 @@ def _centre(
 
 
 def _rows(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    rows = np.ascontiguousarray(values, dtype=float)
+    try:
+        rows = np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f'{name}: {values!r} is not allowed; it must be numbers of shape (n, 3)'
+        ) from None
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise ValueError(f'{name}: shape {rows.shape} is not allowed; it must be (n, 3)')
     return rows

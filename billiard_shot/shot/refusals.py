@@ -54,5 +54,5 @@ def least_elevation(
         np.array([stroke.velocity for stroke in strokes]),
         position,
     )
-    free = steps[~np.isin(status, (Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION))]
+    free = steps[status == Status.OK]
     return float(free[0]) if len(free) else np.inf

@@ -142,6 +142,7 @@ def _record(shot: Shot) -> dict[str, Any]:
             'duration': table.duration,
             'wall_time': table.wall_time,
             'searches': table.searches,
+            'jaws_met': table.jaws_met,
             'segments': segments_to_columns(table._segments),
             'events': events_to_columns(table._events),
             'places': table._places,
@@ -178,11 +179,7 @@ def _shot(data: dict[str, Any]) -> Shot:
         strikes[field] = (
             data['strike'].get(key, 0.0) if data['version'] < DOUBLE_HITS else data['strike'][key]
         )
-    scene, stroke, tolerance = (
-        _scene(data),
-        _stroke(data['stroke']),
-        data['tolerance'],
-    )
+    scene, stroke, tolerance = _scene(data), _stroke(data['stroke']), data['tolerance']
     position = np.array(data['position'], dtype=float)
     group = _together(data['together']) if data['together'] else None
     discontinuity = data.get('discontinuity', 0.0)
@@ -268,6 +265,7 @@ def _table(data: dict[str, Any]) -> TableRun:
         segments_from_columns(_rows('table: segments', data['segments'], SEGMENT_COLUMNS + 1)),
         events,
         np.array(data['places'], dtype=np.int64),
+        data.get('jaws_met', 0),  # not in earlier versions
     )
 
 

@@ -11,7 +11,7 @@ from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats, record, ROWS, Storage, Vector, Vector3
-from billiard_shot.shot.accuracy import strike_tolerance, trajectory_error
+from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
     approach_velocity,
@@ -31,12 +31,13 @@ from billiard_shot.status import (
     OK,
     TOLERANCE_NOT_REACHED,
 )
-from billiard_shot.table.motion import append_segment, Ball, Segment, start_ball
+from billiard_shot.table.motion import append_segment, Ball, FLIGHT, Segment, start_ball
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.roll_out import roll_out
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
+ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
 # Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Tips that slide in earnest end with more than 0.06.
@@ -61,7 +62,9 @@ class Strike:
     discontinuity_margin: float  # see `ContactResult`; the least of tip and table
     tip: Vector3  # [m] from the ball's centre to that of the tip's sphere, at the end
     again: float  # [s] when the cue that follows meets the ball, on endless cloth; or inf
-    hits: int  # how often the tip met the ball, as far as that was simulated
+    # How often tip or cloth, whichever did more often, met the ball; or, if a strike was solved
+    # with moving normals, the tip.
+    hits: int
     status: int  # Status
     phases: int
     steps: int
@@ -82,7 +85,7 @@ def refusal(
         return NEGATIVE_ELEVATION
     height = model.surface.radius * (1.0 + n[2])
     lowest = height - model.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
-    if lowest < -LEVEL * height:
+    if lowest < -ROUNDED * height:
         return CUE_THROUGH_CLOTH
     return clearance(around, n, c, position)
 
@@ -222,6 +225,7 @@ def finish_strikes(
     """
     ball, follower, c, cue = balls[0], balls[1], scratch[0], scratch[1]
     reach = tip_reach(model)
+    follower.motion = FLIGHT  # its height counts
     for i in range(len(strikes)):
         strike = strikes[i]
         if accuracy[i] > 0.0:
@@ -239,7 +243,7 @@ def finish_strikes(
                 follower.velocity[k] = strike.cue_speed * c[k]
             follower.end = follow_through_time(strike.cue_speed) if model.follows else 0.0
             ending, left_out, strike.again = roll_out(
-                model.surface, ball, 0.25 * tolerance, segments, follower, reach
+                model.surface, ball, HOPS * tolerance, segments, follower, reach
             )
             strike.error = left_out + trajectory_error(accuracy[i], speed, ball.time)
             miscue = tip.final_slip > MISCUE_SLIP * speed

@@ -47,7 +47,7 @@ def collision_time(a: Ball, b: Ball, now: float, end: float, diameter: float) ->
     c2 = vx * vx + 2.0 * x * hx + (vy * vy + 2.0 * y * hy)
     c3 = 2.0 * vx * hx + 2.0 * vy * hy
     c4 = hx * hx + hy * hy
-    if a.motion == FLIGHT or b.motion == FLIGHT:  # others are as high as each other, for good
+    if a.motion == FLIGHT or b.motion == FLIGHT:  # two that lie are as high as each other
         f, g = a.acceleration[2], b.acceleration[2]
         z = p[2] - q[2] + (u[2] + 0.5 * f * s) * s - (w[2] + 0.5 * g * t) * t
         vz = u[2] + f * s - w[2] - g * t

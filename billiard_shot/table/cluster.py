@@ -31,7 +31,7 @@ from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Result
 from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import Balls, NO_BALLS, PhaseLog
 from billiard_shot.records import Floats, Storage
-from billiard_shot.status import BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED
+from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.geometry import Table
@@ -290,6 +290,8 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
         lasting = 0.0
     if outcome.status == BUDGET_EXCEEDED or outcome.status == TOLERANCE_NOT_REACHED:
         p.unsolved = outcome.status
+    elif outcome.status == NEGATIVE_ENERGY:
+        p.flaw = outcome.status
     before, after, first = 0.0, 0.0, s.balls[p.ball]
     was = first.motion
     for k in range(p.members):

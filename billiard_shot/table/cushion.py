@@ -29,9 +29,22 @@ IN_THE_AIR = 0.01  # of it for a ball that flies, whose later rebounds enlarge w
 
 
 @inner
+def direction_from(table: Table, ball: Ball, feature: int) -> tuple[float, float, float]:
+    """
+    Find the horizontal direction to a ball from the edge it touches, and its distance [m].
+
+    A ball that comes down on a cushion behind the edge touches it from behind.
+    """
+    x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
+    if away < 0.0:
+        return -x, -y, -away
+    return x, y, away
+
+
+@inner
 def normal_at(table: Table, ball: Ball, feature: int) -> tuple[float, float, float]:
     """Find the unit vector to a ball from where it touches a nose, facing or arc."""
-    x, y, _ = edge_at(table, feature, ball.position[0], ball.position[1])
+    x, y, _ = direction_from(table, ball, feature)
     up = (ball.position[2] - table.numbers.nose_height) / table.params.radius
     up = min(max(up, -1.0), 1.0)
     flat = math.sqrt(1.0 - up * up)
@@ -41,7 +54,7 @@ def normal_at(table: Table, ball: Ball, feature: int) -> tuple[float, float, flo
 @inner
 def shift_to_touch(table: Table, ball: Ball, feature: int, z: float) -> tuple[float, float, float]:
     """Find the way (x, y) to where a ball at height z touches an edge, and its length [m]."""
-    x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
+    x, y, away = direction_from(table, ball, feature)
     radius, up = table.params.radius, z - table.numbers.nose_height
     shift = math.sqrt(max(radius * radius - up * up, 0.0)) - away
     return shift * x, shift * y, shift
@@ -142,7 +155,7 @@ def press(table: Table, r: Rebound, ball: Ball) -> None:
     """Begin the segment in which a ball presses a nose, after `collide_cushion`."""
     params, along, lasting = table.params, r.state[ALONG], r.time
     height = 0.0 if r.held else max(r.state[Z], 0.0)
-    x, y, _ = edge_at(table, ball.nose, ball.position[0], ball.position[1])
+    x, y, _ = direction_from(table, ball, ball.nose)
     p, q, _ = shift_to_touch(table, ball, ball.nose, params.radius + height)
     change = p - along * y, q + along * x, params.radius + height - ball.position[2]
     ball.motion = SLIDE

@@ -125,29 +125,28 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
     """
     Begin the segment that follows an event, and find what its ball meets of the table.
 
-    Return the kinetic energy [J] that the event leaves the ball: without what the cloth takes of
-    it at once, but with what a nose that it presses will.
+    Return the kinetic energy [J] that the event leaves the ball, if it presses a nose or other
+    balls: at the end of this.
     """
     ball.cause = cause
-    if ball.nose != IMPACT:
-        ball.impact = NOTHING  # the ball moves otherwise than its last impact knew
     if ball.nose == IMPACT:
         predict_boundary_event(table, s, ball)
-        energy = kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
-    elif ball.nose != NOTHING:
-        energy = energy_of(table.params, ball)
-        meet_cushion(table, s, ball, ball.nose)
-        press(table, s.rebound, ball)
-        ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
-    elif ball.motion <= FLIGHT:
-        go_on(table, s, ball, cause)
-        energy = energy_of(table.params, ball)
     else:
-        ball.boundary_time, energy = math.inf, 0.0
+        ball.impact = NOTHING  # the ball moves otherwise than its last impact knew
+        if ball.nose != NOTHING:
+            meet_cushion(table, s, ball, ball.nose)
+            press(table, s.rebound, ball)
+            ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
+        elif ball.motion <= FLIGHT:
+            go_on(table, s, ball, cause)
+        else:
+            ball.boundary_time = math.inf
     if ball.ball == 0:
         predict_cue(s, ball)
     log_segment(s, ball)
-    return energy
+    if ball.nose != NOTHING:
+        return kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
+    return energy_of(table.params, ball)
 
 
 @inner
@@ -183,7 +182,7 @@ def separate(
     pz = ball.position[2]
     if pz > radius:
         pz += shift * z
-    if n.nose_standoff > 0.0 and (abs(px) > n.centre_half_length or abs(py) > n.centre_half_width):
+    if abs(px) > n.centre_half_length or abs(py) > n.centre_half_width:
         return
     for i in range(len(s.balls)):
         if i == ball.ball or s.balls[i].motion > FLIGHT:
@@ -268,8 +267,6 @@ def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
     else:
         meet_edge(table, s, ball, feature)
     after = start_next_segment(table, s, ball, cause)
-    if ball.nose != NOTHING:
-        after = kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
     log_event(s, ball.time, cause, ball, feature, before, after, motion)
 
 

@@ -2,8 +2,8 @@
 A table that is simulated to its end: event by event, in the order of their times.
 
 If times are equal the order is: ends of segments, then what balls meet of the table, then what
-balls meet; among these in the order of the balls. Three or more bodies in touch are one event
-(cluster.py). That order, and nothing else, decides; so runs are the same to the bit.
+balls meet, each in the order of the balls; and last the cue. Three or more bodies in touch are one
+event (cluster.py). That order, and nothing else, decides; so runs are the same to the bit.
 """
 
 import math
@@ -26,12 +26,13 @@ from billiard_shot.table.event_handlers import (
     start_next_segment,
     THE_CUE,
 )
-from billiard_shot.table.geometry import Table, table_of
+from billiard_shot.table.geometry import lay_out, Layout, Table
 from billiard_shot.table.initial_states import STATE_COLUMNS
 from billiard_shot.table.motion import (
     Ball,
     CLUSTER,
     CUE,
+    FLIGHT,
     NOTHING,
     OFF_TABLE,
     POCKETED,
@@ -44,8 +45,9 @@ from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
     CUE_COLUMNS,
     predict_collisions,
+    room_for_simulation,
     Simulation,
-    simulation_of,
+    SimulationRoom,
 )
 
 PENDING = -1  # a status of `run_events`
@@ -163,15 +165,16 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
         ball = s.balls[i]
         own = TABLE_OFF if ball.motion == OFF_TABLE else ending(table.params, ball)
         status = max(status, own)
-    return now, status
+    return now, p.flaw if status == OK else status
 
 
 @inner
-def begin(params: BallClothParams, s: Simulation, beginnings: Beginnings, number: int) -> bool:
+def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> bool:
     """Put the balls and the cue of a table where they begin; return whether they can be there."""
-    p, cue = s.progress, s.cue
+    p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
+    out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
-    p.pending, p.unsolved, p.time = False, OK, 0.0
+    p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
     p.cue_time, p.cue_hits, cue.end = math.inf, 0, 0.0
     for i in range(len(s.balls)):
         ball, state = s.balls[i], beginnings.states[number][i]
@@ -183,26 +186,32 @@ def begin(params: BallClothParams, s: Simulation, beginnings: Beginnings, number
             ball.spin[k] = state[6 + k]
         start_ball(ball, ball.position, ball.velocity, ball.spin)
         ball.ball, ball.modified, ball.first_contact = i, True, beginnings.met[number][i]
-        if ball.position[2] < params.radius * MIN_HEIGHT:
+        if abs(ball.position[0]) > out_x or abs(ball.position[1]) > out_y:
+            return False
+        if ball.position[2] < radius * MIN_HEIGHT:
             return False
         for j in range(i):
             square = 0.0
             for k in range(3):
                 apart = ball.position[k] - s.balls[j].position[k]
                 square += apart * apart
-            if math.sqrt(square) < 2.0 * params.radius - rounding.PLACE:
+            if math.sqrt(square) < 2.0 * radius - rounding.PLACE:
                 return False
     if len(beginnings.cues) > 0:
         stroke = beginnings.cues[number]
         for k in range(3):
             cue.position[k], cue.velocity[k] = stroke[k], stroke[3 + k]
         cue.time, cue.end, p.cue_reach = 0.0, stroke[6], stroke[7]
+        cue.motion = FLIGHT  # its height counts
     return True
 
 
 @inner
-def write_outcome(ball: Ball, outcome: BallOutcome) -> None:
-    """Write how a ball ends."""
+def write_outcome(ball: Ball, outcome: BallOutcome, valid: bool) -> None:
+    """Write how a ball ends; zeros, if it cannot begin."""
+    if not valid:
+        outcome.pocket, outcome.first_contact = NOTHING, NOTHING
+        return
     for k in range(3):
         outcome.position[k], outcome.velocity[k] = ball.position[k], ball.velocity[k]
         outcome.spin[k] = ball.spin[k]
@@ -220,8 +229,8 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     states = np.zeros((1, 1, STATE_COLUMNS))
     states[0, 0, 2] = 1.0
     return (
-        table_of(storage, params, table),
-        simulation_of(storage, 1, 0, 0),
+        lay_out(storage, params, table),
+        room_for_simulation(storage, 1, 0, 0),
         Beginnings(
             storage.array(states),
             storage.array(np.full((1, 1), NOTHING)),
@@ -237,8 +246,8 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 @entry(_example)
 def simulate_tables(
-    table: Table,
-    s: Simulation,
+    layout: Layout,
+    simulation: SimulationRoom,
     beginnings: Beginnings,
     first: int,
     max_events: int,
@@ -253,10 +262,10 @@ def simulate_tables(
 
     Parameters
     ----------
-    table : Table
-    s : Simulation
-        Of the present table; at first `simulation_of`. Records segments of all tables and events
-        of the last one, as far as there is room.
+    layout : Layout
+    simulation : SimulationRoom
+        For the present table; at first `room_for_simulation`. Segments of all tables and events of
+        the last one are recorded as far as there is room.
     beginnings : Beginnings
     first : int
         The first table; if an impact was pending, it is the one that goes on.
@@ -272,11 +281,22 @@ def simulate_tables(
         The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
+    table = Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets)
+    s = Simulation(
+        simulation.balls,
+        simulation.collisions,
+        simulation.progress[0],
+        simulation.rebound[0],
+        simulation.segments,
+        simulation.events,
+        simulation.rules,
+        simulation.cue[0],
+    )
     p, count, number = s.progress, len(s.balls), first
     while number < len(beginnings.states):
         outcome = table_outcomes[number]
         goes_on = p.pending
-        valid = goes_on or begin(table.params, s, beginnings, number)
+        valid = goes_on or begin(table, s, beginnings, number)
         if goes_on and p.other != THE_CUE:
             conclude(table, s, room)
         if valid:
@@ -289,8 +309,8 @@ def simulate_tables(
             outcome.duration, outcome.status = 0.0, INVALID_REQUEST
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
-        outcome.jaws_met = s.balls[0].jaws
+        outcome.jaws_met = s.balls[0].jaws if valid else 0
         for i in range(count):
-            write_outcome(s.balls[i], ball_outcomes[number * count + i])
+            write_outcome(s.balls[i], ball_outcomes[number * count + i], valid)
         number += 1
     return number

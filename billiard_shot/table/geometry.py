@@ -98,20 +98,35 @@ class Table(NamedTuple):
     pockets: list[Pocket]  # 6, or none
 
 
+class Layout(NamedTuple):
+    """A `Table` as compiled code is given it: to pass a record of its own takes long."""
+
+    params: BallClothParams
+    numbers: list[TableNumbers]  # 1
+    jaws: list[Jaw]
+    pockets: list[Pocket]
+
+
+def table_of(layout: Layout) -> Table:
+    """Return the table that is laid out; for Python, because numba cannot return a record."""
+    return Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets)
+
+
 @_kept
-def table_of(
+def lay_out(
     storage: Storage,
     params: BallClothParams,
     table: TableParams,
     tolerance: float = 1.0,
     hop_tolerance: float = 1.0,
-) -> Table:
+) -> Layout:
     """
     Lay out a table; not to be changed.
 
     `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`.
     """
-    n: TableNumbers = storage.records(TableNumbers, 1)[0]
+    numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
+    n = numbers[0]
     standoff = _standoff(table, params.radius)
     n.endless = table.length == math.inf
     n.nose_standoff = standoff
@@ -145,7 +160,7 @@ def table_of(
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
-    return Table(params, n, *edges_of(storage, table, params.radius))
+    return Layout(params, numbers, *edges_of(storage, table, params.radius))
 
 
 def edges_of(
@@ -223,7 +238,7 @@ def bound_pocket(pocket: Pocket, jaws: tuple[Jaw, Jaw], standoff: float) -> None
 
 def layout_of(params: BallClothParams, table: TableParams) -> Table:
     """Lay out a table for those who look at it, but simulate nothing."""
-    return table_of(OBJECTS, params, table)
+    return table_of(lay_out(OBJECTS, params, table))
 
 
 def _standoff(table: TableParams, radius: float) -> float:

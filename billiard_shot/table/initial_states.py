@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import is_off
 from billiard_shot.table.trajectory import BallState
 
 STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
@@ -15,12 +16,21 @@ STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
 States = Mapping[str, BallState]
 
 
-def check_options(tolerance: float, max_events: int) -> None:
-    """Raise ValueError for options that make no sense."""
-    if not 0.0 < tolerance < math.inf:
+def checked_tolerance(tolerance: float) -> float:
+    """Return a tolerance [m] as a float; raise ValueError if it makes no sense."""
+    try:
+        number = float(tolerance)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if isinstance(tolerance, str) or not 0.0 < number < math.inf:
         raise ValueError(
             f'tolerance: {tolerance!r} is not allowed; it must be finite and above 0 (m)'
         )
+    return number
+
+
+def check_max_events(max_events: int) -> None:
+    """Raise ValueError for a number of events that makes no sense."""
     if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
         raise ValueError(
             f'max_events: {max_events!r} is not allowed; it must be a whole number, at least 1'
@@ -43,8 +53,14 @@ def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
     return rows
 
 
+def _check_balls(name: str, states: States) -> None:
+    if not states:
+        raise ValueError(f'{name}: no balls are not allowed; there must be at least one')
+
+
 def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
     """Return states (1, balls, STATE_COLUMNS), all of which can be."""
+    _check_balls('states', states)
     radius = scene.ball.radius
     array = np.empty((1, len(states), STATE_COLUMNS))
     for i, (name, state) in enumerate(states.items()):
@@ -62,9 +78,7 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
                 f'at least the radius, {radius:g} (m)'
             )
         table = scene.table
-        if table is not None and (
-            abs(array[0, i, 0]) > 0.5 * table.length or abs(array[0, i, 1]) > 0.5 * table.width
-        ):
+        if table is not None and is_off(table, array[0, i, 0], array[0, i, 1], radius):
             raise ValueError(
                 f'states[{name!r}].position: ({array[0, i, 0]:g}, {array[0, i, 1]:g}) is not '
                 f'allowed; it must be on the table, within {0.5 * table.length:g} and '
@@ -86,6 +100,7 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
 def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     """Return the names of the balls, and states (tables, balls, STATE_COLUMNS)."""
     if isinstance(states, Mapping):
+        _check_balls('states', states)
         names = tuple(states)
         rows = [[np.atleast_2d(row) for row in _row(name, states[name])] for name in names]
         counts = {len(row) for ball in rows for row in ball} - {1}
@@ -102,11 +117,17 @@ def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], ND
     names = tuple(states[0]) if len(states) else ()
     array = np.empty((len(states), len(names), STATE_COLUMNS))
     for t, table in enumerate(states):
+        _check_balls(f'states[{t}]', table)
         if set(table) != set(names):
             raise ValueError(
                 f'states[{t}]: balls {sorted(table)} are not allowed; all tables must have the '
                 f'same, {sorted(names)}'
             )
         for i, name in enumerate(names):
-            array[t, i] = np.concatenate(_row(name, table[name]))
+            numbers = _row(name, table[name])
+            if any(each.shape != (3,) for each in numbers):
+                raise ValueError(
+                    f'states[{t}][{name!r}]: rows are not allowed; each must be three numbers'
+                )
+            array[t, i] = np.concatenate(numbers)
     return names, array

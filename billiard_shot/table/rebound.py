@@ -156,6 +156,8 @@ def friction_at_onset(r: Rebound, x: float, y: float) -> tuple[float, float, flo
     of (f, g) falls as `against` grows.
     """
     s, c, turn, most = r.sine, r.cosine, r.turn, r.nose_friction
+    if most == 0.0:
+        return 0.0, 0.0, -s * x, -s * y
     one, two, both = s * s + turn, 1.0 + turn, y * (turn - s)
     against, low, high = 0.0, 0.0, inf
     f, g, press = 0.0, 0.0, s
@@ -455,7 +457,8 @@ def is_wedged(r: Rebound, still: float) -> bool:
     if r.nose_slips or r.cloth_slips or not r.held:
         return False
     push = abs(r.rates[VY]) + abs(r.rates[WX])
-    return abs(closing_speed(r, r.state)) <= still and push <= 1e-9 * r.state[Y]
+    # At the first touch nothing is pressed yet, and nothing pushes.
+    return abs(closing_speed(r, r.state)) <= still and push < 1e-9 * r.state[Y]
 
 
 @inner

@@ -10,6 +10,7 @@ import math
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.table.contact_time import (
     contact_time,
+    HORIZON,
     MIN_CLOSING_SPEED,
     PRESSED_GAP,
     TOUCH_GAP,
@@ -18,8 +19,7 @@ from billiard_shot.table.geometry import Jaw, Pocket, POCKETS, Table, TableNumbe
 from billiard_shot.table.motion import Ball, NOTHING
 
 BEYOND = 1e-8  # m: a ball that is deeper than that in a nose is in a mouth, beside it
-NOSES, FACINGS, ARCS, HOLES, OUTSIDE = 0, 4, 16, 28, 34
-MAX_TIME = 1e5  # s: as far as the range of endless motions is looked at
+FACINGS, ARCS, HOLES, OUTSIDE = 4, 16, 28, 34
 
 
 @inner
@@ -167,8 +167,8 @@ def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
         ):
             end, feature = t, nose
     if n.corner_end > 0.0:
-        low_x, high_x = coordinate_range(px, vx, ax, min(end, MAX_TIME))
-        low_y, high_y = coordinate_range(py, vy, ay, min(end, MAX_TIME))
+        low_x, high_x = coordinate_range(px, vx, ax, min(end, HORIZON))
+        low_y, high_y = coordinate_range(py, vy, ay, min(end, HORIZON))
         for index in range(POCKETS):
             if may_enter(table.pockets[index], low_x, high_x, low_y, high_y):
                 searched += 1

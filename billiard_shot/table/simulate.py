@@ -25,10 +25,11 @@ from billiard_shot.table.event_loop import (
     simulate_tables,
     TableOutcome,
 )
-from billiard_shot.table.geometry import Table, table_of
+from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
     batch_states,
-    check_options,
+    check_max_events,
+    checked_tolerance,
     States,
     validated_states,
 )
@@ -38,8 +39,9 @@ from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import (
     CUE_COLUMNS,
     Event,
+    room_for_simulation,
     Simulation,
-    simulation_of,
+    simulation_in,
 )
 from billiard_shot.table.words import count_in_words, plural
 
@@ -102,7 +104,8 @@ def simulate(
 
     """
     scene = Scene.load(scene)
-    check_options(tolerance, max_events)
+    tolerance = checked_tolerance(tolerance)
+    check_max_events(max_events)
     given = validated_states(scene, states)
     params = params_on_table(scene)
     return run_one(params, tuple(states), given, tolerance, tolerance, max_events)
@@ -226,8 +229,9 @@ def _simulate(
     run = simulate_tables.current()
     storage = run.storage
     tables, count = states.shape[:2]
-    layout = table_of(storage, params, table, tolerance, hop_tolerance)
-    simulation = simulation_of(storage, count, segments, events, rules)
+    layout = lay_out(storage, params, table, tolerance, hop_tolerance)
+    simulation = room_for_simulation(storage, count, segments, events, rules)
+    progress = simulation.progress[0]
     beginnings = Beginnings(
         storage.array(states),
         storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
@@ -241,18 +245,17 @@ def _simulate(
         number = run(layout, simulation, beginnings, number, max_events, room, balls, ends)
         if number == tables:
             break
-        if cues is not None and simulation.progress.other == THE_CUE:
-            cues.hit(layout, simulation)
+        if cues is not None and progress.other == THE_CUE:
+            cues.hit(table_of(layout), simulation_in(simulation))
         else:
-            cluster.solve(storage, layout, simulation.progress, room)
-    done = simulation.progress
+            cluster.solve(storage, table_of(layout), progress, room)
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),
-        as_rows(Segment, simulation.segments[: int(done.segments)]),
+        as_rows(Segment, simulation.segments[: int(progress.segments)]),
         EventLog(
-            as_rows(Event, simulation.events[: int(done.events)]),
-            np.array(room.participants[: int(done.participants)], np.int64).reshape(-1, 2),
+            as_rows(Event, simulation.events[: int(progress.events)]),
+            np.array(room.participants[: int(progress.participants)], np.int64).reshape(-1, 2),
         ),
     )
 
@@ -301,10 +304,20 @@ def simulate_batch(
 
     """
     scene = Scene.load(scene)
-    check_options(tolerance, max_events)
+    tolerance = checked_tolerance(tolerance)
+    check_max_events(max_events)
+    check_workers(workers)
     names, array = batch_states(states)
     params = params_on_table(scene)
     return run_many(params, names, array, tolerance, tolerance, max_events, workers)
+
+
+def check_workers(workers: int | None) -> None:
+    """Raise ValueError for a number of threads that makes no sense."""
+    if workers is not None and (isinstance(workers, bool) or workers < 1):
+        raise ValueError(
+            f'workers: {workers!r} is not allowed; it must be a whole number, at least 1'
+        )
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:

@@ -49,9 +49,11 @@ class Progress:
     searches: int  # contacts looked for
     participants: int  # of impacts of several balls so far, like the next of this table
     # An impact of several balls (cluster.py), or of the cue: whether the simulation waits for it,
-    # or the status of one that was not solved; when it is, the ball, and the one it met.
+    # or the status of one, also with a cushion, that was not solved; the status of one that was
+    # solved, but with a flaw; when it is, the ball, and the one it met.
     pending: bool
     unsolved: int
+    flaw: int
     time: float
     ball: int
     other: int
@@ -94,19 +96,46 @@ class Simulation(NamedTuple):
     cue: Ball  # the sphere of the tip, which follows its stroke until its `end`
 
 
-def simulation_of(
+class SimulationRoom(NamedTuple):
+    """A `Simulation` as compiled code is given it: to pass a record of its own takes long."""
+
+    balls: list[Ball]
+    collisions: Any
+    progress: list[Progress]  # 1
+    rebound: list[Rebound]  # 1
+    segments: list[Segment]
+    events: list[Event]
+    rules: list[BallRule]
+    cue: list[Ball]  # 1
+
+
+def room_for_simulation(
     storage: Storage, balls: int, segments: int, events: int, rules: Any = None
-) -> Simulation:
+) -> SimulationRoom:
     """Make room for so many balls, segments of all tables, and events of the last one."""
-    return Simulation(
+    return SimulationRoom(
         storage.records(Ball, balls),
         storage.array(np.full((balls, balls), math.inf)),
-        storage.records(Progress, 1)[0],
-        storage.records(Rebound, 1)[0],
+        storage.records(Progress, 1),
+        storage.records(Rebound, 1),
         storage.records(Segment, segments),
         storage.records(Event, events),
         storage.records(BallRule, 0) if rules is None else rules,
-        storage.records(Ball, 1)[0],
+        storage.records(Ball, 1),
+    )
+
+
+def simulation_in(room: SimulationRoom) -> Simulation:
+    """Return the simulation in a room; for Python, because numba cannot return a record."""
+    return Simulation(
+        room.balls,
+        room.collisions,
+        room.progress[0],
+        room.rebound[0],
+        room.segments,
+        room.events,
+        room.rules,
+        room.cue[0],
     )
 
 

@@ -63,7 +63,11 @@ class Segment:
 
 
 class EventKind(StrEnum):
-    """What happens where one segment meets the next. Values are names in `Cause` or `Motion`."""
+    """
+    What happens where one segment meets the next.
+
+    Values are names in `Cause` or `Motion`, but for BOUNCE, LAND and SPIN_END.
+    """
 
     BOUNCE = 'bounce'
     LAND = 'land'  # comes down to the cloth and stays on it

@@ -96,3 +96,8 @@ def test_command(capsys, tmp_path):
     assert json.loads(capsys.readouterr().out)['miss'] == ''
     assert main([*command, '15.2', '--pot', '7']) == 2
     assert "--pot: there is no ball '7'" in capsys.readouterr().err
+
+
+def test_without_pockets_nothing_can_be_potted(capsys):
+    assert main(['predict', 'carom', '-s', '1', '-e', '5', '--pot', 'red']) != 0
+    assert 'on a table with pockets' in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """The scene after a shot: always one in which the next stroke can be played."""
 
 import numpy as np
+import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.scene import Noise
@@ -41,3 +42,16 @@ def test_perturbed_strokes_have_the_errors_of_the_player():
     wanted = (noise.a / 0.03, noise.b / 0.03, np.radians(0.1), np.radians(0.125), 0.075)
     assert np.allclose(played.std(axis=0), wanted, rtol=0.05)
     assert np.allclose(played.mean(axis=0), stroke.offsets, atol=5e-3)
+
+
+@pytest.mark.parametrize('speed', [0.356, 0.44, 0.447, 0.45])
+def test_a_ball_may_rest_beside_the_hole_of_a_pocket(speed):
+    shot = predict(
+        'pool_table',
+        Stroke.from_offsets(elevation_deg=10, azimuth_deg=20.136, speed=speed),
+        position=(1.0, 0.55),
+    )
+    assert not shot.scratched
+    scene = shot.after()
+    back = Stroke.from_offsets(elevation_deg=40, azimuth_deg=200, speed=1.0)
+    assert not predict(scene, back).status.refused

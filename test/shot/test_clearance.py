@@ -78,3 +78,17 @@ def test_a_cue_of_unknown_shape_is_not_refused():
     assert paper.cue.length == 0
     blocked = dataclasses.replace(paper, balls={'cue': (0, 0), 'eight': (-0.2, 0)})
     assert predict(blocked, stroke(0)).status == Status.OK
+
+
+@pytest.mark.parametrize('curvature', [0.0, 0.0105])
+def test_the_elevation_in_the_message_is_allowed(curvature):
+    cue = dataclasses.replace(POOL.cue, tip_curvature_radius=curvature)
+    scene = dataclasses.replace(scene_of(cue=(-0.6, 0.0)), cue=cue)
+    for b in (-0.8, -0.5, 0.0, 0.4):
+        refused = predict(scene, stroke(0.0, b=b))
+        if refused.status != Status.CUE_THROUGH_CUSHION:
+            continue
+        free = float(refused.message.split('from ')[-1].split(' degrees')[0])
+        a, b_touching, _, azimuth, _ = refused.stroke.touching(curvature / R).offsets
+        at = Stroke.from_offsets(a, b_touching, math.radians(free), azimuth, 1)
+        assert not predict(scene, at).status.refused

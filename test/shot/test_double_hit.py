@@ -154,7 +154,8 @@ def test_a_strike_with_two_hits_keeps_its_books():
     normals /= np.linalg.norm(normals, axis=1)[:, np.newaxis]
     speed, still = rng.uniform(1.0, 6.0, n), np.zeros((n, 3))
     place = np.tile([0.0, 0.0, ball.radius], (n, 1))
-    met = meet(model, axes, Meeting(place, still, still, place + ball.radius * normals, speed))
+    begin = Meeting(place, still, still, place + ball.radius * normals, speed)
+    met = meet(model, axes, begin, np.full(n, 1e-9))
     after = met.after
     assert (met.hits > 1).sum() > 10
     momentum = met.impulses[:, 1] - met.impulses[:, 0]
@@ -197,3 +198,29 @@ def test_the_paper_keeps_its_law():
     played = predict(scene, stroke)
     off = predict(dataclasses.replace(scene, effects=Effects(double_hit='off')), stroke)
     np.testing.assert_array_equal(played.velocity, off.velocity)
+
+
+@pytest.mark.parametrize('b', [-0.5, -0.3, 0.3, 0.5])
+def test_the_cue_hits_where_it_is_not_where_it_seems_from_above(b):
+    """A cue above or below the middle of a ball reaches it later than one at its height."""
+    near = shot(0.05, b, speed=2.0, elevation=0.05)
+    hits = [event for event in near.events if event.kind == EventKind.CUE]
+    assert hits, 'the ball stops in front of the cue'
+    for hit in hits:
+        before, after = near.run.at([np.nextafter(hit.time, 0.0), hit.time])['cue'].velocity
+        assert np.linalg.norm(after - before) > 0.1
+
+
+def test_the_cue_hits_no_ball_that_runs_away_from_it():
+    scene = dataclasses.replace(POOL, balls={})
+    random = np.random.default_rng(3)
+    for _ in range(60):
+        stroke = Stroke.from_offsets(
+            *random.uniform(-0.4, 0.4, 2), random.uniform(0.0, 0.5), 0.0, random.uniform(0.5, 5.0)
+        )
+        played = predict(scene, stroke)
+        for event in played.trajectory.events:
+            if event.kind == EventKind.CUE:
+                times = [np.nextafter(event.time, 0.0), event.time]
+                before, after = played.trajectory.at(times).velocity
+                assert np.linalg.norm(after - before) > 1e-3

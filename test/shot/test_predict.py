@@ -235,7 +235,9 @@ def test_the_error_estimate_holds(speed, tolerance):
         stroke = Stroke.from_offsets(*offsets, speed)
         rough, exact = predict(POOL, stroke, tolerance), predict(POOL, stroke, 1e-12)
         assert rough.error_estimate <= tolerance
-        t = np.linspace(0, exact.trajectory.duration * 1.01, 1000)
+        hits = [shot.double_hit for shot in (rough, exact) if shot.double_hit]
+        until = min([exact.trajectory.duration * 1.01, *hits])  # it holds until the cue hits again
+        t = np.linspace(0, until, 1000, endpoint=False)
         gap = np.linalg.norm(
             rough.trajectory.at(t).position - exact.trajectory.at(t).position, axis=1
         ).max()
@@ -309,3 +311,17 @@ def test_results_cannot_be_changed():
         shot.trajectory.final_position[0] = 1
     with pytest.raises(dataclasses.FrozenInstanceError):
         shot.tolerance = 1
+
+
+def test_numbers_of_numpy_are_as_good_as_floats():
+    stroke = Stroke.from_offsets(0, 0.1, elevation_deg=5, azimuth_deg=10, speed=2)
+    rough, exact = (predict('pool_table', stroke, kind(1e-4)) for kind in (np.float32, float))
+    assert rough.tolerance == float(np.float32(1e-4))
+    assert type(rough.tolerance) is float
+    np.testing.assert_allclose(rough.final_position['cue'], exact.final_position['cue'], atol=2e-4)
+
+
+@pytest.mark.parametrize('tolerance', ['1e-4', None, [1e-4, 1], 10**400, float('nan'), 0.0])
+def test_a_tolerance_that_is_none_is_refused(tolerance):
+    with pytest.raises(ValueError, match=r'tolerance: .* must be finite and above 0'):
+        predict('pool', Stroke.from_offsets(speed=1), tolerance)

@@ -104,7 +104,7 @@ def test_a_refused_stroke_has_them_too():
         shot.scene.balls
     )
     assert story.facts(shot) == {}
-    assert 'elevation, 0 degrees' in shot.message
+    assert 'elevation: 0 degrees' in shot.message
 
 
 def test_the_elevation_that_a_refusal_names_has_room():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 
+from billiard_shot.status import Status
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.trajectory import EventKind
 
@@ -89,3 +90,22 @@ def test_no_cluster_gains_energy_and_batches_agree():
             many.final_position[i] == np.array([run.final_position[name] for name in many.names])
         ).all()
     assert clusters > 10
+
+
+def test_negative_energy_of_law_poisson_is_told():
+    scene = scene_with(ball_ball={'duration': 0.0}, law='poisson')
+    random = np.random.default_rng(3)
+    told = set()
+    for _ in range(10):
+        angle = random.uniform(0, 2 * np.pi)
+        run = play(
+            scene,
+            cue=rolling(-0.3, random.normal() * R, 2, 0),
+            one=state(0, 0),
+            two=state(2 * R * np.cos(angle), 2 * R * np.sin(angle)),
+        )
+        told.add(run.status)
+        for event in run.events:
+            if event.dissipated < -1e-9 * event.energy_before:
+                assert run.status == Status.NEGATIVE_ENERGY
+    assert Status.NEGATIVE_ENERGY in told

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from rolling import POOL, run
 
+from billiard_shot import BallState, simulate, Status
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.params import OFF, ON
 from billiard_shot.table.trajectory import EventKind
@@ -77,3 +78,21 @@ def test_flight_on_flies_the_smallest_hop():
     assert path.segments[0].acceleration[2] == -G
     path, _, _ = run((1, 0, 1e-5))
     assert path.segments[0].acceleration[2] == 0
+
+
+@pytest.mark.parametrize(
+    ('place', 'velocity', 'spin'),
+    [
+        ((0.6, 0.633, 0.0749), (0, 0.3, 0), (0, 0, 0)),
+        ((-0.1521, 0.598, 0.0839), (-2.555, -0.0206, 1.4355), (57.6, -105.9, 0.76)),
+    ],
+)
+def test_a_ball_that_comes_down_behind_the_edge_of_a_cushion_is_pushed_outwards(
+    place, velocity, spin
+):
+    played = simulate('pool_table', {'ball': BallState(place, velocity, spin)})
+    assert EventKind.CUSHION in {event.kind for event in played.events}
+    for event in played.events:
+        assert event.dissipated >= 0.0
+    assert played.status == Status.OFF_TABLE
+    assert len(played.events) < 10

@@ -400,3 +400,27 @@ def test_a_landing_within_a_step_is_found(velocity, spin, height, sine):
         for tolerance in (1e-5, 1e-8)
     )
     assert coarse == pytest.approx(fine, abs=1e-3)
+
+
+def test_a_ball_that_grazes_a_nose_with_the_spin_of_its_way_is_solved():
+    """At the first touch nothing slips and nothing pushes, but the ball is not wedged."""
+    sine = 2 * POOL.table.cushion.height - 1
+    cosine, along = np.sqrt(1 - sine**2), 3.0
+    y = 0.5 * POOL.table.width - cosine * R - 1e-8
+    for approach in (1.25e-3, 1.5e-3, 2e-3):
+        spin = (-approach / R, along / R, along * (1 + sine) / (R * cosine))
+        ball = BallState((0.2, y, R), (along, approach, 0.0), spin)
+        run = simulate(POOL, {'cue': ball})
+        assert run.status == Status.OK
+        assert np.isfinite(run.final_position['cue']).all()
+
+
+def test_smooth_cushions():
+    smooth = scene_with(cushion={'friction': 0.0})
+    sine = 2 * smooth.table.cushion.height - 1
+    y = 0.5 * POOL.table.width - np.sqrt(1 - sine**2) * R - 1e-8
+    for share in (-1.0, 0.0, 1.0):
+        spin = (share * sine * 1.5 / R, 0.0, 0.0)
+        run = simulate(smooth, {'cue': BallState((0.3, y, R), (0.0, 1.5, 0.0), spin)})
+        assert run.status == Status.OK
+        assert np.isfinite(run.final_position['cue']).all()

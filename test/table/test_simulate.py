@@ -289,3 +289,44 @@ def test_columns_hold_all_of_segments_and_events():
         events_from_columns(np.zeros((2, 7)))
     with pytest.raises(ValueError, match='must be'):
         segments_from_columns(np.zeros((2, 20)))
+
+
+def test_rows_that_cannot_be_say_so_and_nothing_else():
+    good = {'cue': state(0.3, 0.1, (1, 0, 0)), 'one': state(0.6, 0.1)}
+    no_number = {'cue': state(np.nan, 0.1), 'one': state(0.6, 0.1)}
+    off_the_table = {'cue': state(5.0, 0.1), 'one': state(0.6, 0.1)}
+    for rows in ([no_number, good, off_the_table], [off_the_table, no_number, good]):
+        many = simulate_batch(POOL, rows)
+        for i, row in enumerate(rows):
+            if row is good:
+                assert many.status[i] == Status.OK
+                assert many.first_met[i, 0] == 1
+            else:
+                assert many.status[i] == Status.INVALID_REQUEST
+                assert (many.first_met[i] == -1).all()
+                assert (many.pocket[i] == -1).all()
+                assert many.jaws_met[i] == 0
+                assert (many.final_position[i] == 0.0).all()
+
+
+@pytest.mark.parametrize('run', [simulate, simulate_batch])
+def test_a_table_without_balls_is_refused(run):
+    with pytest.raises(ValueError, match='states: no balls'):
+        run(POOL, {})
+
+
+def test_workers_and_rows_are_checked():
+    states = {'cue': state(0.3, 0.1)}
+    for workers in (0, -1):
+        with pytest.raises(ValueError, match='workers: '):
+            simulate_batch(POOL, states, workers=workers)
+    rows = BallState(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 3)))
+    with pytest.raises(ValueError, match=r"states\[0\]\['cue'\]: rows are not allowed"):
+        simulate_batch(POOL, [{'cue': rows}])
+
+
+def test_a_ball_may_begin_in_the_mouth_of_a_pocket():
+    run = simulate('pool_table', {'cue': state(0.0, 0.638)})
+    assert run.status == Status.OK
+    with pytest.raises(ValueError, match='must be on the table'):
+        simulate('pool_table', {'cue': state(0.3, 0.638)})

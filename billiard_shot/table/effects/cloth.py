@@ -19,7 +19,7 @@ class Slide(EffectGate[EffectContext]):
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """EffectContext for a ball that slips."""
-        return _seen(context, context.that_do(Motion.SLIDE), 'slip on the cloth')
+        return _seen(context.that_do(Motion.SLIDE), 'slip on the cloth')
 
 
 class Roll(EffectGate[EffectContext]):
@@ -31,7 +31,7 @@ class Roll(EffectGate[EffectContext]):
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """EffectContext for a ball that rolls."""
-        return _seen(context, context.that_do(Motion.ROLL), 'come to roll')
+        return _seen(context.that_do(Motion.ROLL), 'come to roll')
 
 
 class SpinDecay(EffectGate[EffectContext]):
@@ -48,10 +48,10 @@ class SpinDecay(EffectGate[EffectContext]):
         ]
         if turning and context.scene.cloth.spin_deceleration == 0.0:
             return GateDecision(False, 'the cloth does not slow spin about the vertical')
-        return _seen(context, turning, 'spin about the vertical')
+        return _seen(turning, 'spin about the vertical')
 
 
-def _seen(context: EffectContext, names: Sequence[str], what: str) -> GateDecision:
+def _seen(names: Sequence[str], what: str) -> GateDecision:
     """Say which balls do something, or that none does."""
     return (
         GateDecision(True, f'balls that {what}: {", ".join(names)}')
