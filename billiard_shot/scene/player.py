@@ -133,14 +133,16 @@ class Noise:
 
         """
         a, b, elevation, azimuth, speed = stroke.offsets
-        errors = rng.standard_normal(5)
-        return type(stroke).from_offsets(
-            a + float(errors[0]) * self.a / ball_radius,
-            b + float(errors[1]) * self.b / ball_radius,
-            elevation + float(errors[2]) * math.radians(self.elevation_deg),
-            azimuth + float(errors[3]) * math.radians(self.azimuth_deg),
-            max(speed + float(errors[4]) * self.speed, SLOWEST),
-        )
+        errors: list[float] = rng.standard_normal(5).tolist()
+        a += errors[0] * self.a / ball_radius
+        b += errors[1] * self.b / ball_radius
+        elevation += errors[2] * math.radians(self.elevation_deg)
+        azimuth += errors[3] * math.radians(self.azimuth_deg)
+        if elevation > 0.5 * math.pi:  # beyond the vertical the stroke comes from the other side
+            a, b, elevation = -a, -b, math.pi - elevation
+            azimuth = math.remainder(azimuth + math.pi, math.tau)
+        speed = max(speed + errors[4] * self.speed, SLOWEST)
+        return type(stroke).from_offsets(a, b, elevation, azimuth, speed)
 
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""

@@ -1,5 +1,7 @@
 """The scene after a shot: always one in which the next stroke can be played."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,16 @@ def test_a_ball_may_rest_beside_the_hole_of_a_pocket(speed):
     scene = shot.after()
     back = Stroke.from_offsets(elevation_deg=40, azimuth_deg=200, speed=1.0)
     assert not predict(scene, back).status.refused
+
+
+def test_errors_may_turn_a_steep_stroke_beyond_the_vertical():
+    noise = Noise(elevation_deg=1.0, azimuth_deg=0.0, a=0.0, b=0.0, speed=0.0)
+    stroke = Stroke.from_offsets(0.1, 0.2, elevation_deg=89.9, speed=1)
+    draw = np.random.default_rng(1)
+    turned = [noise.perturb(stroke, draw) for _ in range(50)]
+    ways = np.array([each.velocity[0] for each in turned])
+    assert (ways > 0.0).any()
+    assert (ways < 0.0).any()
+    for each in turned:
+        assert np.linalg.norm(np.subtract(each.normal, stroke.normal)) < math.radians(5.0)
+        assert np.linalg.norm(np.subtract(each.velocity, stroke.velocity)) < math.radians(5.0)
