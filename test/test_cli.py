@@ -312,3 +312,9 @@ def test_the_elevation_of_a_stroke_is_at_most_90_degrees(capsys):
 def test_columns_for_text_alone_are_not_in_csv(capsys):
     print_rows([Column('a'), Column('both', 'a b')], [{'a': 1}], Namespace(csv=True, json=False))
     assert capsys.readouterr().out == 'a\n1\n'
+
+
+def test_an_output_that_the_shell_has_closed_is_no_error():
+    command = f'"{sys.executable}" -m billiard_shot.cli scene list >&-'
+    done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, '')

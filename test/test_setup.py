@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SETUP = ROOT / 'config' / 'setup.sh'
 
 pytestmark = pytest.mark.skipif(not SETUP.exists(), reason='needs a source checkout')
+needs_make = pytest.mark.skipif(not shutil.which('make'), reason='make is not installed')
 
 
 def core(python, folder, **environment):
@@ -149,7 +150,7 @@ def set_up(checkout, *arguments, **environment):
     )
 
 
-@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+@needs_make
 def test_failed_download_is_tried_again_and_ends_with_cause_and_log(checkout):
     failed = set_up(checkout, PIP_NO_INDEX='1', PIP_FIND_LINKS='/nowhere')
     assert failed.returncode != 0
@@ -164,7 +165,7 @@ def test_failed_download_is_tried_again_and_ends_with_cause_and_log(checkout):
     assert 'Python packages into .venv' in again.stdout, 'half of a set-up was taken for complete'
 
 
-@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+@needs_make
 def test_interrupted_set_up_starts_over(checkout):
     """Even one that was to replace a complete one, with other versions."""
     stamp = checkout / '.venv' / '.tools-pypi'
@@ -181,7 +182,7 @@ def test_interrupted_set_up_starts_over(checkout):
     assert not stamp.exists()
 
 
-@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+@needs_make
 def test_a_step_that_takes_long_says_how_far_it_is(checkout):
     python = checkout / 'bin' / 'python'
     python.write_text(

@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()  # before the work, not after it
         code = int(options.run(options))
-        if sys.stdout is not None:  # it is None if it was closed before
+        if sys.stdout is not None:  # Python sets None if the shell has closed the output
             sys.stdout.flush()
     except KeyboardInterrupt:
         print('billiard-shot: interrupted', file=sys.stderr)
