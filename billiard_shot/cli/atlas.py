@@ -148,10 +148,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
-    pockets = options.pocket or ['any']
     return AtlasRequest(
         ball=tuple(options.ball),
-        pocket=POCKET_NAMES if 'any' in pockets else tuple(pockets),
+        pocket=tuple(options.pocket or ['any']),
         cue_grid=options.cue_grid,
         ball_grid=options.ball_grid,
         ball_at=tuple((x, y) for x, y in options.ball_at),

@@ -203,8 +203,6 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
     given = {name: value for name in names if (value := getattr(options, name)) is not None}
     if options.gate:
         given['gate'] = options.gate[:2], options.gate[2:]
-    if given.get('pocket') and 'any' in given['pocket']:
-        given['pocket'] = 'any'
     return given
 
 

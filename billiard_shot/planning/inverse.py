@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.stroke import Stroke
@@ -206,10 +207,7 @@ def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Row:
     """Velocity and spin times radius (6,) [m/s], checked."""
     parts = []
     for name, values, unit in (('velocity', velocity, 'm/s'), ('spin', spin, 'rad/s')):
-        try:
-            part = np.array(values, dtype=float)
-        except (TypeError, ValueError):
-            part = np.empty(0)
+        part = as_floats(values)
         if part.shape != (3,) or not np.isfinite(part).all():
             raise ValueError(
                 f'{name}: {values!r} is not allowed; it must be three finite numbers ({unit})'

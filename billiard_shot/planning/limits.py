@@ -15,6 +15,7 @@ from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read, with_present_keys
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import check_type
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
@@ -94,7 +95,10 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
     )
     if isinstance(constraints, Robot):
         return Limits(constraints, (), (), elevation_margin)
-    data = dict(with_present_keys(Robot, constraints or {}))
+    if constraints is None:
+        constraints = {}
+    check_type('constraints', constraints, Mapping)
+    data = dict(with_present_keys(Robot, constraints))
     mistakes: list[Mistake] = []
     chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALLS}
     known = asdict(scene.robot)

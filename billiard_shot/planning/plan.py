@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
-import math
 import os
 from time import perf_counter
 from typing import Any
-
-import numpy as np
 
 from billiard_shot import machine_code
 from billiard_shot.planning.explain import why_not_straight
@@ -23,6 +20,7 @@ from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.values import positive, whole
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
@@ -100,9 +98,9 @@ def plan(
     spread = _noise(scene, noise)
     wanted = target_of(scene, target)
     limits = limits_of(scene, constraints, spread)
-    _whole('budget', budget, 1)
-    _whole('seed', seed, 0)
-    _check_time_limit(time_limit)
+    budget, seed = whole('budget', budget, 1), whole('seed', seed, 0)
+    if time_limit is not None:
+        time_limit = positive('time_limit', time_limit, 's')
     check_clearance(scene, limits)
     problem = problem_of(scene, wanted, limits, spread)
     if isinstance(wanted, Pot) and not problem.balls:
@@ -157,22 +155,6 @@ def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise
         f'noise: {noise!r} is not allowed; it must be {", ".join(NOISES)} or a mapping of '
         'standard deviations'
     )
-
-
-def _whole(name: str, value: object, minimum: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < minimum:
-        raise ValueError(
-            f'{name}: {value!r} is not allowed; it must be a whole number, at least {minimum}'
-        )
-
-
-def _check_time_limit(value: object) -> None:
-    if value is None:
-        return
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ValueError(
-            f'time_limit: {value!r} is not allowed; it must be finite and above 0 (s)'
-        )
 
 
 def _outcome(

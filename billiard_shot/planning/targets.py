@@ -43,11 +43,10 @@ def pocket_field() -> Any:
 
     def convert(value: object) -> tuple[str, ...]:
         names = (value,) if isinstance(value, str) else value
-        if names == (ANY,):
-            return POCKET_NAMES
-        if not isinstance(names, tuple | list) or not names or not set(names) <= {*POCKET_NAMES}:
+        known = ANY, *POCKET_NAMES
+        if not isinstance(names, tuple | list) or not names or any(n not in known for n in names):
             raise refused(value, allowed)
-        return tuple(pocket for pocket in POCKET_NAMES if pocket in names)
+        return tuple(pocket for pocket in POCKET_NAMES if pocket in names or ANY in names)
 
     return dataclasses.field(default=ANY, metadata={TAKES: convert})
 

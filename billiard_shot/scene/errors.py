@@ -60,9 +60,9 @@ class InputError(ValueError):
         return '\n  '.join([f'{self.about}: {heading}' if self.about else heading, *texts])
 
 
-def refused(value: object, allowed: str) -> InputError:
-    """Error for a value that is not allowed, with what it must be."""
-    return InputError([Mistake((), f'{value!r} is not allowed; it must be {allowed}')])
+def refused(value: object, allowed: str, about: str = '') -> InputError:
+    """Error for a value that is not allowed, with what it must be; `about` names it."""
+    return InputError([Mistake((), f'{value!r} is not allowed; it must be {allowed}')], about)
 
 
 def unknown(key: str, known: Iterable[str]) -> str:

@@ -10,10 +10,10 @@ renamed names its `former` key, which is still read.
 from collections.abc import Callable, Mapping
 import dataclasses
 import math
-from numbers import Real
 from typing import Any
 
 from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, TWICE
+from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
@@ -54,9 +54,7 @@ def whole_number(*, minimum: int, default: int) -> Any:
     """Field for an integer, at least `minimum`."""
 
     def convert(value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or value < minimum:
-            raise refused(value, f'a whole number, at least {minimum}')
-        return value
+        return whole('', value, minimum)
 
     return _field(convert, default)
 
@@ -151,8 +149,8 @@ def section(
     """
 
     def convert(value: object) -> Any:
-        if not isinstance(value, kind) and not (nullable and value is None):
-            raise refused(value, f'a {kind.__name__}')
+        if not (nullable and value is None):
+            check_type('', value, kind)
         return value
 
     metadata: dict[str, Any] = {TAKES: convert, SECTION: kind}
@@ -176,9 +174,7 @@ def _number_within(
     allowed = allowed.rstrip() + (f' ({unit})' if unit else '')
 
     def convert(value: object) -> float:
-        if isinstance(value, bool) or not isinstance(value, Real):
-            raise refused(value, allowed)
-        found = float(value)
+        found = as_float(value)
         if (
             not math.isfinite(found)
             or (above is not None and found <= above)

@@ -13,6 +13,7 @@ from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
+from billiard_shot.scene.values import positive
 
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 SLOWEST = 1e-3  # m/s, of a stroke with errors
@@ -132,6 +133,7 @@ class Noise:
             With independent normal errors. Its speed is at least 1 mm/s.
 
         """
+        ball_radius = positive('ball_radius', ball_radius, 'm')
         a, b, elevation, azimuth, speed = stroke.offsets
         errors: list[float] = rng.standard_normal(5).tolist()
         a += errors[0] * self.a / ball_radius

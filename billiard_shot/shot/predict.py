@@ -13,6 +13,7 @@ from billiard_shot import machine_code
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import as_floats, check_type, positive
 from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place
@@ -20,7 +21,6 @@ from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
 from billiard_shot.status import Status
-from billiard_shot.table.initial_states import checked_tolerance
 from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.trajectory import Trajectory
 from billiard_shot.table.words import count_in_words
@@ -62,8 +62,9 @@ def predict(
 
     """
     scene = Scene.load(scene)
+    check_type('stroke', stroke, Stroke)
     begin = perf_counter()
-    tolerance = checked_tolerance(tolerance)
+    tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
     model = model_of(scene)
     normal = np.array(stroke.touching(model.tip_curvature).normal)
@@ -144,7 +145,7 @@ def predict_batch(
 
     """
     scene = Scene.load(scene)
-    tolerance = checked_tolerance(tolerance)
+    tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
     n, v = unit_rows(_rows('normals', normals)), _rows('velocities', velocities)
     if len(n) != len(v):
@@ -177,10 +178,7 @@ def _centre(
         centre = np.array(scene.cue_ball)
         check_place(scene, centre)
         return centre
-    try:
-        place = np.array(position, dtype=float)
-    except (TypeError, ValueError):
-        place = np.empty(0)
+    place = as_floats(position)
     on_cloth = place.shape == (2,) or (
         place.shape == (3,) and (place[2] == 0.0 or abs(place[2] - radius) <= 1e-6 * radius)
     )
@@ -194,12 +192,9 @@ def _centre(
 
 
 def _rows(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        rows = np.ascontiguousarray(values, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f'{name}: {values!r} is not allowed; it must be numbers of shape (n, 3)'
-        ) from None
+    rows = as_floats(values)
     if rows.ndim != 2 or rows.shape[1] != 3:
-        raise ValueError(f'{name}: shape {rows.shape} is not allowed; it must be (n, 3)')
+        raise ValueError(
+            f'{name}: shape {rows.shape} is not allowed; it must be (n, 3), of numbers'
+        )
     return rows

@@ -21,6 +21,7 @@ from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import with_present_keys
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import check_type
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.play import decide
@@ -67,6 +68,7 @@ LOG_COLUMNS = 12  # of a phase: ending, contact, active (2), impulses (6), energ
 
 def to_json(shot: Shot) -> str:
     """Write a shot as one line of JSON."""
+    check_type('shot', shot, Shot)
     text = json.dumps(_plain(_record(shot)), allow_nan=False, ensure_ascii=False)
     return text + '\n'
 
@@ -100,9 +102,10 @@ def from_json(text: str) -> Shot:
 
 def save_shot(shot: Shot, path: str | Path) -> None:
     """Write a shot to a file; ValueError if that cannot be done."""
+    text = to_json(shot)
     try:
-        Path(path).write_text(to_json(shot), encoding='utf-8')
-    except OSError as error:
+        Path(path).write_text(text, encoding='utf-8')
+    except (OSError, TypeError) as error:
         raise ValueError(f'{path}: {error}') from None
 
 
@@ -110,7 +113,7 @@ def load_shot(path: str | Path) -> Shot:
     """Read a shot from a file; ValueError says which file, and what is wrong with it."""
     try:
         return from_json(Path(path).read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
+    except (OSError, TypeError, ValueError) as error:
         raise ValueError(f'{path}: {error}') from None
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
-from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
+
+from billiard_shot.scene.errors import refused
+from billiard_shot.scene.values import as_float
 
 Vector = tuple[float, float, float]
 Numbers = Sequence[float] | NDArray[np.float64]
@@ -243,9 +245,10 @@ def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _number(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not math.isfinite(value):
-        raise ValueError(f'{name}: {value!r} is not allowed; it must be a finite number')
-    return float(value)
+    number = as_float(value)
+    if not math.isfinite(number):
+        raise refused(value, 'a finite number', name)
+    return number
 
 
 def _angle(

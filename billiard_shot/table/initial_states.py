@@ -1,7 +1,6 @@
 """States of balls as people give them, checked, in the form that compiled code takes."""
 
 from collections.abc import Mapping, Sequence
-import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import is_off
+from billiard_shot.scene.values import as_floats, check_type
 from billiard_shot.table.trajectory import BallState
 
 STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
@@ -16,34 +16,11 @@ STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
 States = Mapping[str, BallState]
 
 
-def checked_tolerance(tolerance: float) -> float:
-    """Return a tolerance [m] as a float; raise ValueError if it makes no sense."""
-    try:
-        number = float(tolerance)
-    except (TypeError, ValueError, OverflowError):
-        number = math.nan
-    if isinstance(tolerance, str) or not 0.0 < number < math.inf:
-        raise ValueError(
-            f'tolerance: {tolerance!r} is not allowed; it must be finite and above 0 (m)'
-        )
-    return number
-
-
-def check_max_events(max_events: int) -> None:
-    """Raise ValueError for a number of events that makes no sense."""
-    if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
-        raise ValueError(
-            f'max_events: {max_events!r} is not allowed; it must be a whole number, at least 1'
-        )
-
-
 def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
+    check_type(f'states[{name!r}]', state, BallState)
     rows = []
     for field in ('position', 'velocity', 'spin'):
-        try:
-            row = np.asarray(getattr(state, field), dtype=float)
-        except (TypeError, ValueError):
-            row = np.empty(0)
+        row = as_floats(getattr(state, field))
         if row.ndim not in (1, 2) or row.shape[-1] != 3:
             raise ValueError(
                 f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must be '
@@ -54,6 +31,7 @@ def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
 
 
 def _check_balls(name: str, states: States) -> None:
+    check_type(name, states, Mapping)
     if not states:
         raise ValueError(f'{name}: no balls are not allowed; there must be at least one')
 
@@ -114,10 +92,12 @@ def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], ND
             for k, row in enumerate(ball):
                 array[:, i, 3 * k : 3 * k + 3] = row
         return names, array
+    check_type('states', states, Sequence)
+    for t, table in enumerate(states):
+        _check_balls(f'states[{t}]', table)
     names = tuple(states[0]) if len(states) else ()
     array = np.empty((len(states), len(names), STATE_COLUMNS))
     for t, table in enumerate(states):
-        _check_balls(f'states[{t}]', table)
         if set(table) != set(names):
             raise ValueError(
                 f'states[{t}]: balls {sorted(table)} are not allowed; all tables must have the '

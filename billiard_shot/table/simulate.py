@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.values import positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
 from billiard_shot.table.cluster import room_for
@@ -28,8 +29,6 @@ from billiard_shot.table.event_loop import (
 from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
     batch_states,
-    check_max_events,
-    checked_tolerance,
     States,
     validated_states,
 )
@@ -104,8 +103,8 @@ def simulate(
 
     """
     scene = Scene.load(scene)
-    tolerance = checked_tolerance(tolerance)
-    check_max_events(max_events)
+    tolerance = positive('tolerance', tolerance, 'm')
+    max_events = whole('max_events', max_events, 1)
     given = validated_states(scene, states)
     params = params_on_table(scene)
     return run_one(params, tuple(states), given, tolerance, tolerance, max_events)
@@ -304,20 +303,13 @@ def simulate_batch(
 
     """
     scene = Scene.load(scene)
-    tolerance = checked_tolerance(tolerance)
-    check_max_events(max_events)
-    check_workers(workers)
+    tolerance = positive('tolerance', tolerance, 'm')
+    max_events = whole('max_events', max_events, 1)
+    if workers is not None:
+        workers = whole('workers', workers, 1)
     names, array = batch_states(states)
     params = params_on_table(scene)
     return run_many(params, names, array, tolerance, tolerance, max_events, workers)
-
-
-def check_workers(workers: int | None) -> None:
-    """Raise ValueError for a number of threads that makes no sense."""
-    if workers is not None and (isinstance(workers, bool) or workers < 1):
-        raise ValueError(
-            f'workers: {workers!r} is not allowed; it must be a whole number, at least 1'
-        )
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:

@@ -188,6 +188,9 @@ def test_progress_goes_up_to_the_end():
         ({'noise': {'a': -1}}, 'noise: a'),
         ({'constraints': {'speed_min': 3, 'speed_max': 2}}, 'speed_max: 2 .* at least speed_min'),
         ({'constraints': {'speed': 2}}, 'speed: unknown key'),
+        ({'constraints': 5}, 'constraints: 5 is not allowed; it must be a Mapping'),
+        ({'target': {'pot': '8', 'pocket': 5}}, 'pocket: 5 is not allowed'),
+        ({'target': {'pot': '8', 'pocket': [['any']]}}, 'pocket: .* is not allowed'),
         ({'constraints': {'first_contact': '7'}}, "first_contact: there is no ball '7'"),
     ],
 )
@@ -195,6 +198,16 @@ def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
     goal = {'target': {'pot': '8'}, 'noise': 'tournament', 'budget': 100, **changes}
     with pytest.raises(ValueError, match=named):
         plan(SCENE, **goal)
+
+
+def test_any_in_a_list_is_any():
+    assert target_of(SCENE, {'pot': '8', 'pocket': ['any']}) == target_of(SCENE, {'pot': '8'})
+
+
+def test_numbers_of_numpy_are_numbers():
+    numbers = {'budget': np.int64(100), 'seed': np.int32(1), 'time_limit': np.float32(60)}
+    expected = plan(SCENE, {'hit': '8'}, budget=100, seed=1)
+    assert plan(SCENE, {'hit': '8'}, **numbers).best.stroke == expected.best.stroke
 
 
 def test_limits_that_leave_no_stroke():

@@ -8,6 +8,7 @@ import sys
 
 from hypothesis import given
 from hypothesis import strategies as st
+import numpy as np
 import pytest
 
 from billiard_shot.scene import Rack, Scene, Table
@@ -119,6 +120,10 @@ def test_racks_leave_nothing_behind():
     assert moved.balls['9'] == (0, 0)
     assert len(moved.balls) == 10
     assert Scene.from_dict(scene.to_dict()) == scene
+
+
+def test_a_seed_may_be_a_number_of_numpy():
+    assert Rack('nine_ball', seed=np.int64(3)) == Rack('nine_ball', seed=3)
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,12 @@ def test_perturbed_strokes_have_the_errors_of_the_player():
     assert np.allclose(played.mean(axis=0), stroke.offsets, atol=5e-3)
 
 
+@pytest.mark.parametrize('radius', [0, -0.03, math.nan, None])
+def test_perturbed_strokes_need_a_radius(radius):
+    with pytest.raises(ValueError, match=r'ball_radius: .* finite and above 0 \(m\)'):
+        Noise().perturb(Stroke.from_offsets(speed=1), np.random.default_rng(1), radius)
+
+
 @pytest.mark.parametrize('speed', [0.356, 0.44, 0.447, 0.45])
 def test_a_ball_may_rest_beside_the_hole_of_a_pocket(speed):
     shot = predict(

@@ -250,13 +250,19 @@ def test_a_tolerance_out_of_reach():
     assert 1e-15 < shot.error_estimate < 1e-9
 
 
-@pytest.mark.parametrize('tolerance', [0, -1, math.nan, math.inf])
+@pytest.mark.parametrize('stroke', [None, 5, (0, 0, 0, 0, 1)])
+def test_what_is_no_stroke(stroke):
+    with pytest.raises(ValueError, match=r'stroke: .* is not allowed; it must be a Stroke'):
+        predict(POOL, stroke)
+
+
+@pytest.mark.parametrize('tolerance', [0, -1, math.nan, math.inf, 10**400, None, '1'])
 def test_wrong_tolerance(tolerance):
     with pytest.raises(ValueError, match=r'tolerance: .* must be finite and above 0'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), tolerance=tolerance)
 
 
-@pytest.mark.parametrize('position', [(1,), (0, 0, 1), (math.nan, 0), 'ab'])
+@pytest.mark.parametrize('position', [(1,), (0, 0, 1), (math.nan, 0), (0, 10**400), 'ab'])
 def test_wrong_position(position):
     with pytest.raises(ValueError, match=r'position: .* not allowed; it must be finite'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), position=position)

@@ -208,6 +208,14 @@ def test_damaged_records(change, text):
         from_json(json.dumps(data))
 
 
+def test_what_is_no_shot_and_no_path():
+    with pytest.raises(ValueError, match='shot: None is not allowed; it must be a Shot'):
+        save_shot(None, 'shot.json')
+    for refused in (lambda: save_shot(SHOTS['break'], None), lambda: load_shot(None)):
+        with pytest.raises(ValueError, match=r'None: .*str'):
+            refused()
+
+
 @pytest.mark.parametrize('text', ['', '{', '[]', '7', '"shot"', 'null'])
 def test_what_is_no_record(text):
     with pytest.raises(ValueError, match=r'is no JSON|no record of a shot'):

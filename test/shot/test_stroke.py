@@ -67,6 +67,7 @@ def test_a_pose_finds_the_contact(a, b, elevation, azimuth, way, twist, scale):
         (((1, 0, True), (1, 0, 0)), 'normal: True is not allowed'),
         (((1, 0, 0), (0, 0, 0)), 'velocity: .* must not be zero'),
         (((1, 0, 0), (1, math.inf, 0)), 'velocity: inf is not allowed'),
+        (((1, 0, 0), (1, 10**400, 0)), 'velocity: 10+ is not allowed'),
         ((1, (1, 0, 0)), 'normal: 1 is not allowed'),
         (('abc', (1, 0, 0)), "normal: 'abc' is not allowed"),
     ],

@@ -169,6 +169,9 @@ def test_a_bad_row_has_a_status_of_its_own():
         ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
         ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
         ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
+        ({'cue': BallState((0, 0, 10**400))}, r"states\['cue'\]\.position: .* three numbers"),
+        ({'cue': {}}, r"states\['cue'\]: {} is not allowed; it must be a BallState"),
+        (5, r'states: 5 is not allowed; it must be a Mapping'),
     ],
 )
 def test_mistakes_are_named(states, mistake):
@@ -181,6 +184,18 @@ def test_options_are_checked():
         simulate(POOL, {'cue': state(0, 0)}, tolerance=0)
     with pytest.raises(ValueError, match='max_events: 0 is not allowed'):
         simulate(POOL, {'cue': state(0, 0)}, max_events=0)
+    for states, refused in ((5, 'states: 5'), ([5], r'states\[0\]: 5')):
+        with pytest.raises(ValueError, match=f'{refused} is not allowed'):
+            simulate_batch(POOL, states)
+
+
+def test_numbers_of_numpy_are_numbers():
+    given = {'cue': state(0, 0, (3, 1, 0))}
+    expected = simulate(POOL, given, tolerance=0.25, max_events=3)
+    run = simulate(POOL, given, tolerance=np.float16(0.25), max_events=np.int64(3))
+    assert (run.final_position['cue'] == expected.final_position['cue']).all()
+    many = simulate_batch(POOL, given, tolerance=0.25, max_events=np.int8(3), workers=np.int64(1))
+    assert (many.final_position[0, 0] == expected.final_position['cue']).all()
 
 
 def test_a_run_too_long_says_so():

@@ -17,6 +17,7 @@ from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import InputError, Mistake, refused
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.values import whole
 
 NORMAL_BUDGET = 2000  # simulations of each layout
 NORMAL_GRID = (24, 12)
@@ -44,16 +45,9 @@ def _grid(default: tuple[int, int] | None) -> Any:
     def convert(value: object) -> tuple[int, int] | None:
         if value is None and default is None:
             return None
-        if (
-            not isinstance(value, tuple | list)
-            or len(value) != 2
-            or not all(
-                isinstance(each, int) and not isinstance(each, bool) and each >= 1
-                for each in value
-            )
-        ):
+        if not isinstance(value, tuple | list) or len(value) != 2:
             raise refused(value, allowed)
-        return value[0], value[1]
+        return whole('', value[0], 1), whole('', value[1], 1)
 
     return dataclasses.field(default=default, metadata={TAKES: convert})
 

@@ -1,0 +1,48 @@
+"""Values as people give them: numbers of any type, NumPy's too, and objects of one type."""
+
+import math
+from numbers import Integral, Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.scene.errors import refused
+
+
+def as_float(value: object) -> float:
+    """Return a number as a float: infinite if it is too large for one, NaN if it is no number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def as_floats(values: object) -> NDArray[np.float64]:
+    """Return numbers as an array of floats; an empty one if they are none."""
+    try:
+        return np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return np.empty(0)
+
+
+def whole(name: str, value: object, minimum: int) -> int:
+    """Return a whole number; raise ValueError if it is none, or below `minimum`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < minimum:
+        raise refused(value, f'a whole number, at least {minimum}', name)
+    return int(value)
+
+
+def positive(name: str, value: object, unit: str) -> float:
+    """Return a number above 0; raise ValueError if it is none."""
+    number = as_float(value)
+    if not 0.0 < number < math.inf:
+        raise refused(value, f'finite and above 0 ({unit})', name)
+    return number
+
+
+def check_type(name: str, value: object, kind: type) -> None:
+    """Raise ValueError if a value is of another type."""
+    if not isinstance(value, kind):
+        raise refused(value, f'a {kind.__name__}', name)
