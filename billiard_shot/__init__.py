@@ -72,9 +72,12 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name == '__version__':
+        value = import_module('importlib.metadata').version(__name__)
+    elif name in _HOMES:
+        value = getattr(import_module(f'{__name__}.{_HOMES[name]}'), name)
+    else:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    value = getattr(import_module(f'{__name__}.{_HOMES[name]}'), name)
     globals()[name] = value
     return value
 

@@ -13,6 +13,7 @@ import time
 import numpy as np
 import pytest
 
+import billiard_shot
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
@@ -217,7 +218,7 @@ def test_version(capsys):
     with pytest.raises(SystemExit) as ended:
         main(['--version'])
     assert ended.value.code == 0
-    assert capsys.readouterr().out.startswith('billiard_shot ')
+    assert capsys.readouterr().out == f'billiard_shot {billiard_shot.__version__}\n'
 
 
 def test_every_command_is_in_the_help():

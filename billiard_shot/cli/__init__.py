@@ -11,7 +11,6 @@ printed as JSON or CSV.
 import argparse
 from collections.abc import Sequence
 from importlib import import_module
-from importlib.metadata import version
 import os
 import sys
 
@@ -74,7 +73,7 @@ def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
         epilog='exit codes: ' + '; '.join(f'{code}: {text}' for code, text in EXIT_CODES.items()),
     )
     parser.add_argument(
-        '--version', action='version', version=f'billiard_shot {version("billiard_shot")}'
+        '--version', action='version', version=f'billiard_shot {billiard_shot.__version__}'
     )
     commands = parser.add_subparsers(required=True, metavar='COMMAND')
     wanted = [name for name in COMMANDS if name in words[:1]] or COMMANDS
