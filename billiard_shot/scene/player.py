@@ -23,12 +23,16 @@ class Offsets(Protocol):
     """A stroke; see `billiard_shot.Stroke`, which is above this layer."""
 
     @property
+    def axis(self) -> bool:
+        """Return whether the offsets are those of the axis of the cue."""
+
+    @property
     def offsets(self) -> tuple[float, float, float, float, float]:
         """Return the arguments of `from_offsets`."""
 
     @classmethod
     def from_offsets(
-        cls, a: float, b: float, elevation: float, azimuth: float, speed: float
+        cls, a: float, b: float, elevation: float, azimuth: float, speed: float, *, axis: bool
     ) -> Self:
         """Make a stroke."""
 
@@ -130,7 +134,8 @@ class Noise:
         Returns
         -------
         Stroke
-            With independent normal errors. Its speed is at least 1 mm/s.
+            With independent normal errors. Its speed is at least 1 mm/s. The errors of a and b are
+            those of the axis of the cue if the stroke states that.
 
         """
         ball_radius = positive('ball_radius', ball_radius, 'm')
@@ -144,7 +149,7 @@ class Noise:
             a, b, elevation = -a, -b, math.pi - elevation
             azimuth = math.remainder(azimuth + math.pi, math.tau)
         speed = max(speed + errors[4] * self.speed, SLOWEST)
-        return type(stroke).from_offsets(a, b, elevation, azimuth, speed)
+        return type(stroke).from_offsets(a, b, elevation, azimuth, speed, axis=stroke.axis)
 
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""

@@ -82,6 +82,7 @@ class Stroke:
         *,
         elevation_deg: float | None = None,
         azimuth_deg: float | None = None,
+        axis: bool = False,
     ) -> Stroke:
         """
         State a stroke as players do.
@@ -100,6 +101,8 @@ class Stroke:
             Of the cue [m/s], above 0.
         elevation_deg, azimuth_deg : float
             The same angles in degrees, instead of `elevation` and `azimuth`.
+        axis : bool
+            Whether a and b are where the axis of the cue meets the ball, see `Stroke`.
 
         Raises
         ------
@@ -114,7 +117,7 @@ class Stroke:
         if speed is None:
             raise ValueError('speed: missing; it must be above 0 (m/s)')
         _positive('speed', speed, 'm/s')
-        return stroke_at(a, b, elevation, azimuth, speed)
+        return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
 
     @classmethod
     def from_pose(
@@ -198,7 +201,11 @@ class Stroke:
 
     @property
     def offsets(self) -> tuple[float, float, float, float, float]:
-        """The arguments of `from_offsets` that make this stroke; azimuth 0 if it is vertical."""
+        """
+        The arguments of `from_offsets` that make this stroke, with its `axis`.
+
+        The azimuth is 0 if the stroke is vertical.
+        """
         x, y, z = self.velocity
         elevation = math.atan2(-z, math.hypot(x, y)) + 0.0  # 0, not -0
         azimuth = math.atan2(y, x)
@@ -212,7 +219,9 @@ class Stroke:
         )
 
 
-def stroke_at(a: float, b: float, elevation: float, azimuth: float, speed: float) -> Stroke:
+def stroke_at(
+    a: float, b: float, elevation: float, azimuth: float, speed: float, *, axis: bool = False
+) -> Stroke:
     """Make a stroke as `Stroke.from_offsets`, with angles [rad] of any size."""
     right, up, along = axes(elevation, azimuth)
     depth = 1.0 - a * a - b * b
@@ -220,7 +229,7 @@ def stroke_at(a: float, b: float, elevation: float, azimuth: float, speed: float
     if depth <= 0.0:
         miss = f'a, b: ({a:g}, {b:g}) is not allowed; a² + b² must be below 1'
     normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
-    return Stroke(normal, speed * along, miss=miss)
+    return Stroke(normal, speed * along, axis=axis, miss=miss)
 
 
 def axes(

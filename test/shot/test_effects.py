@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Status, Stroke
-from billiard_shot.scene import Effects
+from billiard_shot.scene import Effects, Noise
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
 from billiard_shot.shot.model import strike_model
@@ -225,6 +225,16 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     assert off.velocity == pytest.approx(
         predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12
     )
+
+
+def test_a_stroke_that_states_the_axis_keeps_it():
+    """Without errors, a player plays what is planned."""
+    planned = Stroke.from_offsets(0.4, 0.1, 0.2, 0.3, 2.0, axis=True)
+    exact = Noise(0.0, 0.0, 0.0, 0.0, 0.0).perturb(planned, np.random.default_rng(1))
+    for stroke in (exact, Stroke.from_offsets(*planned.offsets, axis=planned.axis)):
+        touching = stroke.touching(0.5)
+        assert touching.offsets[:2] == pytest.approx((0.4 / 1.5, 0.1 / 1.5))
+        assert not touching.axis
 
 
 def test_a_guided_cue_has_no_end_mass_to_turn_on():
