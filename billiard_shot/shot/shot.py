@@ -201,7 +201,19 @@ class Shot:
 
         Balls in pockets and off the table are gone. If the cue ball is, it lies at the free place
         of the head string that is nearest to the middle (`ball in hand`).
+
+        Raises
+        ------
+        ValueError
+            If a ball still moves at the end: nothing stops it, or the budget was exceeded.
+
         """
+        for name, ball in self.run.balls.items():
+            if not ball.comes_to_rest:
+                raise ValueError(
+                    f'after: is not allowed for a shot with {self.status.name}; all balls must '
+                    f'rest, but ball {name!r} moves on'
+                )
         balls = dict(self.scene.balls)
         if self.table is None:
             x, y, _ = self.trajectory.final_position.tolist()

@@ -59,8 +59,9 @@ def facts(shot: Shot) -> dict[str, str]:
     }
     if shot.off_table:
         listed['off the table'] = ', '.join(map(ball_in_words, shot.off_table))
-    if places := tuple(_places(shot)):
-        listed['rests at'] = ', '.join(places) + ' m'
+    for fact, at_rest in (('rests at', True), ('moves on from', False)):
+        if places := tuple(_places(shot, at_rest)):
+            listed[fact] = ', '.join(places) + ' m'
     listed['error at most'] = f'{1e3 * shot.error_estimate:.1g} mm'
     if shot.first_contact:
         until = ball_in_words(shot.first_contact)
@@ -122,11 +123,12 @@ def _pocketed(shot: Shot) -> str:
     )
 
 
-def _places(shot: Shot) -> Iterator[str]:
-    """Tell where balls that moved, or were struck, rest on the table."""
+def _places(shot: Shot, at_rest: bool) -> Iterator[str]:
+    """Tell where balls that moved, or were struck, rest on the table, or where they move on."""
     gone = {*shot.pocketed, *shot.off_table}
     for name, ball in shot.run.balls.items():
-        if name not in gone and (name == 'cue' or len(ball.rows) > 1):
+        moved = name == 'cue' or len(ball.rows) > 1
+        if name not in gone and moved and ball.comes_to_rest == at_rest:
             yield f'{ball_in_words(name)} {_vector(ball.final_position[:2], 3)}'
 
 

@@ -294,6 +294,10 @@ def test_frictionless_cloth_never_stops_the_ball():
     shot = predict(changed(POOL, cloth=cloth), Stroke.from_offsets(0.2, 0.1, 0.1, 0, 2))
     assert shot.status == Status.NEVER_RESTS
     assert 'endless' in shot.message
+    assert 'rests at' not in str(shot)
+    assert 'moves on from' in str(shot)
+    with pytest.raises(ValueError, match=r"after: .* NEVER_RESTS; .* ball 'cue' moves on"):
+        shot.after()
     assert np.isfinite(shot.trajectory.final_position).all()
 
 
