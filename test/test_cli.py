@@ -80,6 +80,16 @@ def test_wrong_input(capsys, arguments, text):
     assert text in err
 
 
+@pytest.mark.parametrize('option', ['output', 'picture', 'history', 'close-up'])
+def test_files_are_checked_before_the_work(option, capsys, monkeypatch):
+    monkeypatch.setattr('billiard_shot.cli.predict.shots_of', None)
+    for path, text in (('no/a.x', 'no/a.x: there is no such folder'), ('.', 'must be a file')):
+        assert main(['predict', '--speed', '1', f'--{option}', path]) == 2
+        err = capsys.readouterr().err
+        assert err.startswith(f'billiard-shot: --{option}: ')
+        assert text in err
+
+
 def test_all_mistakes_of_a_file(tmp_path, capsys):
     path = tmp_path / 'strokes.yaml'
     path.write_text("""

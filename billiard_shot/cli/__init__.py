@@ -37,6 +37,7 @@ COMMANDS = (
     'completion',
 )
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
+FILES = (*PICTURES, 'output', 'view', 'video')  # options that name a file to write
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,8 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
         options = make_parser(words).parse_args(words)
+        _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
-            require_matplotlib()  # before the work, not after it
+            require_matplotlib()
         code = int(options.run(options))
         if sys.stdout is not None:  # Python sets None if the shell has closed the output
             sys.stdout.flush()
@@ -83,6 +85,17 @@ def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
         module.add_arguments(command)
         command.set_defaults(run=module.run)
     return parser
+
+
+def _check_files(options: argparse.Namespace) -> None:
+    """Raise ValueError if the name of a file to write is that of a folder, or in none."""
+    for name in FILES:
+        path = getattr(options, name, None)
+        option = f'--{name.replace("_", "-")}'
+        if path and path.is_dir():
+            raise ValueError(f'{option}: {path} is not allowed; it must be a file, not a folder')
+        if path and not path.absolute().parent.is_dir():
+            raise ValueError(f'{option}: {path}: there is no such folder')
 
 
 def _discard_output() -> None:

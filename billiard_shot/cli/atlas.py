@@ -115,8 +115,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Plan from all layouts and print a line for each map; ValueError for an invalid request."""
     wait_for_machine_code()
-    if options.picture and not options.picture.absolute().parent.is_dir():
-        raise ValueError(f'--picture: {options.picture}: there is no such folder')
     scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)

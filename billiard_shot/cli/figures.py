@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '-o',
         '--output',
         '--to',  # its former name
+        dest='folder',
         type=Path,
         default=Path('figures'),
         metavar='FOLDER',
@@ -38,12 +39,12 @@ def run(options: argparse.Namespace) -> int:
         print('\n'.join(FIGURES))
         return 0
     try:
-        options.output.mkdir(parents=True, exist_ok=True)
+        options.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(f'--output: {error}') from None
     wait_for_machine_code()
     for name in progress(options.names or list(FIGURES), 'figures'):
-        path = options.output / f'{name}.png'
+        path = options.folder / f'{name}.png'
         FIGURES[name](path)
         print(path)
     return 0

@@ -95,6 +95,7 @@ def test_pictures(target, tmp_path, capsys):
         (['pool_table'], 2, 'must have one of the keys rest, pass, gate, hit, pot'),
         (['pool_table', '--pot', '8'], 2, "there is no ball '8'"),
         (['blocked', '--pot', '8', '--budget', '0'], 2, 'budget: 0 is not allowed'),
+        (['blocked', '--pot', '8', '--view', 'no/a.html'], 2, '--view: no/a.html: there is no'),
         (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
         (['blocked', '--pot', '8', '--noise-scale', '-1'], 2, '--noise-scale: -1'),
         (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-scale: -1'),
