@@ -37,7 +37,8 @@ class Scene:
     law : str
         Restitution law: `bistiffness`, `energetic` (that of the paper) or `poisson`.
     exponent : float
-        Exponent of the force of the contact springs, at least 1: 1 is linear, 1.5 is Hertz's.
+        Exponent of the force of the contact springs, 1 to 10: 1 is linear, 1.5 is Hertz's. Larger
+        ones make impacts take many steps, and forces that overflow.
     balls : mapping of str to (x, y)
         Positions of the balls on the table [m]. The cue ball is `cue`; it is at the origin if it
         has no position.
@@ -66,7 +67,7 @@ class Scene:
     cue: Cue = section(Cue)
     contacts: Contacts = section(Contacts)
     law: str = choice('bistiffness', 'energetic', 'poisson', default='bistiffness')
-    exponent: float = number('', minimum=1, default=1.0)
+    exponent: float = number('', minimum=1, maximum=10, default=1.0)
     cloth: Cloth = section(Cloth, optional=True)
     balls: Mapping[str, tuple[float, float]] = places()
     effects: Effects = section(Effects, optional=True)

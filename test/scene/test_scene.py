@@ -120,6 +120,7 @@ def test_wrong_contact_is_named(data, key, value, allowed):
             'law: .newton. is not allowed; it must be one of bistiffness, energetic',
         ),
         ('exponent', 0.5, 'exponent: 0.5 is not allowed; it must be a finite number at least 1'),
+        ('exponent', 40, 'exponent: 40 is not allowed; .* at most 10'),
         ('balls', {'cue': [0]}, r'balls\.cue: \[0\] is not allowed; it must be two finite'),
         ('balls', [1, 2], r'balls: \[1, 2\] is not allowed; it must be a mapping'),
         ('ball', None, 'ball: None is not allowed; it must be a mapping'),
