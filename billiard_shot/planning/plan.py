@@ -171,6 +171,8 @@ def _outcome(
         if not found.converged:
             notes.append('not converged: a larger budget may find a better stroke')
         return Status.OK, '; '.join(notes)
+    if not simulations:
+        return Status.NO_PLAN, 'time_limit: the time was up before a stroke was tried'
     detail = ''
     if found.penalty == 0.0:
         detail = '; strokes that reached it did not repeat under noise'

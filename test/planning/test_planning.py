@@ -391,6 +391,12 @@ def test_a_time_limit_ends_the_search():
             plan(SCENE, target, time_limit=wrong)
 
 
+def test_a_time_limit_before_the_first_stroke_says_so():
+    none = plan(SCENE, {'pot': '8'}, time_limit=1e-9)
+    assert (none.status, none.simulations) == (Status.NO_PLAN, 0)
+    assert none.message.startswith('time_limit: the time was up before a stroke was tried')
+
+
 def test_finalists_have_enough_trials_and_their_order_follows_a_rule():
     result = plan(SCENE, {'pot': '8'})
     assert all(each.trials >= 400 for each in result.ranking)
