@@ -278,3 +278,13 @@ def test_a_ball_that_is_struck_together_with_another_one():
     off = {each.name: each for each in predict(wishing(scene, cluster='off'), LEVEL).effects}
     assert (off['cluster'].simulated, off['cluster'].called_for) == (False, True)
     assert off['ball_ball'].reason.startswith('balls meet another ball 1 time')
+
+
+def test_a_cushion_that_the_ball_meets_within_the_strike():
+    """The ball is frozen to a cushion; then it meets jaws, but no cushion."""
+    scene = Scene.load('pool_table')
+    place = -0.3, 0.5 * scene.table.width - scene.ball.radius
+    stroke = Stroke.from_offsets(elevation_deg=10, azimuth_deg=80, speed=2)
+    found = effect(predict(scene, stroke, position=place), 'cushion')
+    assert found.simulated
+    assert found.reason == 'the ball reaches what is near during the strike'

@@ -27,6 +27,8 @@ class Cushion(EffectGate[EffectContext]):
         """Events with a nose."""
         if context.scene.table is None:
             return GateDecision(False, 'the scene has no table: the cloth is endless')
+        if context.struck_together and not _balls_in_strike(context):
+            return GateDecision(True, TOGETHER)
         events = [
             event for event in context.events(EventKind.CUSHION) if not event.place.startswith(JAW)
         ]
@@ -75,7 +77,7 @@ class BallBall(EffectGate[EffectContext]):
         """Events of two balls or more."""
         if len(context.trajectories) == 1:
             return GateDecision(False, 'there is no other ball')
-        if _in_strike(context):
+        if _balls_in_strike(context):
             return GateDecision(True, TOGETHER)
         return _count(context.events(EventKind.BALL, EventKind.CLUSTER), 'another ball')
 
@@ -95,7 +97,7 @@ class Throw(EffectGate[EffectContext]):
         slips = [
             _slip(context, event) for event in context.events(EventKind.BALL, EventKind.CLUSTER)
         ]
-        if _in_strike(context):
+        if _balls_in_strike(context):
             return GateDecision(True, TOGETHER)
         if not slips:
             return GateDecision(False, 'no ball meets another one')
@@ -138,7 +140,7 @@ def _count(events: list[TableEvent], what: str) -> GateDecision:
     )
 
 
-def _in_strike(context: EffectContext) -> bool:
+def _balls_in_strike(context: EffectContext) -> bool:
     """Whether balls met during the strike."""
     meetings = context.events(EventKind.BALL, EventKind.CLUSTER)
     return context.struck_together and any(event.time == 0.0 for event in meetings)
