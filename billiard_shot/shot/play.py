@@ -42,6 +42,7 @@ from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBat
 _OPEN = (Status.OK, Status.NEVER_RESTS)
 # and those that a discontinuity of the law overrules.
 _SOLVED = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE)
+PHASES, SEGMENTS = 16, 24  # of a strike and of its ball: room at first, most have fewer
 HOPS_BEFORE_CUSHIONS = 0.1 * HOPS  # which magnify an error ten times
 # Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
 # share of what this changed.
@@ -86,7 +87,7 @@ def play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | Non
 def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | None]:
     scene, model, _, velocities, centre = strokes
     table = table_on(scene) if has_table(scene) else None
-    played, struck = _strike(strokes, table, tolerance, 16, 24)
+    played, struck = _strike(strokes, table, tolerance, PHASES, SEGMENTS)
     if played.strikes['status'][0] >= Status.MISS or not (
         table is not None or np.isfinite(played.strikes['again'][0])
     ):

@@ -27,7 +27,7 @@ from billiard_shot.table.event_handlers import (
     THE_CUE,
 )
 from billiard_shot.table.geometry import lay_out, Layout, Table
-from billiard_shot.table.initial_states import STATE_COLUMNS
+from billiard_shot.table.initial_states import MIN_HEIGHT, STATE_COLUMNS
 from billiard_shot.table.motion import (
     Ball,
     CLUSTER,
@@ -51,7 +51,6 @@ from billiard_shot.table.simulation_state import (
 )
 
 PENDING = -1  # a status of `run_events`
-MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
 
 
 class Beginnings(NamedTuple):

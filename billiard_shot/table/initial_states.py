@@ -12,6 +12,7 @@ from billiard_shot.scene.values import as_floats, check_type
 from billiard_shot.table.trajectory import BallState
 
 STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
+MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
 
 States = Mapping[str, BallState]
 
@@ -50,7 +51,7 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
                     'be three finite numbers'
                 )
             array[0, i, 3 * k : 3 * k + 3] = row
-        if array[0, i, 2] < radius * (1.0 - 1e-6):
+        if array[0, i, 2] < radius * MIN_HEIGHT:
             raise ValueError(
                 f'states[{name!r}].position: {array[0, i, 2]:.6g} is not allowed as z; it must be '
                 f'at least the radius, {radius:g} (m)'

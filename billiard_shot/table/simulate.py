@@ -50,7 +50,9 @@ T = TypeVar('T')
 # between balls makes one at nearly every impact, a third of a millimetre high at most.
 DEFAULT_TOLERANCE = 2e-3
 DEFAULT_MAX_EVENTS = 20_000  # of a table
-_CAPACITY = 32  # segments and events for each of all balls and two: most runs have fewer
+# Room at first, for each of all balls and two: segments and events of a run, and segments of a
+# table of a batch. Most have fewer.
+_CAPACITY, _CAPACITY_IN_BATCH = 32, 8
 
 
 class Cues(NamedTuple):
@@ -190,7 +192,7 @@ def run_recorded(
     With `rules`, a BallRule for each ball, each run ends as soon as it is decided. `first_met`:
     (tables, balls), the ball that each one has met already, or NOTHING.
     """
-    capacity = 8 * states.shape[0] * (2 + states.shape[1])
+    capacity = _CAPACITY_IN_BATCH * states.shape[0] * (2 + states.shape[1])
     while True:
         played = _simulate(
             params,
