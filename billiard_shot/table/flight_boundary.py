@@ -17,9 +17,9 @@ from billiard_shot.table.rolling_boundary import (
     ARCS,
     beside_nose,
     coordinate_range,
-    crossing_time,
     FACINGS,
     HOLES,
+    leaving_time,
     may_enter,
     OUTSIDE,
 )
@@ -98,14 +98,9 @@ def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
     n, radius = table.numbers, table.params.radius
     end, feature = ball.end - ball.time, NOTHING
     px, py, vx, vy = ball.position[0], ball.position[1], ball.velocity[0], ball.velocity[1]
-    for k in range(2):
-        side = 1.0 if k == 0 else -1.0
-        t = min(
-            crossing_time(n.nose_half_length + n.cushion_depth - side * px, side * vx, 0.0),
-            crossing_time(n.nose_half_width + n.cushion_depth - side * py, side * vy, 0.0),
-        )
-        if t < end:
-            end, feature = t, OUTSIDE
+    t = leaving_time(n, ball)
+    if t < end:
+        end, feature = t, OUTSIDE
     clearance = min(
         n.nose_half_length - max(abs(px), abs(px + vx * end)),
         n.nose_half_width - max(abs(py), abs(py + vy * end)),

@@ -145,6 +145,19 @@ def reach_pocket(
 
 
 @inner
+def leaving_time(n: TableNumbers, ball: Ball) -> float:
+    """Time from now until a ball's centre is behind the cushions, or inf."""
+    first = math.inf
+    for side in (1.0, -1.0):
+        for i in range(2):
+            noses = n.nose_half_length if i == 0 else n.nose_half_width
+            gap = noses + n.cushion_depth - side * ball.position[i]
+            half = 0.5 * side * ball.acceleration[i]
+            first = min(first, crossing_time(gap, side * ball.velocity[i], half))
+    return first
+
+
+@inner
 def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
     """
     When a lying ball meets something of the table before its segment ends, and what.
@@ -174,14 +187,7 @@ def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
                 searched += 1
                 end, feature = reach_pocket(table, ball, index, end, feature)
         if feature == NOTHING:
-            out_x = n.nose_half_length + n.cushion_depth
-            out_y = n.nose_half_width + n.cushion_depth
-            for k in range(2):
-                side = 1.0 if k == 0 else -1.0
-                t = min(
-                    crossing_time(out_x - side * px, side * vx, 0.5 * side * ax),
-                    crossing_time(out_y - side * py, side * vy, 0.5 * side * ay),
-                )
-                if t < end:
-                    end, feature = t, OUTSIDE
+            t = leaving_time(n, ball)
+            if t < end:
+                end, feature = t, OUTSIDE
     return (ball.time + end if feature != NOTHING else math.inf), feature, searched
