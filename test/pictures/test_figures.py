@@ -260,4 +260,4 @@ def test_a_picture_that_cannot_be_written(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     wrong = tmp_path / 'none' / 'laws.png'
     assert main(['laws', '--count', '5', '--picture', str(wrong)]) == 2
-    assert f'billiard-shot: picture: {wrong}: ' in capsys.readouterr().err
+    assert f'billiard-shot: --picture: {wrong}: ' in capsys.readouterr().err
