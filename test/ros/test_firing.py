@@ -219,15 +219,26 @@ def test_in_python(shell):
     assert said.splitlines()[-1] == 'done'
 
 
+def play(shell: Shell, services: list[Client], arguments: list[str]) -> tuple[int, str]:
+    """Play; once more if the page's publishers were starved: the driver is right to refuse."""
+    code, said = shell.run(arguments)
+    if 'no message for' in said:
+        for service in services:
+            shell.trigger(service)
+        code, said = shell.run(arguments)
+    return code, said
+
+
 @pytest.mark.usefixtures('ball_in_its_place')
-def test_both_players_from_a_file_and_for_several_targets(shell, tmp_path):
+def test_both_players_from_a_file_and_for_several_targets(shell, services, tmp_path):
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {name: one, b: 0.2, speed: 0.4}\n- {name: two, a: 0.1, speed: 0.5}\n')
-    code, said = shell.run([*PLAYER, '--strokes', str(strokes), '--arm'])
+    code, said = play(shell, services, [*PLAYER, '--strokes', str(strokes), '--arm'])
     assert code == 0, said
     assert said.count('executed    OK') == 2
     assert all(f'{name}: 0.' in said for name in ('one', 'two'))
-    code, said = shell.run([*PLAN_PLAYER, '{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}', '--arm'])
+    targets = ['{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}']
+    code, said = play(shell, services, [*PLAN_PLAYER, *targets, '--arm'])
     assert code == 0, said
     assert 'target      reached' in said
     assert 'target      not judged' in said
