@@ -130,7 +130,7 @@ def simulate_strokes(
         struck.states,
         HOPS * tolerance,
         rules=rules,
-        cues=following_cues(model, strikes, velocities, centre),
+        cues=following_cues(model, strikes, velocities, struck.states[:, 0, :3]),
         first_met=struck.first_met,
     )
     return recording, usable

@@ -115,8 +115,11 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     # the side on which the ball leaves the way of the cue ball: turning away from it is thin
     side = math.copysign(1.0, _turn(way, ideal[pocket]))
     lines = [
-        _line_of_centres(start.position[:2], direction, there, 2.0 * shot.scene.ball.radius)
-        for direction in (_angle(np.array(shot.stroke.velocity)), _angle(start.velocity))
+        _line_of_centres(place[:2], _angle(velocity), there, 2.0 * shot.scene.ball.radius)
+        for place, velocity in (
+            (shot.position, np.array(shot.stroke.velocity)),
+            (start.position, start.velocity),
+        )
     ]
     steps = [ideal[pocket], *lines, _angle(there - touch), real]
     if None in steps or abs(_turn(way, ideal[pocket])) > 0.5 * math.pi:

@@ -17,6 +17,7 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.neighbours import neighbours_of
+from billiard_shot.table.geometry import layout_of
 
 T = TypeVar('T')
 
@@ -62,7 +63,8 @@ class Runner:
         self.reserved = round(RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas))
         places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
-        _, near = neighbours_of(problem.table, problem.model, places)
+        table = layout_of(problem.model.surface, problem.table)
+        _, near = neighbours_of(table, problem.model, places)
         self._alone = not near  # else maps know nothing of what takes part in a strike
         self._executor = executor
         self._work = partial(evaluate_strokes, problem)

@@ -106,6 +106,6 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
 def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Both ends of the cue as it meets the ball [m]."""
     along = np.array(shot.stroke.velocity) / shot.stroke.speed
-    centre = shot.trajectory.at(0.0).position
+    centre = shot.position
     tip = centre + shot.scene.ball.radius * np.array(shot.stroke.normal)
     return tip, tip - (shot.scene.cue.length or LENGTH) * along

@@ -1,98 +1,137 @@
 """
-A cue that meets a ball which moves, on the cloth or in the air: with the geometry of each moment.
+A cue that meets a ball, alone or among others: with the geometry of each moment.
 
-A strike of a ball at rest takes all directions as they are at the first touch. If the tip meets
-the ball again, the ball has moved out of the cue's line meanwhile, and the answer depends on by
-how much. So here the impact is cut into short pieces. In each piece the normal is that of its
-middle. Compressions are carried over. Only law `bistiffness` knows how a compressed spring goes
-on. Under the other laws an impact is one piece.
+The impact is cut into short pieces. In each piece the normals are those of its middle.
+Compressions are carried over. Only law `bistiffness` knows how a compressed spring goes on. Under
+the other laws an impact is one piece, in which all contacts take part that touch at first.
 
 The end of the cue gives way sideways while the tip touches the ball. When they part it swings
 back to the cue's axis, and is at rest there relative to the cue. The tip can meet the ball again
-as soon as the ball is clear of that place: before, the ball only holds the end aside.
+as soon as the ball is clear of that place, or has met something else: before, the ball only holds
+the end aside. A cue that recoils does not come back.
+
+A nose keeps the normal with which it closes, as in rebound.py. Its restitution is that of the
+speed with which a ball would press it as far.
 """
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.contact_space import without_rounding
-from billiard_shot.impact.events import RESTITUTION_END
-from billiard_shot.impact.laws import BISTIFFNESS
-from billiard_shot.impact.solve import solve_in_contact_space, Solved
+from billiard_shot.impact.collide import Ending, Phase, read_log
+from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
 from billiard_shot.impact.state import PhaseLog
-from billiard_shot.numerics import rounding
-from billiard_shot.numerics.vectors import cross_rows
 from billiard_shot.records import ROWS
-from billiard_shot.shot.model import contact_properties, StrikeModel, TABLE, TIP, tip_reach
+from billiard_shot.shot.contact_geometry import (
+    delassus_of,
+    frames_of,
+    gaps_of,
+    jacobian_of,
+    mobility_of,
+    shares,
+    sizes,
+    times,
+    tip_response,
+    ways_apart,
+)
+from billiard_shot.shot.model import (
+    StrikeModel,
+    TABLE,
+    TIP,
+    TIP_DURATION,
+    tip_reach,
+    tip_stiffness,
+)
+from billiard_shot.shot.neighbours import FIXED, is_in_pieces, Neighbour, UP
 from billiard_shot.status import BUDGET_EXCEEDED, OK
-from billiard_shot.table.contact_duration import duration_constant, DURATION_SPEED
+from billiard_shot.table.cushion import LEAST
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
-# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
-DURATION = 1.3e-3
-PIECES = 8  # of DURATION, into which an impact is cut
+PIECES = 8  # of TIP_DURATION, into which an impact is cut
 MAX_PIECES = 400  # of an impact
 MAX_HITS = 8  # of the tip: then the cue is taken away
 TOLERANCE = 1e-9  # of the impact in each piece, relative to its velocities
 TOUCHING = 1e-9  # m: bodies that are no farther apart touch
 FAR = -1.0  # m: length of a contact that nothing closes
-UP = np.array([0.0, 0.0, 1.0])
+STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
+OTHERS = np.s_[:, TABLE + 1 :]  # contacts beside TIP and TABLE
 
 
 class Meeting(NamedTuple):
-    """Balls and cues, n of each, that meet; frame `table`."""
+    """Balls and cues that meet: n cues, each with k balls, of which it meets the first."""
 
-    position: Array  # (n, 3) m, of the balls' centres
-    velocity: Array  # (n, 3) m/s
-    spin: Array  # (n, 3) rad/s
+    position: Array  # (n, k, 3) m, of the balls' centres; frame `table`
+    velocity: Array  # (n, k, 3) m/s
+    spin: Array  # (n, k, 3) rad/s
     tip: Array  # (n, 3) m, centre of the tip's sphere
     speed: Array  # (n,) m/s, of the cues along their axes
 
 
-class PhaseEnd(NamedTuple):
-    """How a meeting stood when one of its contacts had ended."""
-
-    active: NDArray[np.bool_]  # (2,) during the phase
-    contact: int  # that has ended
-    impulses: Array  # (2, 3) N s since the start
-    energies: Array  # (2,) J
-
-
 class Outcome(NamedTuple):
-    """What n meetings leave, until nothing is pressed any more."""
+    """What n meetings leave, until none of N contacts is pressed any more."""
 
     after: Meeting
     duration: Array  # (n,) s
-    hits: NDArray[np.int64]  # (n,) how often the tip met the ball
-    impulses: Array  # (n, 2, 3) N s, on the cue and, from the table, on the ball
-    losses: Array  # (n, 2, 2) J, of tip and table: restitution, friction
-    slip: Array  # (n,) m/s, of the tip when it last left the ball
-    steps: NDArray[np.int64]  # (n,)
-    status: NDArray[np.int64]  # (n,) Status
-    phases: NDArray[np.int64]  # (n,)
-    log: list[PhaseEnd]  # the phases of the last meeting
+    hits: Rows  # (n,) how often the tip met the ball
+    closings: Rows  # (n, N) how often each contact closed
+    impulses: Array  # (n, N, 3) N s, on the body into which the normal points; TIP: on the cue
+    losses: Array  # (n, N, 2) J: restitution, friction
+    slips: Array  # (n, N) m/s, of contacts when they last ended
+    first_slip: Array  # (n,) m/s, of the tip when it left the ball for the first time
+    lengths: Array  # (n, N) m, compressed, or minus the distance
+    steps: Rows  # (n,)
+    status: Rows  # (n,) Status
+    phases: Rows  # (n,)
+    log: list[Phase]  # of the last meeting
 
 
 class Motion(NamedTuple):
-    """Balls and cues while they meet, n of each; arrays that are changed."""
+    """Balls and cues while they meet; arrays that are changed."""
 
-    position: Array  # (n, 3) m, of the balls' centres
-    velocity: Array  # (n, 3) m/s
-    spin: Array  # (n, 3) rad/s
+    position: Array  # as in `Meeting`, and the next two
+    velocity: Array
+    spin: Array
     axis_tip: Array  # (n, 3) m, where the tip's sphere is while the cue's end is not bent
     speed: Array  # (n,) m/s, of the cues along their axes
     bend: Array  # (n, 3) m, by which the cue's end is aside
     bending: Array  # (n, 3) m/s
-    clear: NDArray[np.bool_]  # (n,) whether the tip may touch the ball: see the module
-    lengths: Array  # (n, 2) m, of the contacts: compressed, or minus the distance
+    clear: Flags  # (n,) whether the tip may touch the ball: see the module
+    lengths: Array  # (n, N) m, of the contacts: compressed, or minus the distance
+    normals: Array  # (n, N, 3) of the last piece
+    rush: Array  # (n, N) m/s, with which a ball would press a nose as far as this one has
 
 
-def meet(model: StrikeModel, axes: Array, before: Meeting, tolerance: Array) -> Outcome:
+class Contacts(NamedTuple):
+    """What is the same in all pieces of n meetings."""
+
+    model: StrikeModel
+    neighbours: Sequence[Neighbour]
+    axes: Array  # (n, 3)
+    steady: Flags  # (n,) the tip keeps its normal in its first hit
+    share: Array  # see `shares`
+    tip: Array  # (n, 3, 3) see `tip_response`
+    springs: Properties
+    is_nose: Flags  # (neighbours,)
+    piece: float  # s; inf if there is only one
+
+
+def meet(
+    model: StrikeModel,
+    axes: Array,
+    before: Meeting,
+    tolerance: Array,
+    neighbours: Sequence[Neighbour] = (),
+    steady: Flags | None = None,
+    phases: int = 0,
+) -> Outcome:
     """
-    Let balls and cues meet, until nothing is pressed any more.
+    Let cues and balls meet, until nothing is pressed any more.
 
     Parameters
     ----------
@@ -102,239 +141,318 @@ def meet(model: StrikeModel, axes: Array, before: Meeting, tolerance: Array) -> 
     before : Meeting
     tolerance : (n,) float array
         Of the impact in each piece, relative to its velocities.
+    neighbours : sequence of Neighbour
+        Contacts beside TIP and TABLE.
+    steady : (n,) bool array, optional
+        Whether the tip keeps its normal in its first hit. Default: nowhere.
+    phases : int
+        If above 0, those of the last meeting are logged.
 
     """
-    n, in_pieces = len(axes), model.law == BISTIFFNESS
-    s, done = _start(model, before), _nothing(before)
-    response, absolute_model = _response(model, axes), absolute(model)
-    piece = DURATION / PIECES if in_pieces else np.inf
-    left = np.arange(n)
+    n, in_pieces = len(axes), is_in_pieces(model)
+    steady = np.zeros(n, np.bool_) if steady is None else steady
+    g = _contacts(model, axes, before, neighbours, steady)
+    s = _start(g, before)
+    done = _nothing(g, before)
+    left: Rows = np.arange(n)
     for _ in range(MAX_PIECES if in_pieces else 1):
         if not len(left):
             break
-        at, c = left, axes[left]
-        given, normals = _lengths(model, s, at, c, piece, done.hits[at])
-        frames, jacobian = _geometry(model.surface.radius, normals, c)
-        mobile = response[at] @ jacobian.transpose(0, 2, 1)
-        cue = s.speed[at, np.newaxis] * c + s.bending[at]
-        moving = np.concatenate([cue, s.velocity[at], s.spin[at]], axis=1)
+        at = left
+        given = _lengths(g, s, at, done.hits[at])
+        frames = frames_of(s.normals[at], axes[at])
+        jacobian = jacobian_of(frames, g.share, model.surface.radius)
+        mobility = mobility_of(jacobian, g.tip[at], model.surface)
+        moving = _velocities(s, at, axes[at])
+        approach = times(jacobian, moving)
         solved = solve_in_contact_space(
-            contact_properties(absolute_model),
-            without_rounding(jacobian @ mobile),
-            _times(jacobian, moving),
+            _springs(g, s, at, given, approach),
+            delassus_of(jacobian, mobility),
+            approach,
             tolerance[at],
-            lengths=given if in_pieces else None,
-            until=piece,
+            0 if in_pieces else phases,
+            given if in_pieces else None,
+            g.piece,
         )
-        after = moving + _times(mobile, solved.impulses.reshape(len(at), 6))
+        after = moving + times(mobility, solved.impulses.reshape(len(at), -1))
         _book(done, at, solved, frames, given, in_pieces)
-        _log_last(done, at, solved, given, absolute_model)
-        _advance(s, at, c, moving, after, solved.durations if in_pieces else np.zeros(len(at)))
-        _part(model, s, at, c, solved)
-        left = at[(solved.lengths > 0.0).any(axis=1)]
+        if phases and in_pieces:
+            _log_last(g, done, at, solved, given)
+        _advance(
+            s, at, axes[at], moving, after, solved.durations if in_pieces else np.zeros(len(at))
+        )
+        _keep_lengths(g, s, at, solved)
+        _part(g, s, at, solved)
+        goes_on = (solved.lengths > 0.0).any(axis=1)
+        if in_pieces:
+            goes_on |= _hits_soon(g, s, at, done.hits[at])
+        left = at[goes_on]
     if in_pieces:
         done.status[left] = BUDGET_EXCEEDED
-    if model.table:  # the cloth gave way; the ball lies on it, or is above it by its distance
-        radius = model.surface.radius
-        lift = np.maximum(radius - s.lengths[:, TABLE], radius) - s.position[:, 2]
-        s.position[:, 2] += lift
-        s.axis_tip[:, 2] += lift
-    return done._replace(after=Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed))
+    elif phases and n:
+        done.log[:] = read_log(solved.log, frames[-1])
+    _settle(g, s, before)
+    after_all = Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed)
+    return done._replace(after=after_all, lengths=s.lengths)
 
 
-def _start(model: StrikeModel, before: Meeting) -> Motion:
+def _contacts(
+    model: StrikeModel,
+    axes: Array,
+    before: Meeting,
+    neighbours: Sequence[Neighbour],
+    steady: Flags,
+) -> Contacts:
+    """Collect what stays the same."""
+    in_pieces = is_in_pieces(model)
+    scale = tip_stiffness(model) / model.stiffness[TIP] if in_pieces else 1.0
+    springs = Properties(
+        np.array([*model.friction, *(each.friction for each in neighbours)]),
+        np.array([*model.restitution, *(each.restitution for each in neighbours)]),
+        np.array([scale * k for k in model.stiffness] + [each.stiffness for each in neighbours]),
+        model.law,
+        model.exponent,
+        np.array([0.0, 0.0, *(each.fading for each in neighbours)]),
+        np.array([0.0, 0.0, *(each.decay for each in neighbours)]),
+    )
+    return Contacts(
+        model,
+        neighbours,
+        axes,
+        steady,
+        shares(neighbours, before.position.shape[1]),
+        tip_response(model, axes),
+        springs,
+        np.array([each.nose is not None for each in neighbours], np.bool_),
+        TIP_DURATION / PIECES if in_pieces else np.inf,
+    )
+
+
+def _start(g: Contacts, before: Meeting) -> Motion:
     """Begin the motion of balls and cues; whatever touches at first may be pressed."""
-    n = len(before.speed)
+    n, count, radius = len(g.axes), len(g.share), g.model.surface.radius
     position, velocity, spin, tip, speed = (values.copy() for values in before)
-    lengths = np.zeros((n, 2))
-    lengths[:, TABLE] = (
-        np.minimum(model.surface.radius - position[:, 2], 0.0) if model.table else FAR
-    )
+    lengths, rush = np.zeros((2, n, count))
+    lengths[:, TABLE] = np.minimum(radius - position[:, 0, 2], 0.0) if g.model.table else FAR
+    normals = np.zeros((n, count, 3))
+    normals[:, TABLE] = UP
+    away = tip - position[:, 0]
+    normals[:, TIP] = away / sizes(away)[:, np.newaxis]
     bend, bending = np.zeros((2, n, 3))
+    clear = np.ones(n, np.bool_)
     return Motion(
-        position, velocity, spin, tip, speed, bend, bending, np.ones(n, np.bool_), lengths
+        position, velocity, spin, tip, speed, bend, bending, clear, lengths, normals, rush
     )
 
 
-def _nothing(before: Meeting) -> Outcome:
+def _nothing(g: Contacts, before: Meeting) -> Outcome:
     """Make the outcome of meetings in which nothing has happened yet."""
-    n = len(before.speed)
+    n, count = len(g.axes), len(g.share)
     hits, steps, phases = np.zeros((3, n), np.int64)
     return Outcome(
-        before,
-        np.zeros(n),
-        hits,
-        np.zeros((n, 2, 3)),
-        np.zeros((n, 2, 2)),
-        np.zeros(n),
-        steps,
-        np.full(n, OK),
-        phases,
-        [],
+        after=before,
+        duration=np.zeros(n),
+        hits=hits,
+        closings=np.zeros((n, count), np.int64),
+        impulses=np.zeros((n, count, 3)),
+        losses=np.zeros((n, count, 2)),
+        slips=np.zeros((n, count)),
+        first_slip=np.zeros(n),
+        lengths=np.zeros((n, count)),
+        steps=steps,
+        status=np.full(n, OK),
+        phases=phases,
+        log=[],
     )
 
 
-def _lengths(
-    model: StrikeModel,
-    s: Motion,
-    at: NDArray[np.int64],
-    c: Array,
-    piece: float,
-    hits: NDArray[np.int64],
-) -> tuple[Array, Array]:
-    """Find the lengths of contacts (n, 2) and the tips' normals (n, 3) for the next piece [s]."""
-    away = s.axis_tip[at] + s.bend[at] - s.position[at]
-    gap = np.maximum(np.linalg.norm(away, axis=1) - tip_reach(model), 0.0)
-    gap[gap <= TOUCHING] = 0.0
-    if piece < np.inf:  # the normal is that of its middle
-        cue = s.speed[at, np.newaxis] * c + s.bending[at]
-        away = away + 0.5 * piece * (cue - s.velocity[at])
-    normals = away / np.linalg.norm(away, axis=1)[:, np.newaxis]
-    s.clear[at] |= gap > 0.0
+def _lengths(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Array:
+    """Find the lengths (n, N) of contacts as a piece begins, and the normals of its middle."""
+    half = 0.5 * g.piece if g.piece < np.inf else 0.0
     given = s.lengths[at]
-    pressed = given[:, TIP] > 0.0
-    given[~pressed, TIP] = -gap[~pressed]
-    given[(~s.clear[at] | (hits >= MAX_HITS)) & ~pressed, TIP] = FAR
-    return given, normals
+    pressed = given > 0.0
+    if g.neighbours:
+        radius, place = g.model.surface.radius, s.position[at]
+        gap = gaps_of(g.neighbours, place, radius)
+        gap[gap <= TOUCHING] = 0.0
+        given[OTHERS] = np.where(pressed[OTHERS], given[OTHERS], -gap)
+        ways = ways_apart(g.neighbours, place + half * s.velocity[at])
+        normals = ways / sizes(ways)[..., np.newaxis]
+        kept = pressed[OTHERS] & g.is_nose
+        s.normals[at, TABLE + 1 :] = np.where(
+            kept[..., np.newaxis], s.normals[at, TABLE + 1 :], normals
+        )
+    away, approach = _tip_apart(s, at, g.axes[at])
+    gap = sizes(away) - tip_reach(g.model)
+    away = away + half * approach
+    moves = ~(g.steady[at] & (hits <= 1) & ((hits == 0) | pressed[:, TIP]))
+    s.normals[at[moves], TIP] = away[moves] / sizes(away[moves])[:, np.newaxis]
+    s.clear[at] |= gap > TOUCHING
+    most = MAX_HITS if g.model.follows else 1
+    gone = (hits >= most) | ((hits > 0) & (s.speed[at] <= 0.0)) | ~s.clear[at]
+    gap[gap <= TOUCHING] = 0.0
+    given[:, TIP] = np.where(pressed[:, TIP], given[:, TIP], np.where(gone, FAR, -gap))
+    return given
 
 
-def _advance(
-    s: Motion, at: NDArray[np.int64], c: Array, before: Array, after: Array, time: Array
-) -> None:
-    """Move cues and balls by a piece, with the mean of their velocities (n, 9) at both ends."""
+def _tip_apart(s: Motion, at: Rows, axes: Array) -> tuple[Array, Array]:
+    """From the ball's centre to that of the tip's sphere (n, 3) [m], and how fast it changes."""
+    away = s.axis_tip[at] + s.bend[at] - s.position[at, 0]
+    return away, s.speed[at, np.newaxis] * axes + s.bending[at] - s.velocity[at, 0]
+
+
+def _velocities(s: Motion, at: Rows, axes: Array) -> Array:
+    """Velocities of the bodies (n, 3 + 6 k), see contact_geometry.py."""
+    tip = s.speed[at, np.newaxis] * axes + s.bending[at]
+    rows = len(at)
+    balls = s.velocity[at].reshape(rows, -1), s.spin[at].reshape(rows, -1)
+    return np.concatenate([tip, *balls], axis=1)
+
+
+def _springs(g: Contacts, s: Motion, at: Rows, given: Array, approach: Array) -> Properties:
+    """Return the contacts' properties; noses are softer for a ball that presses them faster."""
+    if not g.is_nose.any():
+        return g.springs
+    noses = TABLE + 1 + np.flatnonzero(g.is_nose)
+    closing = np.maximum(-approach[:, 3 * noses], 0.0)
+    power = g.model.exponent + 1.0
+    stiffness = np.asarray(g.springs.stiffness)[noses]
+    energy = stiffness * np.maximum(given[:, noses], 0.0) ** power / power
+    rush = np.sqrt(closing**2 + 2.0 * energy / g.model.surface.mass)
+    before = np.where(given[:, noses] > 0.0, s.rush[np.ix_(at, noses)], 0.0)
+    rush = s.rush[np.ix_(at, noses)] = np.maximum(rush, before)
+    softening = np.array([each.softening for each in g.neighbours])[g.is_nose]
+    restitution = np.tile(g.springs.restitution, (len(at), 1))
+    softened = restitution[:, noses] / (1.0 + (softening * rush) ** 2)
+    restitution[:, noses] = np.maximum(softened, LEAST)
+    return replace(g.springs, restitution=restitution)
+
+
+def _advance(s: Motion, at: Rows, c: Array, before: Array, after: Array, time: Array) -> None:
+    """Move cues and balls by a piece, with the mean of their velocities at both ends."""
+    n, balls = len(at), s.position.shape[1]
     mean = 0.5 * time[:, np.newaxis] * (before + after)
     along = (mean[:, :3] * c).sum(axis=1)[:, np.newaxis] * c
     s.axis_tip[at] += along
     s.bend[at] += mean[:, :3] - along
-    s.position[at] += mean[:, 3:6]
+    middle = 3 + 3 * balls
+    s.position[at] += mean[:, 3:middle].reshape(n, balls, 3)
     s.speed[at] = (after[:, :3] * c).sum(axis=1)
     s.bending[at] = after[:, :3] - s.speed[at, np.newaxis] * c
-    s.velocity[at], s.spin[at] = after[:, 3:6], after[:, 6:]
+    s.velocity[at] = after[:, 3:middle].reshape(n, balls, 3)
+    s.spin[at] = after[:, middle:].reshape(n, balls, 3)
 
 
-def _part(model: StrikeModel, s: Motion, at: NDArray[np.int64], c: Array, solved: Solved) -> None:
-    """Note the lengths after a piece, and let the cue's end swing back if the tip has parted."""
+def _keep_lengths(g: Contacts, s: Motion, at: Rows, solved: Solved) -> None:
+    """Move balls that pressed each other or a nose to where the lengths of their contacts say."""
+    for j in range(TABLE + 1, len(g.share)):
+        active = solved.closings[:, j] > 0
+        if active.any():
+            rows = at[active]
+            _move_apart(g, s, j, rows, -solved.lengths[active, j], s.normals[rows, j])
+
+
+def _move_apart(g: Contacts, s: Motion, j: int, rows: Rows, distance: Array, push: Array) -> None:
+    """Move a ball, or the two balls of a contact, along `push` so that it has a distance [m]."""
+    each = g.neighbours[j - TABLE - 1]
+    gap = gaps_of([each], s.position[rows], g.model.surface.radius)[:, 0]
+    change = (distance - gap)[:, np.newaxis] * push
+    if each.b != FIXED:
+        change *= 0.5
+        s.position[rows, each.b] -= change
+    s.position[rows, each.a] += change
+
+
+def _part(g: Contacts, s: Motion, at: Rows, solved: Solved) -> None:
+    """Note the lengths after a piece; the cue's end swings back if the tip has parted."""
     s.lengths[at] = solved.lengths
+    s.clear[at] |= (solved.closings[OTHERS] > 0).any(axis=1)
     parted = (solved.closings[:, TIP] > 0) & (solved.lengths[:, TIP] <= 0.0)
     gone = at[parted]
     s.bend[gone], s.bending[gone], s.clear[gone] = 0.0, 0.0, False
-    s.axis_tip[gone] = _set_back(
-        s.axis_tip[gone],
-        c[parted],
-        s.position[gone],
-        tip_reach(model) - solved.lengths[parted, TIP],
-    )
+    distance = tip_reach(g.model) - solved.lengths[parted, TIP]
+    tips, centres = s.axis_tip[gone], s.position[gone, 0]
+    s.axis_tip[gone] = _set_back(tips, g.axes[gone], centres, distance)
+
+
+def _hits_soon(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
+    """Whether the tip hits the ball within the next piece, as they move."""
+    away, approach = _tip_apart(s, at, g.axes[at])
+    distance = sizes(away)
+    closing = -(away * approach).sum(axis=1) / distance
+    gap = distance - tip_reach(g.model)
+    most = MAX_HITS if g.model.follows else 1
+    may = (hits < most) & (s.speed[at] > 0.0) & (s.clear[at] | (gap > TOUCHING))
+    return may & (gap < closing * g.piece)
+
+
+def _settle(g: Contacts, s: Motion, before: Meeting) -> None:
+    """Put balls and cues where they are when nothing is pressed."""
+    speed = sizes(s.velocity).max(axis=1, initial=0.0)[:, np.newaxis, np.newaxis]
+    s.velocity[np.abs(s.velocity) <= STILL * speed] = 0.0
+    s.spin[np.abs(s.spin) * g.model.surface.radius <= STILL * speed] = 0.0
+    radius = g.model.surface.radius
+    if g.model.table:  # the cloth gave way; the ball lies on it, or is above it by its distance
+        lift = np.maximum(radius - s.lengths[:, TABLE], radius) - s.position[:, 0, 2]
+        s.position[:, 0, 2] += lift
+        s.axis_tip[:, 2] += lift
+    s.position[:, 1:, 2] = before.position[:, 1:, 2]  # the cloth holds them, or throws them up
+    for j, each in enumerate(g.neighbours, TABLE + 1):
+        if each.nose is not None or each.b != FIXED:
+            rows = np.flatnonzero(gaps_of([each], s.position, radius)[:, 0] < 0.0)
+            level = s.normals[rows, j] * np.array([1.0, 1.0, 0.0])
+            push = level / (level**2).sum(axis=1)[:, np.newaxis]
+            _move_apart(g, s, j, rows, np.zeros(len(rows)), push)
 
 
 def _book(
-    done: Outcome,
-    at: NDArray[np.int64],
-    solved: Solved,
-    frames: Array,
-    given: Array,
-    in_pieces: bool,
+    done: Outcome, at: Rows, solved: Solved, frames: Array, given: Array, in_pieces: bool
 ) -> None:
     """Add what a piece did to the outcome."""
-    parted = (solved.closings[:, TIP] > 0) & (solved.lengths[:, TIP] <= 0.0)
-    done.slip[at[parted]] = solved.final_slips[parted, TIP]
-    done.hits[at] += solved.closings[:, TIP] - (given[:, TIP] > 0.0)
+    ended = _ended(solved, given)
+    first = ended[:, TIP] & (done.hits[at] <= 1)
+    done.first_slip[at[first]] = solved.final_slips[first, TIP]
+    done.slips[at] = np.where(ended, solved.final_slips, done.slips[at])
+    closed = solved.closings - (given > 0.0)
+    done.hits[at] += closed[:, TIP]
+    done.closings[at] += closed
     done.duration[at] += solved.durations if in_pieces else 0.0
     done.impulses[at] += (solved.impulses[:, :, np.newaxis] @ frames)[:, :, 0]
     done.losses[at] += solved.losses
     done.steps[at] += solved.steps
     done.status[at] = np.maximum(done.status[at], solved.status)
-    done.phases[at] += _ended(solved, given).any(axis=1)
+    done.phases[at] += ended.any(axis=1)
 
 
-def _ended(solved: Solved, given: Array) -> NDArray[np.bool_]:
-    """Whether each contact (n, 2) was active in a piece, and is not any more."""
-    ended: NDArray[np.bool_] = ((given > 0.0) | (solved.closings > 0)) & (solved.lengths <= 0.0)
+def _ended(solved: Solved, given: Array) -> Flags:
+    """Whether each contact (n, N) was active in a piece, and is not any more."""
+    ended: Flags = ((given > 0.0) | (solved.closings > 0)) & (solved.lengths <= 0.0)
     return ended
 
 
-def _log_last(
-    done: Outcome, at: NDArray[np.int64], solved: Solved, given: Array, model: StrikeModel
-) -> None:
+def _log_last(g: Contacts, done: Outcome, at: Rows, solved: Solved, given: Array) -> None:
     """Log the phase of the last meeting that has ended in a piece."""
     ended = _ended(solved, given)[-1]
     if at[-1] == len(done.hits) - 1 and ended.any():
-        active: NDArray[np.bool_] = (given[-1] > 0.0) | (solved.closings[-1] > 0)
-        energies = _energies(model, solved.lengths[-1])
+        active = (given[-1] > 0.0) | (solved.closings[-1] > 0)
+        power = g.model.exponent + 1.0
+        pressed = np.maximum(solved.lengths[-1], 0.0)
+        energies = np.asarray(g.springs.stiffness) * pressed**power / power
+        contacts = tuple(np.flatnonzero(active).tolist())
         contact = int(np.flatnonzero(ended)[0])
-        done.log.append(PhaseEnd(active, contact, done.impulses[-1].copy(), energies))
+        phase = Phase(contacts, Ending.RESTITUTION, contact, done.impulses[-1].copy(), energies)
+        done.log.append(phase)
 
 
-def _energies(model: StrikeModel, lengths: Array) -> Array:
-    """Elastic energies (2,) [J] of springs with compressions (2,) [m]."""
-    power = model.exponent + 1.0
-    energies: Array = np.array(model.stiffness) * np.maximum(lengths, 0.0) ** power / power
-    return energies
-
-
-def log_of(phases: list[PhaseEnd], frames: Array) -> NDArray[np.void]:
+def log_of(phases: list[Phase], frames: Array) -> NDArray[np.void]:
     """Write phases as a log (phases, 2); `frames`: (2, 3, 3), normal and tangents as rows."""
     log = ROWS.records(PhaseLog, 2 * len(phases)).reshape(-1, 2)
     for row, phase in zip(log, phases, strict=True):
-        row['ending'], row['contact'] = RESTITUTION_END, phase.contact
-        row['active'], row['energy'] = phase.active, phase.energies
+        row['ending'], row['contact'], row['energy'] = phase.ending, phase.contact, phase.energies
+        row['active'][list(phase.active)] = 1
         along = np.einsum('kij,kj->ki', frames, phase.impulses)
         row['impulse'], row['impulse_1'], row['impulse_2'] = along.T
     return log
-
-
-def absolute(model: StrikeModel) -> StrikeModel:
-    """Return a model with stiffnesses in N/m^exponent, such that a tip's contact has DURATION."""
-    effective = 1.0 / (1.0 / model.cue_mass + 1.0 / model.surface.mass)
-    power = model.exponent + 1.0
-    depth = DURATION_SPEED * DURATION / duration_constant(model.exponent)
-    tip = 0.5 * power * effective * DURATION_SPEED**2 / depth**power
-    return model._replace(stiffness=(tip, tip * model.stiffness[TABLE] / model.stiffness[TIP]))
-
-
-def _response(model: StrikeModel, axes: Array) -> Array:
-    """Velocities per impulse (n, 9, 9): of the cue's end, the ball, and its spin."""
-    along = axes[:, :, np.newaxis] * axes[:, np.newaxis]
-    response = np.zeros((len(axes), 9, 9))
-    response[:, :3, :3] = along / model.cue_mass + model.inverse_end_mass * (np.eye(3) - along)
-    response[:, 3:6, 3:6] = np.eye(3) / model.surface.mass
-    response[:, 6:, 6:] = np.eye(3) / model.surface.inertia
-    return response
-
-
-def _geometry(radius: float, normals: Array, axes: Array) -> tuple[Array, Array]:
-    """
-    Axes (n, 2, 3, 3) of tip and table, normal and two tangents, and contact velocities (n, 6, 9).
-
-    Where the cue, the normal and the vertical are in one plane, the second tangents are normal to
-    it.
-    """
-    side = cross_rows(UP, axes)
-    width = np.linalg.norm(side, axis=1)
-    side[width < rounding.COUPLING] = np.array([0.0, 1.0, 0.0])
-    side /= np.where(width < rounding.COUPLING, 1.0, width)[:, np.newaxis]
-    first = cross_rows(side, normals)
-    first /= np.linalg.norm(first, axis=1)[:, np.newaxis]
-    up = np.broadcast_to(UP, normals.shape)
-    frames = np.stack(
-        [
-            np.stack([normals, first, cross_rows(normals, first)], axis=1),
-            np.stack([up, cross_rows(side, up), side], axis=1),
-        ],
-        axis=1,
-    )
-    turning = radius * cross_rows(np.stack([normals, up], axis=1)[:, :, np.newaxis], frames)
-    jacobian = np.zeros((len(axes), 2, 3, 9))
-    jacobian[:, TIP, :, :3] = frames[:, TIP]
-    jacobian[:, TIP, :, 3:6] = -frames[:, TIP]
-    jacobian[:, TABLE, :, 3:6] = frames[:, TABLE]
-    jacobian[..., 6:] = -turning
-    return frames, jacobian.reshape(-1, 6, 9)
-
-
-def _times(matrices: Array, vectors: Array) -> Array:
-    """Multiply matrices (n, i, j) with vectors (n, j), each as it would be alone."""
-    product: Array = (matrices @ vectors[:, :, np.newaxis])[:, :, 0]
-    return product
 
 
 def _set_back(tips: Array, axes: Array, centres: Array, distances: Array) -> Array:

@@ -11,21 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting, TOLERANCE
-from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.model import StrikeModel, TABLE, tip_reach
+from billiard_shot.shot.neighbours import FIXED, neighbours_of
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.geometry import Table
-from billiard_shot.table.motion import advance, CUE, NOTHING
+from billiard_shot.table.motion import advance, Ball, CUE, FLIGHT, IMPACT, NOTHING
 from billiard_shot.table.simulate import Cues
-from billiard_shot.table.simulation_state import CUE_COLUMNS, energy_of, log_event, Simulation
+from billiard_shot.table.simulation_state import (
+    CUE_COLUMNS,
+    energy_of,
+    log_event,
+    position_at,
+    Simulation,
+)
 
 
 def following_cues(
     model: StrikeModel,
     strikes: NDArray[np.void],
     velocities: NDArray[np.float64],
-    centre: NDArray[np.float64],
+    places: NDArray[np.float64],
 ) -> Cues | None:
     """
     Let cues follow their strokes; None if the scene turns that off.
@@ -36,8 +43,8 @@ def following_cues(
     strikes : (n,) Strike
     velocities : (n, 3) float array
         Of the strokes [m/s].
-    centre : (3,) float array
-        Of the ball that was struck [m].
+    places : (n, 3) float array
+        Centres of the balls that were struck, at the end of the strike [m].
 
     """
     if not model.follows:
@@ -45,7 +52,7 @@ def following_cues(
     speeds = strikes['cue_speed']
     sizes = np.linalg.norm(velocities, axis=1)
     cues = np.zeros((len(strikes), CUE_COLUMNS))
-    cues[:, :3] = centre + strikes['tip']
+    cues[:, :3] = places + strikes['tip']
     with np.errstate(invalid='ignore', divide='ignore'):
         cues[:, 3:6] = np.where(sizes > 0.0, speeds / sizes, 0.0)[:, np.newaxis] * velocities
     played = strikes['status'] < Status.MISS
@@ -62,34 +69,64 @@ def following_cues(
 
 
 def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
-    """Let the cue and ball 0 of a table meet, whose impact is pending."""
+    """
+    Let the cue and ball 0 of a table meet, whose impact is pending, among balls and cushions.
+
+    If the ball presses a nose, the impact begins when that began: the nose and the tip then act at
+    once. All bodies keep the places that they have now.
+    """
     ball, cue, p, params = s.balls[0], s.cue, s.progress, table.params
-    time = float(p.time)
-    advance_free(table, ball, time)
-    advance(cue, time)
+    time, presses = float(p.time), ball.nose not in (NOTHING, IMPACT)
+    if not presses:
+        advance_free(table, ball, time)
+    begin = float(ball.time)
+    advance(cue, begin)
     before, motion = energy_of(params, ball), int(ball.motion)
     velocity = np.array(cue.velocity)
     speed = float(np.linalg.norm(velocity))
     axis = velocity / speed
-    place = np.array(ball.position)
+    live = [0, *(i for i in range(1, len(s.balls)) if s.balls[i].motion <= FLIGHT)]
+    places = np.array([position_at(s.balls[i], begin) for i in live])
+    members, neighbours = neighbours_of(table, model, places)
+    balls = [s.balls[live[member]] for member in members]
     states = Meeting(
-        place[np.newaxis],
-        np.array([ball.velocity]),
-        np.array([ball.spin]),
+        places[np.newaxis, members],
+        np.array([[velocity_at(each, begin) for each in balls]]),
+        np.array([[spin_at(each, begin) for each in balls]]),
         np.array([cue.position]),
         np.array([speed]),
     )
-    met = meet(model, axis[np.newaxis], states, np.array([TOLERANCE]))
+    met = meet(model, axis[np.newaxis], states, np.array([TOLERANCE]), neighbours)
     after = met.after
+    took_part = {0}
+    for contact, closings in zip(neighbours, met.closings[0, TABLE + 1 :].tolist(), strict=True):
+        if closings:
+            took_part |= {contact.a} | ({contact.b} - {FIXED})
+    for j in sorted(took_part):
+        advance_free(table, balls[j], time)
+        balls[j].velocity[:] = after.velocity[0, j].tolist()
+        balls[j].spin[:] = after.spin[0, j].tolist()
+        balls[j].modified = True
     rest = float(after.speed[0])
-    tip = place + after.tip[0] - after.position[0]
-    for k in range(3):
-        ball.velocity[k], ball.spin[k] = float(after.velocity[0, k]), float(after.spin[0, k])
-        cue.position[k], cue.velocity[k] = float(tip[k]), rest * float(axis[k])
+    tip = np.array(ball.position) + after.tip[0] - after.position[0, 0]
+    cue.position[:], cue.velocity[:], cue.time = tip.tolist(), (rest * axis).tolist(), time
     p.cue_hits += max(int(met.hits[0]), 1)
     if rest <= 0.0 or p.cue_hits >= MAX_HITS:
         cue.end = time
     if met.status[0] in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
-        p.unsolved = int(met.status[0])
-    ball.modified = True
+        p.flaw = int(met.status[0])
     log_event(s, time, CUE, ball, NOTHING, before, energy_of(params, ball), motion)
+
+
+def velocity_at(ball: Ball, time: float) -> list[float]:
+    """Velocity [m/s] that a ball of the present segment has at a time."""
+    return [
+        v + a * (time - ball.time) for v, a in zip(ball.velocity, ball.acceleration, strict=True)
+    ]
+
+
+def spin_at(ball: Ball, time: float) -> list[float]:
+    """Spin [rad/s] that a ball of the present segment has at a time."""
+    return [
+        w + a * (time - ball.time) for w, a in zip(ball.spin, ball.spin_acceleration, strict=True)
+    ]

@@ -6,10 +6,13 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.impact.solve import Properties
 from billiard_shot.scene import Scene
+from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams
 
 TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
+# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
+TIP_DURATION = 1.3e-3
 
 
 class StrikeModel(NamedTuple):
@@ -33,6 +36,12 @@ class StrikeModel(NamedTuple):
 def tip_reach(model: StrikeModel) -> float:
     """Distance of the centres of ball and tip as they touch [m]."""
     return model.surface.radius * (1.0 + model.tip_curvature)
+
+
+def tip_stiffness(model: StrikeModel) -> float:
+    """Stiffness [N/m^exponent] with which the contact of tip and ball has TIP_DURATION."""
+    effective = 1.0 / (1.0 / model.cue_mass + 1.0 / model.surface.mass)
+    return stiffness_of(2.0 * effective, TIP_DURATION, model.exponent)
 
 
 def strike_model(scene: Scene) -> StrikeModel:

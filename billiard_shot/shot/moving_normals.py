@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.laws import BISTIFFNESS
 from billiard_shot.records import as_rows, OBJECTS
 from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
 from billiard_shot.shot.cue_contact import log_of, meet, Meeting, TOLERANCE
-from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.model import StrikeModel, TIP, tip_reach
+from billiard_shot.shot.neighbours import is_in_pieces
 from billiard_shot.shot.strike import (
     final_status,
     follow_through_time,
@@ -36,26 +36,29 @@ def with_moving_normals(
     """
     strikes = done.strikes
     again = np.flatnonzero((strikes['hits'] > 1) & (strikes['status'] < MISS))
-    if not model.follows or model.law != BISTIFFNESS or not len(again):
+    if not model.follows or not is_in_pieces(model) or not len(again):
         strikes['hits'] = np.minimum(strikes['hits'], 1)
         return done
     log, motion = done.log, done.segments
     speeds = np.linalg.norm(velocities[again], axis=1)
     axes = velocities[again] / speeds[:, np.newaxis]
     frames = strikes['axes'][again].reshape(-1, 2, 3, 3)
-    still, place = np.zeros((len(again), 3)), np.tile(position, (len(again), 1))
+    still, place = np.zeros((len(again), 1, 3)), np.tile(position, (len(again), 1, 1))
     reach = tip_reach(model)
-    begin = Meeting(place, still, still, place + reach * frames[:, 0, 0], speeds)
+    begin = Meeting(place, still, still, position + reach * frames[:, 0, 0], speeds)
     accuracy = np.array([strike_tolerance(model, speed, tolerance) for speed in speeds.tolist()])
-    met = meet(model, axes, begin, np.minimum(accuracy, TOLERANCE))
-    strikes['velocity'][again], strikes['spin'][again] = met.after.velocity, met.after.spin
+    met = meet(model, axes, begin, np.minimum(accuracy, TOLERANCE), phases=len(done.log))
+    strikes['velocity'][again], strikes['spin'][again] = (
+        met.after.velocity[:, 0],
+        met.after.spin[:, 0],
+    )
     strikes['cue_speed'][again], strikes['hits'][again] = met.after.speed, met.hits
-    strikes['tip'][again] = met.after.tip - met.after.position
+    strikes['tip'][again] = met.after.tip - met.after.position[:, 0]
     strikes['impulses'][again] = (frames @ met.impulses[..., np.newaxis]).reshape(-1, 6)
     strikes['losses'][again] = met.losses.reshape(-1, 4)
     strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
     for i, row in enumerate(again):
-        strike, slips = strikes[row], met.slip[i] > MISCUE_SLIP * speeds[i]
+        strike, slips = strikes[row], met.slips[i, TIP] > MISCUE_SLIP * speeds[i]
         last = row == len(strikes) - 1 and len(done.segments) > 0
         room = USUAL_SEGMENTS if last else 0
         rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)

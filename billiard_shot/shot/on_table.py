@@ -11,10 +11,12 @@ from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, is_off
+from billiard_shot.shot.contact_geometry import gaps_of
 from billiard_shot.shot.group_strike import may_reach, strike_group
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.neighbours import neighbours_of
 from billiard_shot.status import Status
+from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.initial_states import STATE_COLUMNS
 from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.params import BallClothParams, TableParams
@@ -104,17 +106,20 @@ def strike_among(
     count, balls = states.shape[:2]
     met = np.full((count, balls), NOTHING)
     places = states[0, :, :3] if count else np.zeros((1, 3))
-    members, neighbours = neighbours_of(table, model, places)
+    members, neighbours = neighbours_of(layout_of(model.surface, table), model, places)
     played = strikes['status'] < Status.MISS
-    played &= may_reach(neighbours, np.linalg.norm(velocities, axis=1))
+    gaps = gaps_of(neighbours, places[np.newaxis, members], model.surface.radius)[0]
+    nearest = min(
+        (gap for gap, each in zip(gaps, neighbours, strict=True) if each.a == 0), default=np.inf
+    )
+    played &= may_reach(nearest, np.linalg.norm(velocities, axis=1))
     if not played.any():
         return Struck(states, met, played, None, [])
     some = strikes[played]
-    done = strike_group(
-        model, table, members, neighbours, velocities[played], some, places, phases
-    )
+    done = strike_group(model, members, neighbours, velocities[played], some, places, phases)
     played[played] = done.reached
     strikes[played], met[played] = some[done.reached], done.first_met[done.reached]
+    states[played, :, :3] = done.positions[done.reached]
     states[played, :, 3:6] = done.velocities[done.reached]
     states[played, :, 6:9] = done.spins[done.reached]
     if not played[-1]:

@@ -94,8 +94,8 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
         decide(played.strikes, played.discontinuity, None)
         return played, None
     params = model.surface, table if table is not None else table_on(scene)
-    cues = following_cues(model, played.strikes, velocities, centre)
     states = states_of(scene, centre, played.strikes) if struck is None else struck.states
+    cues = following_cues(model, played.strikes, velocities, states[:, 0, :3])
     run = run_one(
         params,
         names_of(scene),
@@ -197,13 +197,13 @@ def _follow(
     first_met: NDArray[np.int64] | None = None,
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
-    scene, model, _, velocities, centre = strokes
+    scene, model, _, velocities, _ = strokes
     batch = run_many(
         (model.surface, table),
         names_of(scene),
         states,
         _hop_tolerance(scene, tolerance),
-        cues=following_cues(model, strikes, velocities, centre),
+        cues=following_cues(model, strikes, velocities, states[:, 0, :3]),
         first_met=first_met,
     )
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration

@@ -76,6 +76,7 @@ def predict(
     return Shot(
         scene,
         stroke,
+        centre,
         tolerance,
         perf_counter() - begin,
         trajectory,

@@ -131,7 +131,7 @@ def _record(shot: Shot) -> dict[str, Any]:
             'axis': stroke.axis,
             'miss': stroke.miss,
         },
-        'position': shot.trajectory.at(0.0).position,  # of the cue ball, where it is struck
+        'position': shot.position,
         'tolerance': shot.tolerance,
         'wall_time': shot.wall_time,
         'discontinuity': shot.discontinuity,
@@ -202,6 +202,7 @@ def _shot(data: dict[str, Any]) -> Shot:
     return Shot(
         scene,
         stroke,
+        position,
         tolerance,
         data['wall_time'],
         trajectory,

@@ -50,6 +50,7 @@ class Shot:
 
     scene: Scene
     stroke: Stroke
+    position: NDArray[np.float64]  # (3,) m, of the cue ball's centre where it is struck
     tolerance: float  # m
     wall_time: float  # s that the prediction took
     trajectory: Trajectory  # of the cue ball, from the end of the strike
@@ -238,7 +239,7 @@ class Shot:
         """
         if self.status.refused:
             return np.zeros((2, 5))
-        return sensitivity_of(self.scene, self.stroke, self.trajectory.at(0.0).position)
+        return sensitivity_of(self.scene, self.stroke, self.position)
 
     def to_frame(self) -> Any:
         """

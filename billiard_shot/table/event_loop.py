@@ -91,8 +91,8 @@ def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
     """Let the balls go on that were put somewhere, or that took part in a pending impact."""
     for i in range(len(s.balls)):
         if s.balls[i].modified:
-            struck = cause == START and i > 0 and s.balls[i].first_contact != NOTHING
-            start_next_segment(table, s, s.balls[i], CLUSTER if struck else cause)
+            met = cause == CUE or (cause == START and s.balls[i].first_contact != NOTHING)
+            start_next_segment(table, s, s.balls[i], CLUSTER if met and i > 0 else cause)
     for i in range(len(s.balls)):
         if s.balls[i].modified:
             predict_collisions(table, s, i, now)

@@ -66,18 +66,46 @@ def velocities_behind_a_gap(gap, angle, stroke=LEVEL):
 
 @pytest.mark.parametrize('angle', [0.0, 0.5, 1.0])
 def test_a_gap_changes_a_strike_continuously(angle):
-    """Each step above 2 % falls below 0.2 % in a nanometre, from touch to a tenth of a mm."""
-    gaps = [0.0, *np.geomspace(1e-9, 1e-4, 12)]
-    found = [velocities_behind_a_gap(gap, angle) for gap in gaps]
+    """No step above 2 % of the cue's speed, from touch to a tenth of a millimetre."""
+    assert largest_step([0.0, *np.geomspace(1e-9, 1e-4, 12)], angle, below=0.04) < 0.04
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.3])
+def test_a_gap_of_millimetres_makes_small_steps(angle):
+    """Where a hit of the tip or a bounce more begins, steps are below 12 % of the cue's speed."""
+    assert largest_step(np.linspace(1e-4, 8e-3, 40), angle, below=0.04) < 0.24
+
+
+def largest_step(gaps, angle, below):
+    """Find the largest step [m/s] between gaps a nanometre apart; steps `below` are let be."""
+    largest, found = 0.0, [velocities_behind_a_gap(gap, angle) for gap in gaps]
     for low, high, one, other in zip(gaps, gaps[1:], found, found[1:], strict=False):
-        while np.abs(other - one).max() > 0.04 and high - low > 1e-9:
+        while np.abs(other - one).max() > below and high - low > 1e-9:
             middle = 0.5 * (low + high)
             between = velocities_behind_a_gap(middle, angle)
             if np.abs(between - one).max() > np.abs(other - between).max():
                 high, other = middle, between
             else:
                 low, one = middle, between
-        assert np.abs(other - one).max() < 0.04
+        largest = max(largest, np.abs(other - one).max())
+    return largest
+
+
+@pytest.mark.parametrize('gap', [0.0, 1e-6, 1e-3, 3e-3])
+def test_balls_begin_where_the_strike_leaves_them(gap):
+    shot = predict(scene_of(cue=(0.0, 0.0), one=(2 * R + gap, 0.0)), LEVEL)
+    cue, one = (state.position for state in shot.table.at(0.0).values())
+    assert (shot.position == [0.0, 0.0, R]).all()
+    assert gap < cue[0] < gap + 3e-3, 'it has gone at least as far as to the other ball'
+    assert one[0] > 2 * R + gap
+    assert np.linalg.norm(one - cue) > 2 * R - 1e-9, 'they do not overlap'
+
+
+def test_without_double_hits_the_tip_hits_once():
+    scene = scene_of(cue=(1.27 - REACH - 1e-3, 0.1))
+    assert predict(scene, LEVEL).double_hit == 0.0, 'the cushion throws the ball back at it'
+    scene = replace(scene, effects=Effects(double_hit='off'))
+    assert predict(scene, LEVEL)._strike['hits'] == 1
 
 
 def test_a_ball_behind_a_millimetre_is_reached_during_the_strike():
@@ -115,7 +143,7 @@ def test_along_a_cushion_and_away_from_it():
     scene = scene_of(cue=(-0.3, y))
     along = predict(scene, LEVEL)
     assert along.status in (Status.OK, Status.MISCUE)
-    assert abs(along.trajectory.at(0.0).position[1] - y) < 1e-12
+    assert abs(along.trajectory.at(0.0).position[1] - y) < 1e-6
     assert along.velocity[1] <= 1e-6
     into = Stroke.from_offsets(a=0, b=0.1, elevation=math.radians(5), azimuth=0.5, speed=1)
     shot = predict(scene, into)
