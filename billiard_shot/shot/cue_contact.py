@@ -21,10 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import Ending, Phase, read_log
+from billiard_shot.impact.collide import read_log
 from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
-from billiard_shot.impact.state import PhaseLog
-from billiard_shot.records import ROWS
 from billiard_shot.shot.contact_geometry import (
     delassus_of,
     frames_of,
@@ -37,6 +35,7 @@ from billiard_shot.shot.contact_geometry import (
     tip_response,
     ways_apart,
 )
+from billiard_shot.shot.meeting import add_piece, log_last, Meeting, nothing_yet, Outcome
 from billiard_shot.shot.model import (
     StrikeModel,
     TABLE,
@@ -46,7 +45,7 @@ from billiard_shot.shot.model import (
     tip_stiffness,
 )
 from billiard_shot.shot.neighbours import FIXED, is_in_pieces, Neighbour, UP
-from billiard_shot.status import BUDGET_EXCEEDED, OK
+from billiard_shot.status import BUDGET_EXCEEDED
 from billiard_shot.table.cushion import LEAST
 
 Array = NDArray[np.float64]
@@ -61,34 +60,6 @@ TOUCHING = 1e-9  # m: bodies that are no farther apart touch
 FAR = -1.0  # m: length of a contact that nothing closes
 STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 OTHERS = np.s_[:, TABLE + 1 :]  # contacts beside TIP and TABLE
-
-
-class Meeting(NamedTuple):
-    """Balls and cues that meet: n cues, each with k balls, of which it meets the first."""
-
-    position: Array  # (n, k, 3) m, of the balls' centres; frame `table`
-    velocity: Array  # (n, k, 3) m/s
-    spin: Array  # (n, k, 3) rad/s
-    tip: Array  # (n, 3) m, centre of the tip's sphere
-    speed: Array  # (n,) m/s, of the cues along their axes
-
-
-class Outcome(NamedTuple):
-    """What n meetings leave, until none of N contacts is pressed any more."""
-
-    after: Meeting
-    duration: Array  # (n,) s
-    hits: Rows  # (n,) how often the tip met the ball
-    closings: Rows  # (n, N) how often each contact closed
-    impulses: Array  # (n, N, 3) N s, on the body into which the normal points; TIP: on the cue
-    losses: Array  # (n, N, 2) J: restitution, friction
-    slips: Array  # (n, N) m/s, of contacts when they last ended
-    first_slip: Array  # (n,) m/s, of the tip when it left the ball for the first time
-    lengths: Array  # (n, N) m, compressed, or minus the distance
-    steps: Rows  # (n,)
-    status: Rows  # (n,) Status
-    phases: Rows  # (n,)
-    log: list[Phase]  # of the last meeting
 
 
 class Motion(NamedTuple):
@@ -119,6 +90,7 @@ class Contacts(NamedTuple):
     springs: Properties
     is_nose: Flags  # (neighbours,)
     piece: float  # s; inf if there is only one
+    most_hits: int  # of the tip
 
 
 def meet(
@@ -153,47 +125,56 @@ def meet(
     steady = np.zeros(n, np.bool_) if steady is None else steady
     g = _contacts(model, axes, before, neighbours, steady)
     s = _start(g, before)
-    done = _nothing(g, before)
+    done = nothing_yet(before, len(g.share))
     left: Rows = np.arange(n)
     for _ in range(MAX_PIECES if in_pieces else 1):
         if not len(left):
             break
-        at = left
-        given = _lengths(g, s, at, done.hits[at])
-        frames = frames_of(s.normals[at], axes[at])
-        jacobian = jacobian_of(frames, g.share, model.surface.radius)
-        mobility = mobility_of(jacobian, g.tip[at], model.surface)
-        moving = _velocities(s, at, axes[at])
-        approach = times(jacobian, moving)
-        solved = solve_in_contact_space(
-            _springs(g, s, at, given, approach),
-            delassus_of(jacobian, mobility),
-            approach,
-            tolerance[at],
-            0 if in_pieces else phases,
-            given if in_pieces else None,
-            g.piece,
-        )
-        after = moving + times(mobility, solved.impulses.reshape(len(at), -1))
-        _book(done, at, solved, frames, given, in_pieces)
-        if phases and in_pieces:
-            _log_last(g, done, at, solved, given)
-        _advance(
-            s, at, axes[at], moving, after, solved.durations if in_pieces else np.zeros(len(at))
-        )
-        _keep_lengths(g, s, at, solved)
-        _part(g, s, at, solved)
-        goes_on = (solved.lengths > 0.0).any(axis=1)
-        if in_pieces:
-            goes_on |= _hits_soon(g, s, at, done.hits[at])
-        left = at[goes_on]
+        left = _go_on(g, s, done, left, tolerance, phases)
     if in_pieces:
         done.status[left] = BUDGET_EXCEEDED
-    elif phases and n:
-        done.log[:] = read_log(solved.log, frames[-1])
     _settle(g, s, before)
-    after_all = Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed)
-    return done._replace(after=after_all, lengths=s.lengths)
+    after = Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed)
+    return done._replace(after=after, lengths=s.lengths)
+
+
+def _go_on(g: Contacts, s: Motion, done: Outcome, at: Rows, tolerance: Array, phases: int) -> Rows:
+    """Let some of the meetings go on by a piece; return those that have not ended then."""
+    axes, in_pieces = g.axes[at], g.piece < np.inf
+    given = _lengths(g, s, at, done.hits[at])
+    frames = frames_of(s.normals[at], axes)
+    jacobian = jacobian_of(frames, g.share, g.model.surface.radius)
+    mobility = mobility_of(jacobian, g.tip[at], g.model.surface)
+    moving = _velocities(s, at, axes)
+    approach = times(jacobian, moving)
+    solved = solve_in_contact_space(
+        _springs(g, s, at, given, approach),
+        delassus_of(jacobian, mobility),
+        approach,
+        tolerance[at],
+        0 if in_pieces else phases,
+        given if in_pieces else None,
+        g.piece,
+    )
+    after = moving + times(mobility, solved.impulses.reshape(len(at), -1))
+    add_piece(done, at, solved, frames, given, in_pieces)
+    if phases and in_pieces:
+        log_last(g.springs, done, at, solved, given)
+    elif phases:
+        done.log[:] = read_log(solved.log, frames[-1])
+    _advance(s, at, axes, moving, after, solved.durations if in_pieces else np.zeros(len(at)))
+    _keep_lengths(g, s, at, solved)
+    _part(g, s, at, solved)
+    goes_on = (solved.lengths > 0.0).any(axis=1)
+    if in_pieces:
+        goes_on |= _hits_soon(g, s, at, done.hits[at])
+    return at[goes_on]
+
+
+def _gone(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
+    """Whether the tip does not come back after it has parted."""
+    gone: Flags = (hits >= g.most_hits) | ((hits > 0) & (s.speed[at] <= 0.0))
+    return gone
 
 
 def _contacts(
@@ -225,6 +206,7 @@ def _contacts(
         springs,
         np.array([each.nose is not None for each in neighbours], np.bool_),
         TIP_DURATION / PIECES if in_pieces else np.inf,
+        MAX_HITS if model.follows else 1,
     )
 
 
@@ -242,27 +224,6 @@ def _start(g: Contacts, before: Meeting) -> Motion:
     clear = np.ones(n, np.bool_)
     return Motion(
         position, velocity, spin, tip, speed, bend, bending, clear, lengths, normals, rush
-    )
-
-
-def _nothing(g: Contacts, before: Meeting) -> Outcome:
-    """Make the outcome of meetings in which nothing has happened yet."""
-    n, count = len(g.axes), len(g.share)
-    hits, steps, phases = np.zeros((3, n), np.int64)
-    return Outcome(
-        after=before,
-        duration=np.zeros(n),
-        hits=hits,
-        closings=np.zeros((n, count), np.int64),
-        impulses=np.zeros((n, count, 3)),
-        losses=np.zeros((n, count, 2)),
-        slips=np.zeros((n, count)),
-        first_slip=np.zeros(n),
-        lengths=np.zeros((n, count)),
-        steps=steps,
-        status=np.full(n, OK),
-        phases=phases,
-        log=[],
     )
 
 
@@ -288,8 +249,7 @@ def _lengths(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Array:
     moves = ~(g.steady[at] & (hits <= 1) & ((hits == 0) | pressed[:, TIP]))
     s.normals[at[moves], TIP] = away[moves] / sizes(away[moves])[:, np.newaxis]
     s.clear[at] |= gap > TOUCHING
-    most = MAX_HITS if g.model.follows else 1
-    gone = (hits >= most) | ((hits > 0) & (s.speed[at] <= 0.0)) | ~s.clear[at]
+    gone = _gone(g, s, at, hits) | ~s.clear[at]
     gap[gap <= TOUCHING] = 0.0
     given[:, TIP] = np.where(pressed[:, TIP], given[:, TIP], np.where(gone, FAR, -gap))
     return given
@@ -381,8 +341,7 @@ def _hits_soon(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
     distance = sizes(away)
     closing = -(away * approach).sum(axis=1) / distance
     gap = distance - tip_reach(g.model)
-    most = MAX_HITS if g.model.follows else 1
-    may = (hits < most) & (s.speed[at] > 0.0) & (s.clear[at] | (gap > TOUCHING))
+    may = ~_gone(g, s, at, hits) & (s.clear[at] | (gap > TOUCHING))
     return may & (gap < closing * g.piece)
 
 
@@ -403,56 +362,6 @@ def _settle(g: Contacts, s: Motion, before: Meeting) -> None:
             level = s.normals[rows, j] * np.array([1.0, 1.0, 0.0])
             push = level / (level**2).sum(axis=1)[:, np.newaxis]
             _move_apart(g, s, j, rows, np.zeros(len(rows)), push)
-
-
-def _book(
-    done: Outcome, at: Rows, solved: Solved, frames: Array, given: Array, in_pieces: bool
-) -> None:
-    """Add what a piece did to the outcome."""
-    ended = _ended(solved, given)
-    first = ended[:, TIP] & (done.hits[at] <= 1)
-    done.first_slip[at[first]] = solved.final_slips[first, TIP]
-    done.slips[at] = np.where(ended, solved.final_slips, done.slips[at])
-    closed = solved.closings - (given > 0.0)
-    done.hits[at] += closed[:, TIP]
-    done.closings[at] += closed
-    done.duration[at] += solved.durations if in_pieces else 0.0
-    done.impulses[at] += (solved.impulses[:, :, np.newaxis] @ frames)[:, :, 0]
-    done.losses[at] += solved.losses
-    done.steps[at] += solved.steps
-    done.status[at] = np.maximum(done.status[at], solved.status)
-    done.phases[at] += ended.any(axis=1)
-
-
-def _ended(solved: Solved, given: Array) -> Flags:
-    """Whether each contact (n, N) was active in a piece, and is not any more."""
-    ended: Flags = ((given > 0.0) | (solved.closings > 0)) & (solved.lengths <= 0.0)
-    return ended
-
-
-def _log_last(g: Contacts, done: Outcome, at: Rows, solved: Solved, given: Array) -> None:
-    """Log the phase of the last meeting that has ended in a piece."""
-    ended = _ended(solved, given)[-1]
-    if at[-1] == len(done.hits) - 1 and ended.any():
-        active = (given[-1] > 0.0) | (solved.closings[-1] > 0)
-        power = g.model.exponent + 1.0
-        pressed = np.maximum(solved.lengths[-1], 0.0)
-        energies = np.asarray(g.springs.stiffness) * pressed**power / power
-        contacts = tuple(np.flatnonzero(active).tolist())
-        contact = int(np.flatnonzero(ended)[0])
-        phase = Phase(contacts, Ending.RESTITUTION, contact, done.impulses[-1].copy(), energies)
-        done.log.append(phase)
-
-
-def log_of(phases: list[Phase], frames: Array) -> NDArray[np.void]:
-    """Write phases as a log (phases, 2); `frames`: (2, 3, 3), normal and tangents as rows."""
-    log = ROWS.records(PhaseLog, 2 * len(phases)).reshape(-1, 2)
-    for row, phase in zip(log, phases, strict=True):
-        row['ending'], row['contact'], row['energy'] = phase.ending, phase.contact, phase.energies
-        row['active'][list(phase.active)] = 1
-        along = np.einsum('kij,kj->ki', frames, phase.impulses)
-        row['impulse'], row['impulse_1'], row['impulse_2'] = along.T
-    return log
 
 
 def _set_back(tips: Array, axes: Array, centres: Array, distances: Array) -> Array:

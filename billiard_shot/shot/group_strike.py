@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult
-from billiard_shot.shot.cue_contact import meet, Meeting, OTHERS, Outcome, TOLERANCE
+from billiard_shot.shot.cue_contact import meet, OTHERS, TOLERANCE
+from billiard_shot.shot.meeting import Meeting, Outcome
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP_DURATION, tip_reach
 from billiard_shot.shot.neighbours import FIXED, Neighbour
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP

@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.records import as_rows, OBJECTS
 from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
-from billiard_shot.shot.cue_contact import log_of, meet, Meeting, TOLERANCE
+from billiard_shot.shot.cue_contact import meet, TOLERANCE
+from billiard_shot.shot.meeting import log_of, Meeting
 from billiard_shot.shot.model import StrikeModel, TIP, tip_reach
 from billiard_shot.shot.neighbours import is_in_pieces
 from billiard_shot.shot.strike import (
