@@ -111,12 +111,12 @@ def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
     return places
 
 
-def result_of(result: Result, header: Header) -> ExecuteShot.Result:
-    """Message of the result of a goal."""
+def result_of(result: Result, strike: Strike) -> ExecuteShot.Result:
+    """Message of the result of a goal; `strike` is that of its strike, if it has one."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
         message.struck = True
-        message.strike = strike_message(result.strike, header)
+        message.strike = strike
         message.elevation = result.strike.tip.elevation
     return message
 

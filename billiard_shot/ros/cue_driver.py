@@ -103,6 +103,7 @@ class CueDriver(LifecycleNode):
         self._actuation = self.create_lifecycle_publisher(JointTrajectory, topic['actuation'], 1)
         self._state = self.create_publisher(CueState, '~/state', EVERY_STATE)
         self._strike = self.create_publisher(Strike, '~/strike', 10)
+        self._last_strike = Strike()
         self._joints = self.create_publisher(JointState, 'joint_states', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         try:
@@ -257,9 +258,7 @@ class CueDriver(LifecycleNode):
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
             goal.abort()
-            return conversions.result_of(
-                Result(error.outcome, str(error), None), parameters.table_header(self)
-            )
+            return conversions.result_of(Result(error.outcome, str(error), None), Strike())
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result = await self._ended
@@ -270,7 +269,7 @@ class CueDriver(LifecycleNode):
             goal.canceled()
         else:
             goal.abort()
-        return conversions.result_of(result, parameters.table_header(self))
+        return conversions.result_of(result, self._last_strike)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in (
@@ -345,7 +344,8 @@ class CueDriver(LifecycleNode):
             self._goal.publish_feedback(ExecuteShot.Feedback(state=message))
 
     def _tell_strike(self, strike: MeasuredStrike) -> None:
-        self._strike.publish(conversions.strike_message(strike, parameters.table_header(self)))
+        self._last_strike = conversions.strike_message(strike, parameters.table_header(self))
+        self._strike.publish(self._last_strike)
 
     def _finish(self, result: Result) -> None:
         self._goal = None

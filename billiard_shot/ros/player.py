@@ -19,6 +19,7 @@ from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, TableState
 from billiard_shot_msgs.srv import PredictShot
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from numpy.typing import NDArray
@@ -291,20 +292,39 @@ class Player(Node):
         last = self.states[-1]
         return last.state == State.AIMED and last.shot_id == goal.plan.shot_id
 
-    def wait_for_rest(self, seconds: float = 60.0) -> NDArray[np.float64] | None:
-        """Wait until the cue ball is at rest, at (x, y) [m]; None if it is not, or is pocketed."""
-        last, since = (math.inf, math.inf), monotonic()
+    def wait_for_rest(
+        self, strike: Time | None = None, seconds: float = 60.0
+    ) -> NDArray[np.float64] | None:
+        """
+        Wait until the cue ball is at rest, at (x, y) [m]; None if it is not, or is pocketed.
+
+        Table states that are older than the stamp of the strike do not count: a starved camera, or
+        a starved simulation, shows for a while where the balls lay before. NotReadyError if there
+        is none that counts.
+        """
+        last, since, is_new = (math.inf, math.inf), monotonic(), False
         deadline = monotonic() + seconds
         while monotonic() < deadline:
             rclpy.spin_once(self, timeout_sec=0.05)
+            is_new = is_new or strike is None or _is_after(self.known_table().header.stamp, strike)
             place = self.balls().get(CUE_BALL)
-            if place is None:
+            if not is_new:
+                since = monotonic()
+            elif place is None:
                 return None
-            if not math.dist(place, last) <= REST_DISTANCE:
+            elif not math.dist(place, last) <= REST_DISTANCE:
                 last, since = place, monotonic()
             elif monotonic() - since > REST_TIME:
                 return np.array(place)
+        if not is_new:
+            raise NotReadyError(f'table_state: no message after the strike within {seconds:g} s')
         return None
+
+
+def _is_after(stamp: Time, strike: Time) -> bool:
+    """Whether a table state was seen after a strike; one without a stamp may have been."""
+    seen = cue_conversions.seconds(stamp)
+    return seen == 0.0 or seen > cue_conversions.seconds(strike)
 
 
 def play_shot(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
@@ -332,13 +352,14 @@ def play_shot(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> b
     print(f'  executed    {Outcome(result.outcome).name}: {result.message}')
     if response.status != GoalStatus.STATUS_SUCCEEDED:
         return False
-    rest = player.wait_for_rest()
     speed = result.strike.speed
     print(
         f'  measured    {speed:.4f} m/s ({100 * (speed / goal.plan.speed - 1):+.3f} %), '
         f'elevation {result.elevation:.5f} rad\n'
-        f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m'
+        f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m',
+        flush=True,
     )
+    rest = player.wait_for_rest(result.strike.header.stamp)
     if rest is None:
         print('  outcome     the cue ball does not rest on the table', flush=True)
     else:

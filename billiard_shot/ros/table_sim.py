@@ -26,7 +26,8 @@ class TableSim(Node):
 
     At first the balls lie as in the scene. A strike on the topic of the parameter `strike_topic`
     (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
-    strike is ignored while balls still move. Balls that have left the table count as pocketed.
+    strike is ignored while balls still move. If a strike is not solved, the balls stay, and their
+    state is published again. Balls that have left the table count as pocketed.
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back. Its parameters are `cue_parameters.TABLE_SIM`.
@@ -84,7 +85,9 @@ class TableSim(Node):
             return
         shot = predict(scene, stroke)
         self.get_logger().info(f'shot {message.shot_id!r}: {shot.status.name}: {shot.message}')
-        if not shot.status.refused:
+        if shot.status.refused:
+            self._publish()  # the balls have not moved
+        else:
             self._motions = shot.run.balls
             self._begin = monotonic()
             self._timer.reset()

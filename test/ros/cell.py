@@ -5,6 +5,7 @@ import re
 from threading import Thread
 from typing import NamedTuple
 
+from billiard_shot_msgs.msg import Strike
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -66,11 +67,12 @@ class Cell:
             self.start(name)
         self.player = Player(space, simulate_safety_inputs=True)
         self.joints, self.commands, self.angles = [], [], []
-        self.diagnostics, self.shots, self.log = [], [], []
+        self.diagnostics, self.strikes, self.shots, self.log = [], [], [], []
         for kind, topic, heard in (
             (JointState, f'{space}/joint_states', self.joints),
             (JointTrajectory, f'{space}/cue_driver/actuation', self.commands),
             (Float64, f'{space}/cue_driver/incline_angle', self.angles),
+            (Strike, f'{space}/cue_driver/strike', self.strikes),
             (String, f'{space}/table_sim/shot', self.shots),
             (DiagnosticArray, '/diagnostics', self.diagnostics),
         ):

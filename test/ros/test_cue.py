@@ -48,7 +48,11 @@ def test_the_loop_is_closed(cell):
     assert result.strike.shot_id == 'loop'
     assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
     assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
-    np.testing.assert_allclose(cell.player.wait_for_rest(), expected, atol=0.01)
+    assert cell.player.until(lambda: cell.strikes, PATIENCE)
+    assert result.strike == cell.strikes[-1]  # with the stamp of the strike, not of the end
+    np.testing.assert_allclose(
+        cell.player.wait_for_rest(result.strike.header.stamp), expected, atol=0.01
+    )
     played = from_json(cell.shots[-1].data)
     assert played.stroke.speed == pytest.approx(result.strike.speed, rel=1e-12)
     np.testing.assert_allclose(

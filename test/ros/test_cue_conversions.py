@@ -143,7 +143,7 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
         back = conversions.stroke_of(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
-    result = conversions.result_of(Result(Outcome.OK, 'done', strike), Header())
+    result = conversions.result_of(Result(Outcome.OK, 'done', strike), message)
     assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
 
 
