@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import TableState
+from builtin_interfaces.msg import Time
 import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
@@ -41,6 +42,7 @@ class TableDisplay(Node):
         parameters.declare(self, cue_parameters.TABLE_DISPLAY)
         self.add_post_set_parameters_callback(lambda _: self._show())
         self._joints = self._shown = np.full(6, np.nan)
+        self._moved = Time()  # stamp of the joints
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
         self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
@@ -55,7 +57,7 @@ class TableDisplay(Node):
         self._radius = scene.ball.radius
         self._table.publish(table_markers.table_markers(scene, self._header()))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
-        self._publish_balls({CUE_BALL: scene.cue_ball, **balls})
+        self._publish_balls({CUE_BALL: scene.cue_ball, **balls}, self._header())
 
     def _show_balls(self, message: TableState) -> None:
         try:
@@ -63,15 +65,17 @@ class TableDisplay(Node):
         except ValueError as error:
             self.get_logger().error(f'ignored a table_state: {error}')
             return
-        self._publish_balls(table_markers.places_of(message, self._radius))
+        header = self._header(message.header.stamp)
+        self._publish_balls(table_markers.places_of(message, self._radius), header)
 
-    def _publish_balls(self, balls: table_markers.Places) -> None:
-        self._balls.publish(table_markers.ball_markers(balls, self._radius, self._header()))
+    def _publish_balls(self, balls: table_markers.Places, header: Header) -> None:
+        self._balls.publish(table_markers.ball_markers(balls, self._radius, header))
 
     def _on_joints(self, message: JointState) -> None:
         joints = cue_conversions.joints_of(message, self._names)
         if joints:
             self._joints, _ = joints
+            self._moved = message.header.stamp
 
     def _show_cue(self) -> None:
         if np.array_equal(self._joints, self._shown, equal_nan=True) or (
@@ -80,14 +84,15 @@ class TableDisplay(Node):
             return
         self._shown = self._joints
         try:
-            self._cue.publish(
-                table_markers.cue_markers(self._mechanism, self._joints, self._header())
-            )
+            header = self._header(self._moved)
+            self._cue.publish(table_markers.cue_markers(self._mechanism, self._joints, header))
         except ValueError as error:
             self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
 
-    def _header(self) -> Header:
-        return parameters.table_header(self)
+    def _header(self, stamp: Time | None = None) -> Header:
+        """Header of markers: with the stamp of the message that they show, or of now."""
+        header = parameters.table_header(self)
+        return Header(frame_id=header.frame_id, stamp=stamp or header.stamp)
 
 
 def main(args: Sequence[str] | None = None) -> None:
