@@ -84,12 +84,15 @@ $(LIBRARY): $(CORE)
 	@touch $@
 
 # Without the tools, so that it begins as early as it can.
+demo: SHELL := bash
+demo: .SHELLFLAGS := -o pipefail -c
 demo: $(LIBRARY) $(INTERFACES)
 ifeq ($(ROS),none)
 	@echo 'No ROS 2 for this platform on PyPI, and none sourced: the same shots through the library.'
 	@$(BIN)/billiard-shot predict paper --strokes config/strokes/paper.yaml
 else
-	@$(BIN)/python -m billiard_shot.ros.demo
+	@mkdir -p log
+	@PYTHONUNBUFFERED=1 $(BIN)/python -m billiard_shot.ros.demo 2>&1 | tee log/demo.log
 endif
 
 lint: $(TOOLS)

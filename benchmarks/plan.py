@@ -4,7 +4,8 @@ Plans: how good, how honest, how fast.
 Seeded scenes: pots in bins of cut angle and distance, at half, normal and twice the noise of the
 computer pool tournaments, measured by fresh strokes and compared with a player who aims at the
 ghost ball and hits the middle; balls that only a curve, massé or jump reaches, compared with brute
-force; pots that leave the cue ball at a place.
+force; pots that leave the cue ball at a place; the same pots from several seeds; tables of 15
+balls, with one ball to be potted, two, or any; the time of a cancellation.
 
     python benchmarks/plan.py [--full]
 
@@ -22,6 +23,7 @@ from tools.plan_scenes import (
     baseline,
     blocked_scene,
     brute_force,
+    crowded_scene,
     CUTS,
     LENGTHS,
     measured,
@@ -35,6 +37,7 @@ from tools.timing import Report
 from billiard_shot import plan
 
 BINS = len(CUTS) - 1, len(LENGTHS) - 1
+SEEDS = 5
 HELD_OUT_TRIALS = 1000  # strokes with fresh errors by which a plan is measured
 
 
@@ -154,6 +157,65 @@ def positions(report, clock, count):
     )
 
 
+def seeds(report, clock, count):
+    """How much the measured success of a plan depends on its random numbers."""
+    draw = np.random.default_rng(5)
+    ranges = []
+    for i in range(count):
+        scene, target = pot_scene(draw, i % BINS[0], i % BINS[1])
+        found = []
+        for seed in range(SEEDS):
+            best = clock.plan(scene, target, noise=TOURNAMENT, seed=seed).best
+            strokes = noisy(best.stroke.offsets, TOURNAMENT, 2000, 40_000 + i) if best else []
+            found.append(100.0 * measured(scene, target, strokes)[0].mean() if best else 0.0)
+        ranges.append(np.ptp(found))
+    name = f'{count} pots from {SEEDS} seeds: range of success, '
+    report.row(f'{name}median', float(np.median(ranges)), 'points', 6.0)
+    report.row(f'{name}largest', max(ranges), 'points', 15.0)
+
+
+def crowded(report, count):
+    """Any ball of 15: the time; two balls: as good as the better one alone; a cancellation."""
+    draw = np.random.default_rng(17)
+    clock, losses, late = Clock(), [], []
+    time_of_cancel(crowded_scene(draw), 1.0)  # loaded
+    for i in range(count):
+        scene = crowded_scene(draw)
+        clock.plan(scene, {'pot': 'any'}, noise=TOURNAMENT, seed=i)
+        two = draw.choice(range(1, 15), 2, replace=False).astype(str).tolist()
+        alone = [plan(scene, {'pot': each}, noise=TOURNAMENT, seed=i).best for each in two]
+        both = plan(scene, {'pot': two}, noise=TOURNAMENT, seed=i).best
+        losses.append(
+            100.0 * max((each.interval[0] for each in alone if each), default=0.0)
+            - 100.0 * (both.interval[1] if both else 0.0)
+        )
+        late.append(time_of_cancel(scene, draw.uniform(0.05, 1.0)))
+    name = f'{count} tables of 15 balls: '
+    report.row(f'{name}time of any pot, median', float(np.median(clock.seconds)), 's', 1.0)
+    report.row(f'{name}the same, 95 %', float(np.percentile(clock.seconds, 95)), 's', 3.0)
+    report.row(
+        f'{name}two balls worse than one, beyond the intervals: largest',
+        max(losses),
+        'points',
+        0.0,
+    )
+    report.row(f'{name}the same: tables', sum(each > 0.0 for each in losses), '')
+    report.row(f'{name}from a cancellation to the result, median', float(np.median(late)), 'ms')
+    report.row(f'{name}the same, longest', max(late), 'ms', 100.0)
+
+
+def time_of_cancel(scene, after):
+    """Time in which a plan ends that is cancelled after a time [s]: in ms."""
+    begin = perf_counter()
+    plan(
+        scene,
+        {'pot': '8', 'leave': (0.0, 0.0), 'radius': 0.01},
+        budget=10**7,
+        cancel=lambda: perf_counter() - begin > after,
+    )
+    return 1e3 * (perf_counter() - begin - after)
+
+
 def main():
     """Run everything."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
@@ -166,6 +228,8 @@ def main():
         pots(report, others, 200 if full else 15, factor, 8)
     blocked(report, clock, 50 if full else 3, 1_000_000 if full else 60_000)
     positions(report, clock, 100 if full else 8)
+    seeds(report, Clock(), 45 if full else 9)
+    crowded(report, 50 if full else 20)
     report.row('time to a plan, median', float(np.median(clock.seconds)), 's', 1.0)
     report.row('the same, 95 %', float(np.percentile(clock.seconds, 95)), 's', 3.0)
     rate = np.sum(clock.simulations) / np.sum(clock.seconds)

@@ -11,25 +11,13 @@ import argparse
 from contextlib import contextmanager
 
 import numpy as np
-from tools.plan_scenes import can_lie, pot_scene, TOURNAMENT
+from tools.plan_scenes import crowded_scene, pot_scene, TOURNAMENT
 
 from billiard_shot import plan
 from billiard_shot.planning import search
 
-BALLS = 15  # of a crowded table
 SECONDS = 1.0  # for a plan
 BUDGET = 1_000_000  # strokes: more than a plan has time for
-
-
-def crowded(draw):
-    """Scene with the cue ball and others at random, and a target."""
-    while True:
-        names = ('cue', *map(str, range(1, BALLS)))
-        scene = can_lie(
-            {name: draw.uniform((-1.2, -0.58), (1.2, 0.58)).tolist() for name in names}
-        )
-        if scene:
-            return scene, {'pot': '8'}
 
 
 @contextmanager
@@ -74,7 +62,7 @@ def main():
     draw = np.random.default_rng(41)
     groups = {
         'pots': [pot_scene(draw, i % 5, i % 3) for i in range(count)],
-        'crowded tables': [crowded(draw) for _ in range(count)],
+        'crowded tables': [(crowded_scene(draw), {'pot': '8'}) for _ in range(count)],
     }
     plan(*groups['pots'][0], budget=500)  # compiled, loaded
     for name, scenes in groups.items():

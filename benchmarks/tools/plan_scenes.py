@@ -64,6 +64,17 @@ def pot_scene(draw, cut_bin, length_bin):
             return scene, {'pot': '8', 'pocket': pocket}
 
 
+def crowded_scene(draw, balls=15):
+    """Table with the cue ball and others at random."""
+    while True:
+        names = ('cue', *map(str, range(1, balls)))
+        scene = can_lie(
+            {name: draw.uniform((-1.2, -0.58), (1.2, 0.58)).tolist() for name in names}
+        )
+        if scene:
+            return scene
+
+
 def blocked_scene(draw):
     """Endless cloth, a ball to be hit and one or two in the way: only curve, massé or jump do."""
     while True:

@@ -49,6 +49,7 @@ COLUMNS = (
     Column('speed', 'speed', '(m/s)', '{:.3f}'.format),
     Column('rest'),
     Column('kind', 'kind'),
+    Column('warning'),
 )
 
 
@@ -219,6 +220,9 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     print_rows(COLUMNS, rows, options)
     if as_text(options) and result.best:
         print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
+        for rank, each in enumerate(result.ranking[1:], 2):
+            if each.warning:
+                print(textwrap.fill(f'{rank}, warning: {each.warning}', WIDTH))
         print(_work(result))
 
 
@@ -247,6 +251,7 @@ def _stroke(each: RankedStroke) -> dict[str, Any]:
         'success': each.success,
         'interval': list(each.interval),
         'trials': each.trials,
+        'warning': each.warning,
         'a': a,
         'b': b,
         'elevation': elevation,

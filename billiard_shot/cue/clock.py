@@ -1,13 +1,22 @@
-"""Supervision of a clock that another machine, a simulator or a played bag may set."""
+"""A steady clock, and supervision of one that another machine, a simulator or a bag may set."""
 
 from dataclasses import dataclass
 import math
+import time
 
 STEP_BACK = 0.01
 """Largest step back that counts as a correction of a clock that is being synchronised [s]."""
 
 RECOVERY = 2.0
 """Time after a jump back before the clock is trusted again [s]."""
+
+
+def steady_time() -> float:
+    """Read a steady clock [s]; on Linux it goes on while the machine is suspended."""
+    try:
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
+    except AttributeError:
+        return time.monotonic()
 
 
 @dataclass(slots=True)

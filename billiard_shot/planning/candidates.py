@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SPEED
 from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import Array, unit_speed_strikes
 from billiard_shot.planning.targets import Pot, Rest
 from billiard_shot.planning.waypoints import (
@@ -176,12 +177,8 @@ def spread_azimuth(candidates: Candidates) -> Candidates:
 
 def random_candidates(problem: Problem, count: int, skip: int) -> Candidates:
     """Draw quasi-random strokes within all limits, without the first `skip` of the sequence."""
-    from scipy.stats import qmc
-
     robot = problem.limits.robot
-    sequence = qmc.Halton(5, scramble=False)
-    sequence.fast_forward(1 + skip)
-    draws = sequence.random(count)
+    draws = quasi_random(count, 5, skip)
     strokes = np.empty((count, 5))
     radius, angle = robot.offset_max * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
     strokes[:, A], strokes[:, B] = radius * np.cos(angle), radius * np.sin(angle)

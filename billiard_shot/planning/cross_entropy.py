@@ -73,8 +73,6 @@ def refine(
         )
         count = max(4, round(kept * len(population.strokes)))
         population = population.take(_order(population)[:count])
-        if sigma_scale == 0.0:
-            runner.best = max(runner.best, float(population.success[0]))
         yield population
 
 

@@ -7,10 +7,12 @@ therefore serves all speeds and directions: the path at 1 m/s along +x is scaled
 it goes through the waypoint.
 """
 
+from collections.abc import Callable
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.planning.candidates import Candidates, spread_of
 from billiard_shot.planning.limits import raise_for_clearance
@@ -88,16 +90,22 @@ def _times(path: Trajectory) -> Array:
 
 
 def curved_candidates(
-    problem: Problem, strikes: StrikeLibrary, point: Waypoint, count: int
+    problem: Problem,
+    strikes: StrikeLibrary,
+    point: Waypoint,
+    count: int,
+    goes_on: Callable[[], bool],
 ) -> Candidates:
     """Find up to `count` strokes whose paths reach a waypoint clear of all other balls."""
     robot = problem.limits.robot
     slowest = min(max(0.6, robot.speed_min), robot.speed_max)
-    found, spreads = [], []
+    found, spreads = [np.empty((0, 5))], [np.empty(0)]
     for speed in np.geomspace(slowest, robot.speed_max, SPEEDS):
+        if not goes_on():
+            break
         paths = strikes.paths * speed**2
-        azimuth, gap, cut, length = _turn_through(problem, paths, point)
-        fit = np.flatnonzero((gap > 0.0) & (cut > MIN_CUT_COSINE))
+        azimuth, clear, cut, length = _turn_through(problem, paths, point)
+        fit = np.flatnonzero(clear & (cut > MIN_CUT_COSINE))
         found.append(
             np.column_stack([strikes.offsets[fit], azimuth[fit], np.full(len(fit), speed)])
         )
@@ -115,12 +123,12 @@ def curved_candidates(
 
 def _turn_through(
     problem: Problem, paths: Array, point: Waypoint
-) -> tuple[Array, Array, Array, float]:
+) -> tuple[Array, NDArray[np.bool_], Array, float]:
     """
     Turn paths (n, SAMPLES, 3) so that they go through a waypoint.
 
-    Returns azimuths (n,), clearances from other balls and cushions (n,) [m] (negative if too small
-    or if the path does not reach the waypoint), cosines of the cut (n,), and the distance.
+    Returns azimuths (n,), whether the path reaches the waypoint clear of other balls and cushions
+    (n,), cosines of the cut (n,), and the distance [m].
     """
     ahead = point.place - problem.cue_ball
     distance = float(np.hypot(*ahead))
@@ -142,19 +150,18 @@ def _turn_through(
     x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
     y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]
     world = np.stack([x, y, points[..., 2]], axis=2)
-    gap = np.where(reaches & (there[:, 2] < MAX_ARRIVAL_HEIGHT * problem.radius), np.inf, -np.inf)
-    for other in range(1, len(problem.places)):
-        if other == point.struck:
-            continue
-        apart = distances_from(world, np.array([*problem.places[other], 0.0]))
-        gap = np.minimum(gap, apart - 2.0 * problem.radius - MIN_CLEARANCE)
     half_length, half_width = problem.half_sizes
     inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
-    gap = np.where(inside, np.minimum(gap, 1.0), -np.inf)
+    clear = reaches & (there[:, 2] < MAX_ARRIVAL_HEIGHT * problem.radius) & inside
+    for other in range(1, len(problem.places)):
+        if other != point.struck:
+            rows = np.flatnonzero(clear)
+            apart = distances_from(world[rows], np.array([*problem.places[other], 0.0]))
+            clear[rows] = apart > 2.0 * problem.radius + MIN_CLEARANCE
     step = p1 - p0
     heading = np.stack(
         [cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]], axis=1
     )
     size = np.maximum(np.hypot(*heading.T), 1e-12)
     cut = heading @ point.push / size if point.struck else np.ones(len(paths))
-    return azimuth, gap, cut, distance
+    return azimuth, clear, cut, distance

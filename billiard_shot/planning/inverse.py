@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats
@@ -165,9 +166,7 @@ class _Problem(NamedTuple):
         """Find the solution with the smallest residual, from guesses or quasi-random starts."""
         found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
-            from scipy.stats import qmc
-
-            draws = qmc.Sobol(3, scramble=False).random(STARTS)
+            draws = quasi_random(STARTS, 3)
             radius, angle = RIM * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
             starts = np.column_stack(
                 [radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]]

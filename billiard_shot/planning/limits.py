@@ -15,7 +15,7 @@ from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read, with_present_keys
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.values import check_type
+from billiard_shot.scene.values import check_type, one_or_many
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.status import Status
 
@@ -117,7 +117,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
     """Read the name of a ball, or several; add what is wrong with them to the mistakes."""
-    names = () if value is None else tuple(value) if isinstance(value, tuple | list) else (value,)
+    names = () if value is None else one_or_many(value)
     others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
         if str(name) not in others:

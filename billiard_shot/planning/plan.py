@@ -15,7 +15,7 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
-from billiard_shot.planning.statistics import chance_in_words, interval_in_words
+from billiard_shot.planning.statistics import interval_in_words
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
@@ -24,7 +24,6 @@ from billiard_shot.scene.values import positive, whole
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-FEW_TRIALS = 100  # the message states fewer as they are, not in per cent
 # Noise of the computer pool tournaments, see `Noise`; no noise at all.
 NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
@@ -125,8 +124,8 @@ def plan(
         for finalist in found.finalists
         if finalist.successes
     )
-    status, message = _outcome(ranking, found, runner.simulations)
-    if status == Status.NO_PLAN and isinstance(wanted, Pot):
+    status, message = _outcome(ranking, found, runner)
+    if status == Status.NO_PLAN and isinstance(wanted, Pot) and not runner.late:
         message = '; '.join(filter(None, [message, why_not_straight(scene, wanted, limits.keep)]))
     return PlanResult(
         status,
@@ -158,16 +157,14 @@ def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise
 
 
 def _outcome(
-    ranking: tuple[RankedStroke, ...], found: Found, simulations: int
+    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner
 ) -> tuple[Status, str]:
+    simulations = runner.simulations
     if found.cancelled:
         so_far = _summary(ranking[0]) if ranking else 'no stroke was found so far'
         return Status.CANCELLED, f'cancelled after {simulations} simulations: {so_far}'
     if ranking:
-        best = ranking[0]
-        notes = [_summary(best)]
-        if best.warning:
-            notes.append(best.warning)
+        notes = [_summary(ranking[0])]
         if not found.converged:
             notes.append('not converged: a larger budget may find a better stroke')
         return Status.OK, '; '.join(notes)
@@ -178,11 +175,10 @@ def _outcome(
         detail = '; strokes that reached it did not repeat under noise'
     elif found.penalty <= 1.0:
         detail = f'; the nearest stroke misses by {1e3 * found.penalty:.0f} mm'
-    return Status.NO_PLAN, f'no stroke reaches the target in {simulations} simulations{detail}'
+    within = f'{simulations} simulations' + ', until the time was up' * runner.late
+    return Status.NO_PLAN, f'no stroke reaches the target in {within}{detail}'
 
 
 def _summary(best: RankedStroke) -> str:
-    if best.trials >= FEW_TRIALS and best.successes < best.trials:
-        return f'{best.kind}: success {chance_in_words(best.success, best.interval)}'
-    count = f'{best.successes} of {best.trials} trials'
-    return f'{best.kind}: success in {count} ({interval_in_words(best.interval)})'
+    success = f'{best.kind}: success {best.chance} ({interval_in_words(best.interval)})'
+    return '; '.join(filter(None, [success, best.warning]))

@@ -14,7 +14,7 @@ from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.statistics import chance_in_words, wilson_interval
+from billiard_shot.planning.statistics import chance_in_words, interval_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.data_frame import data_frame
@@ -52,13 +52,18 @@ class RankedStroke:
     trials: int
 
     def __repr__(self) -> str:
-        chance = chance_in_words(self.success, self.interval)
-        return f'RankedStroke({self.kind}: success {chance}, {self.stroke!r})'
+        sure = interval_in_words(self.interval)
+        return f'RankedStroke({self.kind}: success {self.chance} ({sure}), {self.stroke!r})'
 
     @property
     def success(self) -> float:
         """Estimated success probability."""
         return self.successes / self.trials
+
+    @property
+    def chance(self) -> str:
+        """`success` in words, such as `85 %`; as a count if trials are few or all succeeded."""
+        return chance_in_words(self.success, self.trials)
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -177,6 +182,7 @@ class PlanResult:
             'low': [each.interval[0] for each in self.ranking],
             'high': [each.interval[1] for each in self.ranking],
             'trials': [each.trials for each in self.ranking],
+            'warning': [each.warning for each in self.ranking],
             **{name: [stroke[i] for stroke in strokes] for i, name in enumerate(names)},
         }
 

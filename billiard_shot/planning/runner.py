@@ -89,12 +89,23 @@ class Runner:
         share = 1.0 - RESERVE if self.reserved else 1.0
         return share * self._time_limit - (perf_counter() - self._begin)
 
+    @property
+    def late(self) -> bool:
+        """Whether only the reserved share of the time limit is left, or less."""
+        limit = self._time_limit
+        return limit is not None and perf_counter() - self._begin > (1.0 - RESERVE) * limit
+
     def poll(self) -> None:
         """Report progress; raise StoppedError if the search is cancelled."""
         if self._progress:
             self._progress(Progress(self.simulations, self.budget, self.best))
         if self._cancel and self._cancel():
             raise StoppedError
+
+    def goes_on(self) -> bool:
+        """Poll; return whether strokes may still be evaluated."""
+        self.poll()
+        return self.left > 0
 
     def _result(self, future: Future[T]) -> T:
         """Wait for a task; raise StoppedError if the search is cancelled before."""

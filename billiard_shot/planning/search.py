@@ -106,6 +106,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
                 stage.success = max(stage.success, float(found[-1].success.max(initial=0.0)))
+                runner.best = max(runner.best, stage.success)
                 if runner.left <= 0:
                     break
             best = best_of(found[first:])
@@ -196,14 +197,9 @@ def _curved_candidates(problem: Problem, runner: Runner, points: list[Waypoint])
     if not points:
         return candidates_along(problem, [])
     strikes = build_strike_library(problem)
-    found: list[Candidates] = []
-    for point in points:
-        runner.poll()
-        if found and runner.left <= 0:
-            break
-        curved = curved_candidates(problem, strikes, point, CURVED_COUNT // len(points))
-        found.append(spread_azimuth(curved))
-    return concatenate(found)
+    count = CURVED_COUNT // len(points)
+    curves = [curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points]
+    return spread_azimuth(concatenate(curves))
 
 
 def _thinned(candidates: Candidates, capacity: int) -> Candidates:

@@ -1,4 +1,4 @@
-"""Execution noise as random numbers, and confidence intervals of success probabilities."""
+"""Random and quasi-random numbers, and confidence intervals of success probabilities."""
 
 import math
 
@@ -7,6 +7,7 @@ import numpy as np
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array
 
+FEW_TRIALS = 100  # fewer are stated as they are, not in per cent
 Z95 = 1.959963984540054  # quantile of a two-sided 95 % interval
 
 
@@ -24,9 +25,11 @@ def wilson_interval(successes: float, trials: int, z: float = Z95) -> tuple[floa
     return max(0.0, middle - half), min(1.0, middle + half)
 
 
-def chance_in_words(success: float, interval: tuple[float, float]) -> str:
-    """Write a probability and its 95 % interval, such as `85 % (95 % CI 79 to 89 %)`."""
-    return f'{percent(success)} % ({interval_in_words(interval)})'
+def chance_in_words(success: float, trials: int) -> str:
+    """Write a share of trials, such as `85 %`; as a count if they are few or all succeeded."""
+    if trials < FEW_TRIALS or success == 1.0:
+        return f'in {round(success * trials)} of {trials} trials'
+    return f'{percent(success)} %'
 
 
 def interval_in_words(interval: tuple[float, float]) -> str:
@@ -42,6 +45,22 @@ def percent(probability: float) -> str:
         if not 1e-9 < probability < 1.0 - 1e-9 or 0.0 < float(text) < 100.0:
             return text
     return text
+
+
+def quasi_random(count: int, dimensions: int, skip: int = 0) -> Array:
+    """
+    Return points (count, dimensions) that fill the unit cube evenly, without the first `skip`.
+
+    Multiples of powers of a generalized golden ratio, modulo 1 (M. Roberts, "The unreasonable
+    effectiveness of quasirandom sequences", 2018). A Halton or Sobol sequence does the same, but
+    the import of scipy.stats takes a second.
+    """
+    ratio = 2.0
+    for _ in range(60):
+        ratio = (1.0 + ratio) ** (1.0 / (dimensions + 1))
+    steps = ratio ** -np.arange(1.0, dimensions + 1)
+    points: Array = (0.5 + np.arange(skip + 1, skip + count + 1)[:, np.newaxis] * steps) % 1.0
+    return points
 
 
 def sample_execution_noise(problem: Problem, draw: np.random.Generator, count: int) -> Array:

@@ -15,6 +15,7 @@ from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, Mistake, refused
 from billiard_shot.scene.fields import name, number, point, TAKES
 from billiard_shot.scene.placement import CUE_BALL, lying, no_place
+from billiard_shot.scene.values import one_or_many
 from billiard_shot.table.run import POCKET_NAMES
 
 Point: TypeAlias = tuple[float, float]
@@ -42,9 +43,8 @@ def pocket_field() -> Any:
     allowed = f'{ANY}, or of {", ".join(POCKET_NAMES)} one or a list'
 
     def convert(value: object) -> tuple[str, ...]:
-        names = (value,) if isinstance(value, str) else value
-        known = ANY, *POCKET_NAMES
-        if not isinstance(names, tuple | list) or not names or any(n not in known for n in names):
+        names, known = one_or_many(value), (ANY, *POCKET_NAMES)
+        if not names or any(not isinstance(n, str) or n not in known for n in names):
             raise refused(value, allowed)
         return tuple(pocket for pocket in POCKET_NAMES if pocket in names or ANY in names)
 
@@ -56,7 +56,7 @@ def balls_field() -> Any:
     one = name().metadata[TAKES]
 
     def convert(value: object) -> tuple[str, ...]:
-        names = tuple(value) if isinstance(value, tuple | list) else (value,)
+        names = one_or_many(value)
         if not names:
             raise refused(value, "a name, such as '8', a list of names, or any")
         return tuple(dict.fromkeys(one(each) for each in names))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 import math
-from time import monotonic
 from typing import Any, TypeAlias
 import uuid
 
@@ -21,6 +20,7 @@ from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result
 from billiard_shot.cue.measurement import Strike as MeasuredStrike
@@ -121,10 +121,10 @@ class CueDriver(LifecycleNode):
         self.create_service(
             Trigger,
             '~/disarm',
-            _answering(lambda: self._controller.disarm(monotonic(), 'disarmed by service')),
+            _answering(lambda: self._controller.disarm(steady_time(), 'disarmed by service')),
         )
         self.create_service(
-            Trigger, '~/clear_fault', _answering(lambda: self._controller.clear(monotonic()))
+            Trigger, '~/clear_fault', _answering(lambda: self._controller.clear(steady_time()))
         )
         steady_timer(self, self.get_parameter('period').value, self._tick)
         steady_timer(self, 1.0, self._publish_diagnostics)
@@ -192,7 +192,7 @@ class CueDriver(LifecycleNode):
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Disarm, which stops the mechanism, and accept no more goals."""
-        self._controller.disarm(monotonic(), 'deactivated')
+        self._controller.disarm(steady_time(), 'deactivated')
         self._inactive = INACTIVE
         return super().on_deactivate(state)
 
@@ -215,21 +215,27 @@ class CueDriver(LifecycleNode):
     # --- inputs and requests --------------------------------------------------------------------
 
     def _on_estop(self, message: Bool, info: Mapping[str, Any]) -> None:
-        now = monotonic()
+        now = steady_time()
         self._controller.receive_estop(message.data, written(info, now), now)
 
     def _on_interlock(self, message: Bool, info: Mapping[str, Any]) -> None:
-        now = monotonic()
+        now = steady_time()
         self._controller.receive_interlock(message.data, written(info, now), now)
 
     def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
         joints = conversions.joints_of(message, self._names)
         if joints:
-            now = monotonic()
+            now = steady_time()
             stamp = stamped(Time.from_msg(message.header.stamp), self.get_clock(), now)
             self._controller.receive_joints(*joints, min(written(info, now), stamp), now)
 
     def _on_table(self, message: TableState) -> None:
+        seen, now = Time.from_msg(message.header.stamp), self.get_clock().now()
+        last = Time.from_msg(self._table.header.stamp) if self._table else seen
+        if 0 < seen.nanoseconds < last.nanoseconds <= now.nanoseconds:  # else the clock was set
+            older = 1e-9 * (last - seen).nanoseconds
+            self.get_logger().warning(f'ignored a table_state {older:.3g} s older than the last')
+            return
         self._table = message
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
@@ -239,7 +245,7 @@ class CueDriver(LifecycleNode):
 
     def _arm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         decision = (
-            self._controller.arm(monotonic())
+            self._controller.arm(steady_time())
             if not self._inactive
             else Decision(False, self._controller.state, f'arm: {self._inactive}')
         )
@@ -253,7 +259,7 @@ class CueDriver(LifecycleNode):
                 raise RefusedError(Outcome.NOT_READY, self._inactive)
             self._controller.execute(
                 conversions.shot_goal_of(goal.request, now, self.get_parameter('frame').value),
-                monotonic(),
+                steady_time(),
             )
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
@@ -278,13 +284,13 @@ class CueDriver(LifecycleNode):
             State.ARMED,
         ):
             return CancelResponse.REJECT
-        self._controller.disarm(monotonic(), 'canceled', Outcome.CANCELED)
+        self._controller.disarm(steady_time(), 'canceled', Outcome.CANCELED)
         return CancelResponse.ACCEPT
 
     # --- outputs --------------------------------------------------------------------------------
 
     def _tick(self) -> None:
-        now = monotonic()
+        now = steady_time()
         self._decision_time = self.get_clock().now()
         self._controller.receive_clock(1e-9 * self._decision_time.nanoseconds, now)
         self._controller.receive_other_drivers(self._other_drivers(), now)
@@ -356,7 +362,7 @@ class CueDriver(LifecycleNode):
         return conversions.state_message(self._controller, self.get_clock().now().to_msg())
 
     def _publish_diagnostics(self) -> None:
-        now = monotonic()
+        now = steady_time()
         health = conversions.health(self._controller, self._inactive, now)
         self._diagnostics.publish(
             conversions.diagnostics_message(

@@ -286,16 +286,17 @@ TABLE_DISPLAY = (
 )
 
 CUE_MODEL = (
-    TABLE_FRAME,
-    MECHANISM,
-    JOINT_NAMES,
-    INCLINE_JOINT,
+    *(
+        replace(each, read_only=True)
+        for each in (TABLE_FRAME, MECHANISM, JOINT_NAMES, INCLINE_JOINT)
+    ),
     Parameter(
         'rate',
         50.0,
         'Highest rate at which transforms are published.',
         unit='Hz',
         limits=(1.0, 1000.0),
+        read_only=True,
     ),
 )
 

@@ -19,6 +19,7 @@ from billiard_shot.ros.cue_conversions import pose_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import one_or_many
 
 LIMITS = (
     'speed_min',
@@ -97,8 +98,11 @@ def plan_request_of(
     if goal.use_limits:
         constraints = {name: getattr(goal, name) for name in LIMITS if name not in ANGLES}
         constraints |= {limit: math.degrees(getattr(goal, name)) for name, limit in ANGLES.items()}
-        if 'keep' in default.constraints:
-            constraints['keep'] = default.constraints['keep']
+    if goal.keep:
+        constraints['keep'] = names_in(goal.keep)
+    elif 'keep' in default.constraints:
+        kept = one_or_many(default.constraints['keep'])
+        constraints['keep'] = [name for name in kept if name in scene.balls]
     if goal.first_contact:
         constraints['first_contact'] = names_in(goal.first_contact)
     noise = default.noise
@@ -121,7 +125,7 @@ def plan_request_of(
         constraints,
         goal.budget or default.budget,
         goal.seed or default.seed,
-        default.time_limit,
+        goal.time_limit or default.time_limit,
     )
 
 
@@ -300,5 +304,6 @@ def ranked_message(planned: RankedStroke, header: Header, sample_count: int) -> 
         success_low=low,
         success_high=high,
         trials=planned.trials,
+        warning=planned.warning,
         trajectory=trajectory_message(planned.shot.trajectory, sample_count),
     )

@@ -40,6 +40,7 @@ PLANNER = (
         'plan_at_start',
         False,
         'Whether to plan for the target at start-up, with the balls of the scene.',
+        read_only=True,
     ),
     Parameter(
         'budget',

@@ -18,6 +18,7 @@ from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
+from billiard_shot.planning.statistics import chance_in_words, interval_in_words
 from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
@@ -111,8 +112,10 @@ def play_target(
     print(
         f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
         f'simulated\n'
-        f'  plan        {best.kind}, success {100 * best.success:.0f} % '
-        f'(95 % CI {100 * best.success_low:.0f} to {100 * best.success_high:.0f} %)'
+        f'  plan        {best.kind}, success {chance_in_words(best.success, best.trials)} '
+        f'({interval_in_words((best.success_low, best.success_high))})'
+        + f'\n  warning     {best.warning}'
+        * bool(best.warning)
     )
     if not play_shot(player, 'planned', goal, arm):
         return False

@@ -243,7 +243,7 @@ class Planner(Node):
             self._markers.publish(
                 display.plan_markers(
                     [each.shot for each in result.ranking],
-                    [f'{each.kind} {100.0 * each.success:.0f} %' for each in result.ranking],
+                    [f'{each.kind}: {each.chance}' for each in result.ranking],
                     header,
                 )
             )

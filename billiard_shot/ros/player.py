@@ -36,7 +36,7 @@ from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
-from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED
+from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED, steady_timer
 from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
@@ -56,6 +56,12 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}
 
 QUIET_WAIT = 2.0
 """Time of waiting after which the player logs what it waits for [s]."""
+
+SIGNAL_PERIOD = 0.05
+"""Time between two looks at the signals that were caught [s]."""
+
+REMINDER = 8.0
+"""Time after which the player logs again what it waits for [s]."""
 
 REST_DISTANCE = 1e-3
 """A ball that moves less than this [m] within `REST_TIME` is at rest."""
@@ -156,6 +162,17 @@ class Player(Node):
                     if each.key != 'shot_id' and each.value != 'ok'
                 ]
 
+    def exit_on(self, signals: list[int]) -> None:
+        """Exit as soon as there is a signal in the list, between two callbacks."""
+
+        # If a handler of signals raised SystemExit, it would do so within rclpy at times, which
+        # loses it.
+        def look() -> None:
+            if signals:
+                sys.exit(128 + signals.pop())
+
+        steady_timer(self, SIGNAL_PERIOD, look)
+
     def until(self, condition: Callable[[], object], seconds: float) -> bool:
         """Spin until a condition holds; return False if it does not within `seconds`."""
         deadline = monotonic() + seconds
@@ -179,17 +196,30 @@ class Player(Node):
         if self._safety:  # otherwise a shot could end before safety equipment is discovered
             self.until(lambda: monotonic() > self._discovered, DISCOVERY)
         self.problems = ['no diagnostics']
-        if not self.until(lambda: not self.problems, self._timeout):
+        if not self._until(lambda: not self.problems, 'waiting for cue_driver', self._timeout):
             raise NotReadyError(f'cue_driver is not ready: {"; ".join(self.problems)}')
 
     def wait_for(self, kind: str, name: str, found: Callable[[], object]) -> None:
         """Wait for a service, action or topic; log if it is not found soon."""
         name = f'{kind} {self.resolve_topic_name(name)}'
-        if self.until(found, min(QUIET_WAIT, self._timeout)):
-            return
-        self.get_logger().info(f'waiting for {name}')
-        if not self.until(found, self._timeout - QUIET_WAIT):
+        if not self._until(found, f'waiting for {name}', self._timeout):
             raise NotReadyError(f'no {name} within {self._timeout:g} s')
+
+    def _until(
+        self,
+        condition: Callable[[], object],
+        words: str,
+        seconds: float,
+        quiet: float = QUIET_WAIT,
+    ) -> bool:
+        """Spin as in `until`; after a quiet wait [s], log these words, and again and again."""
+        deadline, silence = monotonic() + seconds, quiet
+        while not self.until(condition, min(silence, deadline - monotonic())):
+            if monotonic() > deadline:
+                return False
+            self.get_logger().info(words)
+            silence = REMINDER
+        return True
 
     def balls(self) -> dict[str, tuple[float, float]]:
         """Return the current positions (x, y) [m] of the balls on the table."""
@@ -286,7 +316,7 @@ class Player(Node):
                 if answer.done() and not result_of(answer).success:
                     self.get_logger().error(f'not armed: {result_of(answer).message}')
                     return
-        self.until(ended.done, left)
+        self._until(ended.done, 'waiting for the end of the shot', left, REMINDER)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]
@@ -440,16 +470,14 @@ def run_player(
     args: Sequence[str] | None,
 ) -> None:
     """Make a player, play the rounds until one fails, and exit with one of `EXIT_CODES`."""
-
-    def end(number: int, _: object) -> None:
-        sys.exit(128 + number)
-
+    caught: list[int] = []
     # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
     with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
         for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, end)
+            signal.signal(number, lambda number, _: caught.append(number))
         try:
             player = make()
+            player.exit_on(caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
             player.wait_for_all()
             code = PLAYED if all(play_round(player, each) for each in rounds) else FAILED

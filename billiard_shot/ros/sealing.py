@@ -113,7 +113,7 @@ def _planned(request: SealShot.Request, last: LastPlan | None) -> tuple[ShotPlan
     _check_guided(ranked.scene)
     shot_id = request.shot_id or f'{ranked.kind} {last.plan_id}-{rank}'
     plan = plan_of(ranked.stroke, places_of(ranked.scene), ranked.scene, shot_id)
-    return plan, f'{ranked.kind!r}, {100.0 * ranked.success:.0f} %, rank {rank} of the plan'
+    return plan, f'{ranked.kind!r}, success {ranked.chance}, rank {rank} of the plan'
 
 
 def _given(

@@ -2,6 +2,7 @@
 
 import math
 from numbers import Integral, Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,13 @@ def positive(name: str, value: object, unit: str) -> float:
     if not 0.0 < number < math.inf:
         raise refused(value, f'finite and above 0 ({unit})', name)
     return number
+
+
+def one_or_many(value: object) -> tuple[Any, ...]:
+    """Return the elements of a list, tuple or set (sorted as text); of another value, itself."""
+    if isinstance(value, set | frozenset):
+        return tuple(sorted(value, key=str))
+    return tuple(value) if isinstance(value, tuple | list) else (value,)
 
 
 def check_type(name: str, value: object, kind: type) -> None:

@@ -1,8 +1,10 @@
 """Clocks that stand still or jump back are named; all others are trusted."""
 
+import time
+
 import pytest
 
-from billiard_shot.cue.clock import ClockWatch, RECOVERY
+from billiard_shot.cue.clock import ClockWatch, RECOVERY, steady_time
 
 
 @pytest.fixture
@@ -50,3 +52,9 @@ def test_corrections_and_jumps_ahead_are_allowed(clock):
     assert clock.problem(1.02) == ''
     clock.update(500.0, 1.04)
     assert clock.problem(1.04) == ''
+
+
+@pytest.mark.skipif(not hasattr(time, 'CLOCK_BOOTTIME'), reason='Linux alone has this clock')
+def test_the_steady_clock_goes_on_while_the_machine_is_suspended():
+    before = time.clock_gettime(time.CLOCK_BOOTTIME)
+    assert before <= steady_time() <= time.clock_gettime(time.CLOCK_BOOTTIME)

@@ -123,7 +123,7 @@ def test_curved_candidates_pass_the_ball_in_the_way():
     scene = cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0))
     problem = problem_in(scene, {'hit': '8'})
     candidates = curved_candidates(
-        problem, build_strike_library(problem), waypoints(problem, 0)[0], 40
+        problem, build_strike_library(problem), waypoints(problem, 0)[0], 40, lambda: True
     )
     assert len(candidates.route) > 5
     free = [
@@ -131,6 +131,18 @@ def test_curved_candidates_pass_the_ball_in_the_way():
         for each in candidates.strokes
     ]
     assert np.mean(free) > 0.8
+
+
+def test_curves_end_when_the_search_does():
+    scene = cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0))
+    problem = problem_in(scene, {'hit': '8'})
+    library, point = build_strike_library(problem), waypoints(problem, 0)[0]
+    none = curved_candidates(problem, library, point, 40, lambda: False)
+    assert len(none.route) == 0
+    every = curved_candidates(problem, library, point, 40, lambda: True)
+    answers = iter([True] * 13 + [False])  # the fastest of 14 speeds is left out
+    some = curved_candidates(problem, library, point, 40, lambda: next(answers))
+    assert 0.0 < some.strokes[:, 4].max() < every.strokes[:, 4].max()
 
 
 def test_errors_have_the_noise_that_was_asked_for():

@@ -22,7 +22,12 @@ from billiard_shot.planning.limits import (
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.runner import CHUNK, Runner
-from billiard_shot.planning.statistics import chance_in_words, wilson_interval
+from billiard_shot.planning.statistics import (
+    chance_in_words,
+    interval_in_words,
+    quasi_random,
+    wilson_interval,
+)
 from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.shot.refusals import refusals_in
@@ -329,12 +334,27 @@ def test_batches_agree_with_plans():
 
 
 def test_chances_are_told_from_certainty():
-    """100 % is said of 1 alone, and an interval never shrinks to one number."""
-    assert chance_in_words(1.0, wilson_interval(200, 200)) == '100 % (95 % CI 98 to 100 %)'
-    assert chance_in_words(1.0, wilson_interval(20000, 20000)) == '100 % (95 % CI 99.98 to 100 %)'
-    assert chance_in_words(0.999, wilson_interval(1998, 2000)).startswith('99.9 % (95 % CI 99.6 ')
-    assert chance_in_words(0.85, wilson_interval(170, 200)) == '85 % (95 % CI 79 to 89 %)'
-    assert chance_in_words(0.0, wilson_interval(0, 200)).startswith('0 % (95 % CI 0 to 2 ')
+    """100 % is never said, and an interval never shrinks to one number."""
+    assert chance_in_words(1.0, 200) == 'in 200 of 200 trials'
+    assert chance_in_words(14 / 15, 15) == 'in 14 of 15 trials'
+    assert chance_in_words(0.999, 2000) == '99.9 %'
+    assert chance_in_words(0.0, 200) == '0 %'
+    assert interval_in_words(wilson_interval(200, 200)) == '95 % CI 98 to 100 %'
+    assert interval_in_words(wilson_interval(20000, 20000)) == '95 % CI 99.98 to 100 %'
+    assert interval_in_words(wilson_interval(170, 200)) == '95 % CI 79 to 89 %'
+    assert interval_in_words(wilson_interval(0, 200)).startswith('95 % CI 0 to 2 ')
+
+
+@pytest.mark.parametrize('dimensions', [1, 3, 5])
+def test_quasi_random_points_fill_the_cube_evenly(dimensions):
+    points = quasi_random(1000, dimensions)
+    assert points.shape == (1000, dimensions)
+    for column in points.T:
+        assert np.ptp(np.histogram(column, 20, (0, 1))[0]) <= 12  # of random ones: some 25
+    halves = (points > 0.5) @ 2 ** np.arange(dimensions)
+    shares = np.bincount(halves, minlength=2**dimensions) / 1000
+    assert shares == pytest.approx(np.full(2**dimensions, 0.5**dimensions), abs=0.012)
+    assert quasi_random(10, dimensions, skip=990) == pytest.approx(points[990:], abs=1e-9)
 
 
 def test_plans_say_what_they_are():
@@ -386,6 +406,8 @@ def test_a_time_limit_ends_the_search():
     short = plan(SCENE, target, time_limit=0.02)
     assert short.simulations < free.simulations
     assert short.status in (Status.OK, Status.NO_PLAN)
+    if short.status == Status.NO_PLAN:
+        assert 'until the time was up' in short.message or not short.simulations
     for wrong in (0, -1.0, 'soon', float('nan'), float('inf')):
         with pytest.raises(ValueError, match='time_limit'):
             plan(SCENE, target, time_limit=wrong)
@@ -405,9 +427,22 @@ def test_finalists_have_enough_trials_and_their_order_follows_a_rule():
 
 
 def test_few_trials_are_stated_as_they_are():
-    result = plan(SCENE, {'hit': '8'}, budget=30)
-    if result.best and result.best.trials < 100:
-        assert f'{result.best.successes} of {result.best.trials} trials' in result.message
+    result = plan(SCENE, {'hit': '8'}, budget=15)
+    count = f'in {result.best.successes} of {result.best.trials} trials'
+    assert 0 < result.best.trials < 100
+    assert count in result.message
+    assert count in repr(result.best)
+
+
+def test_sets_of_balls_and_pockets():
+    pockets = {'foot_left', 'foot_right'}
+    limits = {'first_contact': frozenset({'1', '8'})}
+    some = plan(SCENE, {'pot': {'8', '1'}, 'pocket': pockets}, budget=500, constraints=limits)
+    limits = {'first_contact': ['1', '8']}
+    target = {'pot': ['1', '8'], 'pocket': sorted(pockets)}
+    assert some.message == plan(SCENE, target, budget=500, constraints=limits).message
+    with pytest.raises(ValueError, match="keep: there is no ball '7'"):
+        plan(SCENE, {'pot': '8'}, constraints={'keep': {'7'}})
 
 
 def test_a_task_that_ends_late_is_not_a_timeout():

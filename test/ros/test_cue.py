@@ -10,14 +10,17 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from action_msgs.msg import GoalStatus
+from billiard_shot_msgs.msg import BallState, TableState
+from builtin_interfaces.msg import Time
 from cell import PATIENT
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import ListParameters, SetParameters
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Stroke
@@ -27,12 +30,32 @@ from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.demo import SIMULATION
+from billiard_shot.ros.player import NotReadyError
 from billiard_shot.shot.replay import from_json
 
 SPACE = '/cell'
 NODES = {**PATIENT, 'cue_sim': SIMULATION}
 """Joint states come at the default rate."""
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+
+
+def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(cell):
+    player, strike = cell.player, Time(sec=100)
+    known = player.table
+
+    def seen(seconds, x):
+        ball = BallState(id='cue', position=Point(x=x))
+        return TableState(header=Header(stamp=Time(sec=seconds)), balls=[ball])
+
+    try:
+        player.table = seen(99, 0.1)
+        with pytest.raises(NotReadyError, match='no message after the strike within 1 s'):
+            player.wait_for_rest(strike, seconds=1.0)
+        for seconds in (101, 0):  # later; of unknown time
+            player.table = seen(seconds, 0.3)
+            assert tuple(player.wait_for_rest(strike)) == (0.3, 0.0)
+    finally:
+        player.table = known
 
 
 def test_the_loop_is_closed(cell):

@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from billiard_shot_msgs.msg import TableState
 from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
@@ -14,12 +15,15 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
+from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
 import yaml
 
 from billiard_shot.cue.safety import State
+from billiard_shot.ros.cue_parameters import CUE_MODEL
 from billiard_shot.ros.demo import SIMULATION
+from billiard_shot.ros.node_runner import LATCHED
 
 SPACE = '/safety'
 
@@ -116,6 +120,31 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
 )
 def test_what_is_read_once_is_read_only(cell, owner, name, value):
     assert 'read-only' in setter(cell, owner)(name, value)
+
+
+def test_cue_model_reads_all_its_parameters_once():
+    assert all(each.read_only for each in CUE_MODEL)
+
+
+def test_an_older_table_state_does_not_replace_a_newer_one(cell):
+    """Two cameras, or a queue that was held up."""
+    cell.wait_for_services()
+    older = TableState(
+        header=Header(frame_id='table', stamp=cell.player.table.header.stamp), balls=[]
+    )
+    older.header.stamp.sec -= 3600
+    publisher = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
+    publisher.publish(older)
+    try:
+        assert cell.player.until(
+            lambda: (
+                'ignored a table_state 3.6e+03 s older than the last' in cell.logged('cue_driver')
+            ),
+            PATIENCE,
+        )
+    finally:
+        cell.player.destroy_publisher(publisher)
+        cell.services['table_sim/reset'].call(Trigger.Request())
 
 
 def test_it_says_what_it_waits_for(cell, launch_once):

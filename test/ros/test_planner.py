@@ -1,6 +1,6 @@
 """The planner as a real process: goals, cancel, preemption, refusals, what it shows."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 import math
 import re
 
@@ -14,6 +14,7 @@ from billiard_shot_msgs.msg import BallState, RankedPlan, TableState, Target
 from geometry_msgs.msg import Point, Vector3
 import rclpy
 from rclpy.action import ActionClient
+from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 from waiting import PATIENCE, spin_until
 
@@ -327,3 +328,24 @@ def test_limits_and_noise_of_messages():
     assert task.noise.azimuth_deg == pytest.approx(1.0)
     assert (task.noise.a, task.noise.b) == (0.001, 0.0)
     assert (task.budget, task.seed, task.scene) == (2000, 1, SCENE)
+
+
+def test_balls_to_keep_and_time_limits_of_messages():
+    own = replace(DEFAULT, constraints={'keep': ['1', '8']}, time_limit=9.0)
+    task = plan_conversions.plan_request_of(PlanShot.Goal(), own, None, 'table')
+    assert (task.constraints['keep'], task.time_limit) == (['1', '8'], 9.0)
+    goal = PlanShot.Goal(keep='8', time_limit=0.5)
+    task = plan_conversions.plan_request_of(goal, own, None, 'table')
+    assert (task.constraints['keep'], task.time_limit) == ('8', 0.5)
+    # A ball of the node's parameter is not refused for having been pocketed meanwhile.
+    balls = [BallState(id='cue'), BallState(id='8', position=Point(x=0.5))]
+    task = plan_conversions.plan_request_of(PlanShot.Goal(balls=balls), own, None, 'table')
+    assert task.constraints['keep'] == ['8']
+
+
+def test_a_warning_is_part_of_the_message():
+    best = plan(SCENE, {'pot': '8'}, budget=500).best
+    assert plan_conversions.ranked_message(best, Header(), 2).warning == best.warning
+    other_way = Stroke.from_offsets(azimuth=best.stroke.offsets[3] + 0.5, elevation=0.1, speed=1.0)
+    message = plan_conversions.ranked_message(replace(best, stroke=other_way), Header(), 2)
+    assert message.warning == 'without errors the target is missed'
