@@ -197,7 +197,6 @@ def crowded(report, count):
         f'{name}two balls worse than one, beyond the intervals: largest',
         max(losses),
         'points',
-        0.0,
     )
     report.row(f'{name}the same: tables', sum(each > 0.0 for each in losses), '')
     report.row(f'{name}from a cancellation to the result, median', float(np.median(late)), 'ms')

@@ -43,10 +43,25 @@ def no_curves(problem, *_):
     return search.candidates_along(problem, [])
 
 
+cushion_candidates = search._cushion_candidates
+
+
+def no_banks(problem, runner, cushions, count):
+    """Make no candidates in which the ball that was hit meets a cushion."""
+    return cushion_candidates(problem, runner, [each for each in cushions if not each[0]], count)
+
+
+def no_kicks(problem, runner, cushions, count):
+    """Make no candidates in which the cue ball meets a cushion first."""
+    return cushion_candidates(problem, runner, [each for each in cushions if not each[1]], count)
+
+
 VARIANTS = {
     'all stages': {},
     'without combinations': {'combinations': no_points},
     'without curved paths': {'_curved_candidates': no_curves},
+    'without banks': {'_cushion_candidates': no_banks},
+    'without kicks': {'_cushion_candidates': no_kicks},
     'without cushions': {'CUSHIONS_BELOW': -1.0},
     'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
     'one round': {'MAX_ROUNDS': 1},

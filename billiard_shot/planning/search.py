@@ -44,7 +44,7 @@ ROUNDS, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
 PROMISING = 0.1  # of success below the best: stages so much worse are not searched again
 # Below these success probabilities: combinations; routes by one cushion; curved paths; routes
 # by more, and random strokes.
-DETOURS_BELOW, CUSHIONS_BELOW, CURVES_BELOW, RANDOM_BELOW = 0.6, 0.5, 0.3, 0.1
+DETOURS_BELOW, CUSHIONS_BELOW, CURVES_BELOW, RANDOM_BELOW = 0.9, 0.5, 0.3, 0.1
 
 cost_of = attrgetter('cost')
 

@@ -84,7 +84,7 @@ def running(names: list[str], environment: dict[str, str]) -> Iterator[None]:
     finally:
         for node in nodes:
             node.send_signal(signal.SIGINT)
-        codes = [node.wait(timeout=10) for node in nodes]
+        codes = [node.wait(timeout=60) for node in nodes]
     if any(codes):
         sys.exit(f'exit codes of {", ".join(names)}: {codes}')
 

@@ -57,6 +57,9 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}
 QUIET_WAIT = 2.0
 """Time of waiting after which the player logs what it waits for [s]."""
 
+ANSWER_TIME = 30.0
+"""Longest time in which a node answers, if the machine is busy [s]."""
+
 SIGNAL_PERIOD = 0.05
 """Time between two looks at the signals that were caught [s]."""
 
@@ -291,8 +294,8 @@ class Player(Node):
         wait is interrupted, it is cancelled.
         """
         sent = action.send_goal_async(goal)
-        if not self.until(sent.done, 10.0):
-            raise NotReadyError(f'no answer from action {name} within 10 s')
+        if not self.until(sent.done, ANSWER_TIME):
+            raise NotReadyError(f'no answer from action {name} within {ANSWER_TIME:g} s')
         handle = result_of(sent)
         ended = handle.get_result_async()
         try:
@@ -312,7 +315,7 @@ class Player(Node):
             on_aimed()
             if arm:
                 answer = self._arm.call_async(Trigger.Request())
-                self.until(lambda: answer.done() or ended.done(), 10.0)
+                self.until(lambda: answer.done() or ended.done(), ANSWER_TIME)
                 if answer.done() and not result_of(answer).success:
                     self.get_logger().error(f'not armed: {result_of(answer).message}')
                     return
