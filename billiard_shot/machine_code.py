@@ -150,21 +150,24 @@ class _Worker(Thread):
     def run(self) -> None:
         """Do it; if anything fails, warn, and leave the process interpreting."""
         waiting = [name for name in ENTRIES if not _is_compiled(name)]
-        failed = ''
+        failed = why = ''
         while (waiting and not failed) or self.running:
             while waiting and not failed and len(self.running) < (os.cpu_count() or 1):
                 name = waiting.pop(0)
-                self.running[name] = _child(name)
+                try:
+                    self.running[name] = _child(name)
+                except OSError as error:  # the folder is gone, the disk is full
+                    failed, why = name, str(error)
             sleep(POLL)
             for name, process in list(self.running.items()):
-                if process.poll() is not None:
+                code = process.poll()
+                if code is not None:
                     del self.running[name]
-                    failed = failed if _is_compiled(name) else name
+                    if not _is_compiled(name):
+                        failed, why = name, _reason(name, code)
         if failed:
-            log = _path(failed, 'log')
             _warn(
-                f'{failed} could not be compiled, so strokes are interpreted, which is slow: '
-                f'{_last_line(log)} (see {log})'
+                f'{failed} could not be compiled, so strokes are interpreted, which is slow: {why}'
             )
             return
         self.load()
@@ -215,9 +218,16 @@ def _is_compiled(name: str) -> bool:
     return _path(name, 'done').exists()
 
 
-def _last_line(path: Path) -> str:
-    lines = path.read_text(errors='replace').split('\n') if path.exists() else []
-    return next((line.strip() for line in reversed(lines) if line.strip()), 'it was killed')
+def _reason(name: str, code: int) -> str:
+    """Say why the process that compiled an entry ended with an exit code."""
+    log = _path(name, 'log')
+    lines = log.read_text(errors='replace').split('\n') if log.exists() else []
+    last = next((line.strip() for line in reversed(lines) if line.strip()), '')
+    if last:
+        return f'{last} (see {log})'
+    if code < 0:
+        return f'its process was ended by signal {-code}'
+    return f'its process ended with code {code}, and could not write {log}'
 
 
 def _key() -> str:

@@ -127,7 +127,7 @@ def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_pa
     assert loaded == 'False'
     assert json.loads(numbers) == compiled
     assert 'could not be compiled' in stderr
-    assert 'it was killed' in stderr
+    assert 'its process was ended by signal 9' in stderr
 
 
 def test_a_full_disk_is_a_warning(compiled, tmp_path):
@@ -142,6 +142,22 @@ def test_a_full_disk_is_a_warning(compiled, tmp_path):
     (_, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
     assert json.loads(numbers) == compiled
     assert 'No space left on device' in stderr
+
+
+def test_a_cache_that_vanishes_is_a_warning(compiled, tmp_path):
+    program = (
+        'from billiard_shot import machine_code\nimport shutil\n'
+        'real = machine_code._child\n'
+        'def child(name):\n'
+        '    shutil.rmtree(machine_code.folder(), ignore_errors=True)\n'
+        '    return real(name)\n'
+        'machine_code._child = child\nprint(machine_code.require())' + PREDICT
+    )
+    (loaded, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
+    assert loaded == 'False'
+    assert json.loads(numbers) == compiled
+    assert 'could not be compiled' in stderr
+    assert 'No such file or directory' in stderr
 
 
 def test_an_entry_is_compiled_once_however_many_ask(copied):

@@ -61,7 +61,12 @@ def refine(
     draw: np.random.Generator,
     effort: float,
 ) -> Iterator[Population]:
-    """Run the iterations that the budget allows; yield the population after each."""
+    """
+    Run the iterations that the budget allows; yield the population after each.
+
+    At the end, the runner knows the success of the best stroke.
+    """
+    best = 0.0
     for sigma_scale, kept, samples in SCHEDULE:
         count = max(4, round(effort * samples))
         if runner.left < len(population.strokes) * count:
@@ -73,7 +78,9 @@ def refine(
         )
         count = max(4, round(kept * len(population.strokes)))
         population = population.take(_order(population)[:count])
+        best = float(population.success[0])
         yield population
+    runner.best = max(runner.best, best)
 
 
 def _order(population: Population) -> NDArray[np.int64]:

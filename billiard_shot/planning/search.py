@@ -106,7 +106,6 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
                 stage.success = max(stage.success, float(found[-1].success.max(initial=0.0)))
-                runner.best = max(runner.best, stage.success)
                 if runner.left <= 0:
                     break
             best = best_of(found[first:])

@@ -145,14 +145,16 @@ def test_rounding_of_the_azimuth_does_not_turn_a_slip_that_hardly_is_one(b):
     assert heights == pytest.approx([1.13419 * b] * 3, rel=1e-4)
 
 
-def test_a_batch_is_row_by_row_what_predict_gives():
+@pytest.mark.parametrize('law', ['bistiffness', 'energetic', 'poisson'])
+def test_a_batch_is_row_by_row_what_predict_gives(law):
+    scene = dataclasses.replace(POOL, law=law)
     random = np.random.default_rng(5)
     normals = random.normal(size=(60, 3))
     velocities = random.normal(size=(60, 3)) * (1, 1, 0.5) - (0, 0, 0.5)
-    batch = predict_batch(POOL, normals, velocities, tolerance=1e-6)
+    batch = predict_batch(scene, normals, velocities, tolerance=1e-6)
     assert len(set(batch.status.tolist())) > 2
     for i in range(60):
-        shot = predict(POOL, Stroke(normals[i], velocities[i]), tolerance=1e-6)
+        shot = predict(scene, Stroke(normals[i], velocities[i]), tolerance=1e-6)
         assert batch.status[i] == shot.status
         assert (batch.velocity[i] == shot.velocity).all()
         assert (batch.spin[i] == shot.spin).all()
