@@ -84,8 +84,8 @@ $(LIBRARY): $(CORE)
 	@touch $@
 
 # Without the tools, so that it begins as early as it can.
-demo: SHELL := bash
-demo: .SHELLFLAGS := -o pipefail -c
+demo: private SHELL := bash
+demo: private .SHELLFLAGS := -o pipefail -c
 demo: $(LIBRARY) $(INTERFACES)
 ifeq ($(ROS),none)
 	@echo 'No ROS 2 for this platform on PyPI, and none sourced: the same shots through the library.'

@@ -43,25 +43,20 @@ def no_curves(problem, *_):
     return search.candidates_along(problem, [])
 
 
-cushion_candidates = search._cushion_candidates
-
-
-def no_banks(problem, runner, cushions, count):
-    """Make no candidates in which the ball that was hit meets a cushion."""
-    return cushion_candidates(problem, runner, [each for each in cushions if not each[0]], count)
-
-
-def no_kicks(problem, runner, cushions, count):
-    """Make no candidates in which the cue ball meets a cushion first."""
-    return cushion_candidates(problem, runner, [each for each in cushions if not each[1]], count)
+def only_pairs(wanted):
+    """Make candidates for those pairs of cushions, (after, before), that are wanted."""
+    make = search._cushion_candidates
+    return lambda problem, runner, cushions, count: make(
+        problem, runner, list(filter(wanted, cushions)), count
+    )
 
 
 VARIANTS = {
     'all stages': {},
     'without combinations': {'combinations': no_points},
     'without curved paths': {'_curved_candidates': no_curves},
-    'without banks': {'_cushion_candidates': no_banks},
-    'without kicks': {'_cushion_candidates': no_kicks},
+    'without banks': {'_cushion_candidates': only_pairs(lambda pair: pair[0] == 0)},
+    'without kicks': {'_cushion_candidates': only_pairs(lambda pair: pair[1] == 0)},
     'without cushions': {'CUSHIONS_BELOW': -1.0},
     'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
     'one round': {'MAX_ROUNDS': 1},

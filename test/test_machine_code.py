@@ -117,47 +117,42 @@ def test_damaged_machine_code_is_removed_and_the_process_interprets(copied, comp
     assert not copied.exists()
 
 
-def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_path):
+def warning_of(child, compiled, cache):
+    """Let a function `child` compile, whose source is given; the warning. The answers stay."""
     program = (
-        'from billiard_shot import machine_code\nimport subprocess, sys\n'
-        'machine_code._child = lambda name: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
-        'print(machine_code.require())' + PREDICT
+        'from billiard_shot import machine_code\nimport shutil, subprocess\n'
+        f'real = machine_code._child\n{child}'
+        'machine_code._child = child\nprint(machine_code.require())' + PREDICT
     )
-    (loaded, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
+    (loaded, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(cache))
     assert loaded == 'False'
     assert json.loads(numbers) == compiled
     assert 'could not be compiled' in stderr
-    assert 'its process was ended by signal 9' in stderr
+    return stderr
+
+
+def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_path):
+    child = 'child = lambda name: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
+    assert 'its process was ended by signal 9' in warning_of(child, compiled, tmp_path)
 
 
 def test_a_full_disk_is_a_warning(compiled, tmp_path):
-    program = (
-        'from billiard_shot import machine_code\nimport subprocess\n'
+    child = (
         'def child(name):\n'
         '    log = machine_code._path(name, "log")\n'
         '    log.write_text("OSError: No space left on device")\n'
         '    return subprocess.Popen(["false"])\n'
-        'machine_code._child = child\nprint(machine_code.require())' + PREDICT
     )
-    (_, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
-    assert json.loads(numbers) == compiled
-    assert 'No space left on device' in stderr
+    assert 'No space left on device' in warning_of(child, compiled, tmp_path)
 
 
 def test_a_cache_that_vanishes_is_a_warning(compiled, tmp_path):
-    program = (
-        'from billiard_shot import machine_code\nimport shutil\n'
-        'real = machine_code._child\n'
+    child = (
         'def child(name):\n'
         '    shutil.rmtree(machine_code.folder(), ignore_errors=True)\n'
         '    return real(name)\n'
-        'machine_code._child = child\nprint(machine_code.require())' + PREDICT
     )
-    (loaded, numbers, _), stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
-    assert loaded == 'False'
-    assert json.loads(numbers) == compiled
-    assert 'could not be compiled' in stderr
-    assert 'No such file or directory' in stderr
+    assert 'No such file or directory' in warning_of(child, compiled, tmp_path)
 
 
 def test_an_entry_is_compiled_once_however_many_ask(copied):

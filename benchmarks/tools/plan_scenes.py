@@ -64,10 +64,10 @@ def pot_scene(draw, cut_bin, length_bin):
             return scene, {'pot': '8', 'pocket': pocket}
 
 
-def crowded_scene(draw, balls=15):
-    """Table with the cue ball and others at random."""
+def crowded_scene(draw):
+    """Table with 15 balls at random, the cue ball among them."""
     while True:
-        names = ('cue', *map(str, range(1, balls)))
+        names = ('cue', *map(str, range(1, 15)))
         scene = can_lie(
             {name: draw.uniform((-1.2, -0.58), (1.2, 0.58)).tolist() for name in names}
         )

@@ -15,7 +15,6 @@ from billiard_shot.pictures.table import (
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.dispersion import Dispersion
 from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.statistics import interval_in_words
 from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import GREEN, VERMILION
@@ -38,7 +37,7 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
     figure, axes = table_axes(
         scene,
         outcomes.final_positions[:, 0],
-        f'{planned.kind}: success {planned.chance} ({interval_in_words(planned.interval)}); '
+        f'{planned.kind}: success {planned.estimate}; '
         f'a {a:+.2f}, b {b:+.2f} radii, '
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )

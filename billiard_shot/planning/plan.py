@@ -15,7 +15,6 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
-from billiard_shot.planning.statistics import interval_in_words
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.checks import read
@@ -180,5 +179,5 @@ def _outcome(
 
 
 def _summary(best: RankedStroke) -> str:
-    success = f'{best.kind}: success {best.chance} ({interval_in_words(best.interval)})'
+    success = f'{best.kind}: success {best.estimate}'
     return '; '.join(filter(None, [success, best.warning]))

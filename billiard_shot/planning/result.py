@@ -14,7 +14,7 @@ from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.statistics import chance_in_words, interval_in_words, wilson_interval
+from billiard_shot.planning.statistics import chance_in_words, estimate_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.data_frame import data_frame
@@ -52,8 +52,7 @@ class RankedStroke:
     trials: int
 
     def __repr__(self) -> str:
-        sure = interval_in_words(self.interval)
-        return f'RankedStroke({self.kind}: success {self.chance} ({sure}), {self.stroke!r})'
+        return f'RankedStroke({self.kind}: success {self.estimate}, {self.stroke!r})'
 
     @property
     def success(self) -> float:
@@ -64,6 +63,11 @@ class RankedStroke:
     def chance(self) -> str:
         """`success` in words, such as `85 %`; as a count if trials are few or all succeeded."""
         return chance_in_words(self.success, self.trials)
+
+    @property
+    def estimate(self) -> str:
+        """`chance` with its interval, such as `85 % (95 % CI 79 to 89 %)`."""
+        return estimate_in_words(self.success, self.trials, self.interval)
 
     @property
     def interval(self) -> tuple[float, float]:

@@ -83,17 +83,19 @@ class Runner:
 
     @property
     def _time_left(self) -> float:
-        """Seconds, without the reserved share."""
-        if self._time_limit is None:
-            return inf
-        share = 1.0 - RESERVE if self.reserved else 1.0
-        return share * self._time_limit - (perf_counter() - self._begin)
+        """Seconds, without the reserved share while strokes are reserved."""
+        return self._time_until(1.0 - RESERVE if self.reserved else 1.0)
 
     @property
     def late(self) -> bool:
         """Whether only the reserved share of the time limit is left, or less."""
-        limit = self._time_limit
-        return limit is not None and perf_counter() - self._begin > (1.0 - RESERVE) * limit
+        return self._time_until(1.0 - RESERVE) < 0.0
+
+    def _time_until(self, share: float) -> float:
+        """Seconds until a share of the time limit has passed."""
+        if self._time_limit is None:
+            return inf
+        return share * self._time_limit - (perf_counter() - self._begin)
 
     def poll(self) -> None:
         """Report progress; raise StoppedError if the search is cancelled."""

@@ -32,6 +32,11 @@ def chance_in_words(success: float, trials: int) -> str:
     return f'{percent(success)} %'
 
 
+def estimate_in_words(success: float, trials: int, interval: tuple[float, float]) -> str:
+    """Write a share of trials and its 95 % interval, such as `85 % (95 % CI 79 to 89 %)`."""
+    return f'{chance_in_words(success, trials)} ({interval_in_words(interval)})'
+
+
 def interval_in_words(interval: tuple[float, float]) -> str:
     """Write a 95 % interval, such as `95 % CI 79 to 89 %`."""
     low, high = interval

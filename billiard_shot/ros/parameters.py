@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -115,11 +116,11 @@ PREDICTOR = (
 )
 
 
-def table_header(node: Node) -> Header:
-    """Make the header of a message of a node: the frame of the table, and the current time."""
-    return Header(
-        frame_id=node.get_parameter('frame').value, stamp=node.get_clock().now().to_msg()
-    )
+def table_header(node: Node, stamp: Time | None = None) -> Header:
+    """Make the header of a message of a node: the frame of the table; by default stamped now."""
+    if stamp is None:
+        stamp = node.get_clock().now().to_msg()
+    return Header(frame_id=node.get_parameter('frame').value, stamp=stamp)
 
 
 def declare(

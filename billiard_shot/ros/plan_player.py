@@ -18,7 +18,7 @@ from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
-from billiard_shot.planning.statistics import chance_in_words, interval_in_words
+from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
@@ -109,14 +109,14 @@ def play_target(
         print(f'{text}: {error}', flush=True)
         return False
     best = result.plans[0]
+    success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
     print(
         f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
         f'simulated\n'
-        f'  plan        {best.kind}, success {chance_in_words(best.success, best.trials)} '
-        f'({interval_in_words((best.success_low, best.success_high))})'
-        + f'\n  warning     {best.warning}'
-        * bool(best.warning)
+        f'  plan        {best.kind}, success {success}'
     )
+    if best.warning:
+        print(f'  warning     {best.warning}')
     if not play_shot(player, 'planned', goal, arm):
         return False
     reached, words = judge(target, player.balls())

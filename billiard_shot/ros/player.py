@@ -64,7 +64,7 @@ SIGNAL_PERIOD = 0.05
 """Time between two looks at the signals that were caught [s]."""
 
 REMINDER = 8.0
-"""Time after which the player logs again what it waits for [s]."""
+"""Time between two messages in the log about the same wait [s]."""
 
 REST_DISTANCE = 1e-3
 """A ball that moves less than this [m] within `REST_TIME` is at rest."""
@@ -208,15 +208,9 @@ class Player(Node):
         if not self._until(found, f'waiting for {name}', self._timeout):
             raise NotReadyError(f'no {name} within {self._timeout:g} s')
 
-    def _until(
-        self,
-        condition: Callable[[], object],
-        words: str,
-        seconds: float,
-        quiet: float = QUIET_WAIT,
-    ) -> bool:
-        """Spin as in `until`; after a quiet wait [s], log these words, and again and again."""
-        deadline, silence = monotonic() + seconds, quiet
+    def _until(self, condition: Callable[[], object], words: str, seconds: float) -> bool:
+        """Spin as in `until`; log these words after `QUIET_WAIT`, then after every `REMINDER`."""
+        deadline, silence = monotonic() + seconds, QUIET_WAIT
         while not self.until(condition, min(silence, deadline - monotonic())):
             if monotonic() > deadline:
                 return False
@@ -319,7 +313,7 @@ class Player(Node):
                 if answer.done() and not result_of(answer).success:
                     self.get_logger().error(f'not armed: {result_of(answer).message}')
                     return
-        self._until(ended.done, 'waiting for the end of the shot', left, REMINDER)
+        self.until(ended.done, left)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]
@@ -335,22 +329,21 @@ class Player(Node):
         a starved simulation, shows for a while where the balls lay before. NotReadyError if there
         is none that counts.
         """
-        last, since, is_new = (math.inf, math.inf), monotonic(), False
         deadline = monotonic() + seconds
+        if strike and not self.until(
+            lambda: _is_after(self.known_table().header.stamp, strike), seconds
+        ):
+            raise NotReadyError(f'table_state: no message after the strike within {seconds:g} s')
+        last, since = (math.inf, math.inf), monotonic()
         while monotonic() < deadline:
             rclpy.spin_once(self, timeout_sec=0.05)
-            is_new = is_new or strike is None or _is_after(self.known_table().header.stamp, strike)
             place = self.balls().get(CUE_BALL)
-            if not is_new:
-                since = monotonic()
-            elif place is None:
+            if place is None:
                 return None
-            elif not math.dist(place, last) <= REST_DISTANCE:
+            if not math.dist(place, last) <= REST_DISTANCE:
                 last, since = place, monotonic()
             elif monotonic() - since > REST_TIME:
                 return np.array(place)
-        if not is_new:
-            raise NotReadyError(f'table_state: no message after the strike within {seconds:g} s')
         return None
 
 

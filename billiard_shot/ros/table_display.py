@@ -55,9 +55,9 @@ class TableDisplay(Node):
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._radius = scene.ball.radius
-        self._table.publish(table_markers.table_markers(scene, self._header()))
+        self._table.publish(table_markers.table_markers(scene, parameters.table_header(self)))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
-        self._publish_balls({CUE_BALL: scene.cue_ball, **balls}, self._header())
+        self._publish_balls({CUE_BALL: scene.cue_ball, **balls}, parameters.table_header(self))
 
     def _show_balls(self, message: TableState) -> None:
         try:
@@ -65,7 +65,7 @@ class TableDisplay(Node):
         except ValueError as error:
             self.get_logger().error(f'ignored a table_state: {error}')
             return
-        header = self._header(message.header.stamp)
+        header = parameters.table_header(self, message.header.stamp)
         self._publish_balls(table_markers.places_of(message, self._radius), header)
 
     def _publish_balls(self, balls: table_markers.Places, header: Header) -> None:
@@ -84,15 +84,10 @@ class TableDisplay(Node):
             return
         self._shown = self._joints
         try:
-            header = self._header(self._moved)
+            header = parameters.table_header(self, self._moved)
             self._cue.publish(table_markers.cue_markers(self._mechanism, self._joints, header))
         except ValueError as error:
             self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
-
-    def _header(self, stamp: Time | None = None) -> Header:
-        """Header of markers: with the stamp of the message that they show, or of now."""
-        header = parameters.table_header(self)
-        return Header(frame_id=header.frame_id, stamp=stamp or header.stamp)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -69,7 +69,7 @@ def nothing_yet(before: Meeting, count: int) -> Outcome:
 def add_piece(
     done: Outcome, at: Rows, solved: Solved, frames: Array, given: Array, in_pieces: bool
 ) -> None:
-    """Add what a piece did to the outcome."""
+    """Add impulses, losses and counts of a piece to the outcome."""
     ended = _ended(solved, given)
     first = ended[:, TIP] & (done.hits[at] <= 1)
     done.first_slip[at[first]] = solved.final_slips[first, TIP]

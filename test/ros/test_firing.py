@@ -110,8 +110,11 @@ def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Sh
         node = rclpy.create_node('onlooker', context=context)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(node)
-        path = f'{folder}{os.pathsep}{os.environ["PATH"]}'
-        environment = {**quiet_environment(number), 'PATH': path}
+        shell = Shell(
+            {**quiet_environment(number), 'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'},
+            node,
+            executor,
+        )
         processes = [
             subprocess.Popen(
                 [
@@ -123,11 +126,10 @@ def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Sh
                     '--log-level',
                     'warn',
                 ],
-                env=environment,
+                env=shell.environment,
             )
             for name, settings in NODES.items()
         ]
-        shell = Shell(environment, node, executor)
         stack.callback(stop, processes, signal.SIGINT)
         safety = block('ros2 topic pub')
         priority = 'renice -n -10 $$ > /dev/null 2>&1; '  # like the driver's, where permitted
