@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.scene import Scene
+    from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
     from billiard_shot.shot.replay import load_shot, save_shot
@@ -28,6 +29,8 @@ __all__ = [
     'BatchResult',
     'Status',
     'Effect',
+    'effects_of',
+    'sensitivity_of',
     'Trajectory',
     'BallState',
     'EventKind',
@@ -55,6 +58,8 @@ _HOMES = {
     'load_shot': 'shot.replay',
     'save_shot': 'shot.replay',
     'Effect': 'shot.effects',
+    'effects_of': 'shot.analysis',
+    'sensitivity_of': 'shot.analysis',
     'Status': 'status',
     'Motion': 'table.motion',
     'Trajectory': 'table.trajectory',

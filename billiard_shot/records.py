@@ -60,6 +60,9 @@ class Storage(Protocol):
     def records(self, kind: type[R], count: int) -> Any:
         """Return new records, all fields zero."""
 
+    def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> Any:
+        """Return rows of an array as records; they may be the rows themselves."""
+
     def array(self, values: Any) -> Any:
         """Return numbers, of any shape, as functions take them."""
 
@@ -73,6 +76,14 @@ class Objects:
     def records(self, kind: type[R], count: int) -> list[R]:
         """Return new records, all fields zero."""
         return [kind() for _ in range(count)]
+
+    def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> list[R]:
+        """Return rows of an array as new records."""
+        records = self.records(kind, len(rows))
+        for made, row in zip(records, rows.tolist(), strict=True):
+            for name, value in zip(rows.dtype.names or (), row, strict=True):
+                setattr(made, name, value)
+        return records
 
     def array(self, values: Any) -> Any:
         """Return numbers as a list, of lists if they have several dimensions."""
@@ -92,6 +103,10 @@ class Rows:
         """Return new records, all fields zero."""
         dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
         return np.zeros(count, dtype)
+
+    def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> NDArray[np.void]:
+        """Return the rows."""
+        return rows
 
     def array(self, values: Any) -> NDArray[Any]:
         """Return numbers as an array of floats or whole numbers."""

@@ -6,7 +6,7 @@ from pathlib import Path
 import sys
 from typing import Any
 
-from billiard_shot import save_shot, Shot
+from billiard_shot import effects_of, save_shot, Shot
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
 from billiard_shot.cli.text_table import add_format_arguments, print_csv
 from billiard_shot.pictures.history import draw_history
@@ -123,7 +123,7 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
         ],
         'effects': [
             {'name': effect.name, 'simulated': effect.simulated, 'reason': effect.reason}
-            for effect in shot.effects
+            for effect in effects_of(shot)
         ],
         'error_estimate': shot.error_estimate,
         'evaluations': shot.evaluations,

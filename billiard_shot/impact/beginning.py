@@ -9,7 +9,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.laws import elastic_energy, restitution_end, unloading_rate
+from billiard_shot.impact.laws import elastic_energy, opening
 from billiard_shot.impact.moving_balls import (
     change_units,
     in_units,
@@ -28,7 +28,7 @@ from billiard_shot.impact.state import (
     RESTITUTION,
     Workspace,
 )
-from billiard_shot.records import Vector
+from billiard_shot.records import record, Vector
 from billiard_shot.status import OK
 
 
@@ -40,15 +40,25 @@ class Units(NamedTuple):
     time: float  # s, if stiffnesses are in N/m^exponent
 
 
+@record
+class ContactProperties:
+    """A contact of a collision, before it begins."""
+
+    # The coefficient of friction at slip v is friction - fading (1 - exp(-decay v)).
+    friction: float
+    fading: float
+    decay: float  # s/m
+    restitution: float
+    stiffness: float  # N/m^exponent; see `Contact`
+
+
 class Collisions(NamedTuple):
     """
     n collisions of the same N contacts.
 
     Attributes
     ----------
-    properties : (n, N, 5) floats
-        Friction, restitution and stiffness of the contacts, fading and decay of the friction: see
-        `Properties`.
+    properties : n N ContactProperties
     law, exponent, options : int, float, Options
         See `Model`.
     delassus : (n, 3 N, 3 N) floats
@@ -73,7 +83,7 @@ class Collisions(NamedTuple):
 
     """
 
-    properties: Any
+    properties: list[ContactProperties]
     law: int
     exponent: float
     options: Options
@@ -95,19 +105,20 @@ def begin(
 
     Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
     """
-    properties, delassus = given.properties[number], given.delassus[number]
-    velocity, lengths = given.velocity[number], given.lengths[number]
+    delassus, velocity = given.delassus[number], given.velocity[number]
+    lengths = given.lengths[number]
     law, exponent, options, balls = given.law, given.exponent, given.options, given.balls
     distances = given.distances
     count = len(contacts)
     speed, mobility, firmness = 0.0, 0.0, 0.0
     for j in range(count):
+        stiffness = given.properties[number * count + j].stiffness
         speed = max(speed, -velocity[3 * j])
         if distances and lengths[j] > 0.0:
-            energy = elastic_energy(properties[j][2], lengths[j], exponent)
+            energy = elastic_energy(stiffness, lengths[j], exponent)
             speed = max(speed, sqrt(2.0 * energy * delassus[3 * j][3 * j]))
         mobility = max(mobility, delassus[3 * j][3 * j])
-        firmness = max(firmness, properties[j][2])
+        firmness = max(firmness, stiffness)
     approaches = speed > 0.0 and mobility > 0.0
     start(p)
     if approaches:
@@ -117,8 +128,9 @@ def begin(
         units = units_of(speed, mobility, firmness, exponent)
         for j in range(count):
             length = lengths[j] / (units.speed * units.time) if distances else 0.0
+            properties = given.properties[number * count + j]
             start_contact(
-                contacts[j], properties[j], velocity, units, firmness, distances, j, options
+                contacts[j], properties, velocity, units, firmness, distances, j, options
             )
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
@@ -149,7 +161,7 @@ def units_of(speed: float, mobility: float, firmness: float, exponent: float) ->
 @inner
 def start_contact(
     c: ContactState,
-    properties: Vector,
+    properties: ContactProperties,
     velocity: Vector,
     units: Units,
     firmness: float,
@@ -159,8 +171,9 @@ def start_contact(
 ) -> None:
     """Set a contact to where the collision begins."""
     speed = units.speed
-    c.friction, c.restitution, c.stiffness = properties[0], properties[1], properties[2] / firmness
-    c.fading, c.decay = properties[3], properties[4] * speed
+    c.friction, c.fading = properties.friction, properties.fading
+    c.decay = properties.decay * speed
+    c.restitution, c.stiffness = properties.restitution, properties.stiffness / firmness
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):
@@ -188,8 +201,9 @@ def start_length(c: ContactState, law: int, exponent: float, length: float) -> N
         c.normal_mode, c.compression_rate = COMPRESSION, 1.0
     elif length > 0.0:
         c.normal_mode, c.peak_compression = RESTITUTION, length
-        c.compression_rate = unloading_rate(law, c.restitution)
-        c.restitution_end = restitution_end(law, c.restitution, exponent, length)
+        opens = opening(law, c.restitution, exponent)
+        c.compression_rate = opens.rate
+        c.restitution_end = length * opens.end
     c.closings = 0 if c.normal_mode == INACTIVE else 1
 
 

@@ -51,59 +51,57 @@ def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
     )
 
 
+class Written(NamedTuple):
+    """What `write_contact_space` writes of N contacts."""
+
+    axes: Floats  # (3 N, 3) three rows a contact: the normal and two tangents
+    # (2 N, 3, 6) of bodies a and b of each contact: contact velocities per velocity and spin, and
+    # per impulse and angular impulse
+    jacobian: Floats
+    moved: Floats
+    # (3 N, 3 N) W [1/kg]: the contact velocities that unit contact impulses cause. W is symmetric,
+    # and couplings that are only rounding are exactly zero.
+    delassus: Floats
+    approach: Floats  # (3 N,) m/s, contact velocities; those that are only rounding are zero
+
+
+def _room(storage: Storage, count: int) -> Written:
+    """Make room for N contacts."""
+    zeros, size = storage.zeros, 3 * count
+    jacobian, moved = zeros(2 * count, 3, 6), zeros(2 * count, 3, 6)
+    return Written(zeros(size, 3), jacobian, moved, zeros(size, size), zeros(size))
+
+
+def _stored(storage: Storage, system: System) -> System:
+    """Return a system whose arrays live in a storage."""
+    return System(*map(storage.array, system))
+
+
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make two bodies that meet."""
-    return (
-        storage.array(np.array([[0, 1]])),
-        storage.zeros(1, 3),
-        storage.array(np.eye(1, 3)),
-        *(storage.array(np.eye(2, 3)) for _ in range(3)),
-        storage.array(np.tile(np.eye(6), (2, 1, 1))),
-        storage.zeros(3),
-        storage.zeros(3, 3),
-        *(storage.zeros(2, 3, 6) for _ in range(2)),
-        storage.zeros(3, 3),
-        storage.zeros(3),
+    system = System(
+        positions=np.eye(2, 3),
+        velocities=np.eye(2, 3),
+        spins=np.eye(2, 3),
+        mobility=np.tile(np.eye(6), (2, 1, 1)),
+        turns=np.ones(2, np.bool_),
+        guides=np.zeros((0, 3)),
+        pairs=np.array([[0, 1]]),
+        points=np.zeros((1, 3)),
+        normals=np.eye(1, 3),
     )
+    return _stored(storage, system), storage.zeros(3), _room(storage, 1)
 
 
 @entry(_example)
-def write_contact_space(
-    pairs: Any,
-    points: Floats,
-    normals: Floats,
-    positions: Floats,
-    velocities: Floats,
-    spins: Floats,
-    mobility: Floats,
-    across: Vector,
-    axes: Floats,
-    jacobian: Floats,
-    moved: Floats,
-    delassus: Floats,
-    approach: Floats,
-) -> None:
+def write_contact_space(system: System, across: Vector, written: Written) -> None:
     """
     Write the axes of contacts, their velocities, and how impulses change these.
 
-    Parameters
-    ----------
-    pairs, points, normals, positions, velocities, spins, mobility
-        See `System`.
-    across : (3,) floats
-        Normal of the plane in which everything happens; zero if there is none.
-    axes : (3 N, 3) floats, written
-        Three rows for each contact: the normal and two tangents.
-    jacobian, moved : (2 N, 3, 6) floats, written
-        Of bodies a and b of each contact: contact velocities per velocity and spin, and per
-        impulse and angular impulse.
-    delassus : (3 N, 3 N) floats, zero, written
-        W [1/kg]: the contact velocities that unit contact impulses cause. W is symmetric, and
-        couplings that are only rounding are exactly zero.
-    approach : (3 N,) floats, written
-        Contact velocities [m/s]; those that are only rounding are zero.
-
+    `across` (3,) is the normal of the plane in which everything happens; zero if there is none.
     """
+    pairs, normals, velocities = system.pairs, system.normals, system.velocities
+    axes, jacobian, moved, delassus, approach = written
     count = len(pairs)
     fastest = 0.0
     for b in range(len(velocities)):
@@ -115,15 +113,16 @@ def write_contact_space(
         contact_axes(normals[i], tangent, tangent, axes, 3 * i)
         for side in range(2):
             b, row = pairs[i][side], 2 * i + side
-            write_jacobian(1.0 - 2.0 * side, points[i], positions[b], axes, 3 * i, jacobian[row])
-            multiply(jacobian[row], mobility[b], moved[row])
+            centre, sign = system.positions[b], 1.0 - 2.0 * side
+            write_jacobian(sign, system.points[i], centre, axes, 3 * i, jacobian[row])
+            multiply(jacobian[row], system.mobility[b], moved[row])
         for k in range(3):
             speed = 0.0
             for side in range(2):
                 b, own = pairs[i][side], jacobian[2 * i + side][k]
                 speed += dot(own, velocities[b])
                 for m in range(3):
-                    speed += own[3 + m] * spins[b][m]
+                    speed += own[3 + m] * system.spins[b][m]
             approach[3 * i + k] = speed if abs(speed) > rounding.SUM * fastest else 0.0
     for i in range(count):
         for j in range(i + 1):
@@ -204,26 +203,13 @@ class ContactSpace:
 def contact_space(system: System) -> ContactSpace:
     """Compute the contact space of a system."""
     run = write_contact_space.current()
-    storage, count = run.storage, len(system.pairs)
-    axes, delassus = storage.zeros(3 * count, 3), storage.zeros(3 * count, 3 * count)
-    approach = storage.zeros(3 * count)
-    run(
-        storage.array(system.pairs),
-        storage.array(system.points),
-        storage.array(system.normals),
-        storage.array(system.positions),
-        storage.array(system.velocities),
-        storage.array(system.spins),
-        storage.array(system.mobility),
-        storage.array(_normal_of_plane(system)),
-        axes,
-        storage.zeros(2 * count, 3, 6),
-        storage.zeros(2 * count, 3, 6),
-        delassus,
-        approach,
-    )
+    storage, across = run.storage, run.storage.array(_normal_of_plane(system))
+    written = _room(storage, len(system.pairs))
+    run(_stored(storage, system), across, written)
     return ContactSpace(
-        np.asarray(axes).reshape(-1, 3, 3), np.asarray(delassus), np.asarray(approach)
+        np.asarray(written.axes).reshape(-1, 3, 3),
+        np.asarray(written.delassus),
+        np.asarray(written.approach),
     )
 
 

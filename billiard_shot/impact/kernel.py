@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import entry
-from billiard_shot.impact.beginning import begin, Collisions
+from billiard_shot.impact.beginning import begin, Collisions, ContactProperties
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
@@ -55,8 +55,10 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One contact that approaches."""
+    properties = storage.records(ContactProperties, 1)
+    properties[0].stiffness = 1.0
     one = Collisions(
-        properties=storage.array(np.full((1, 1, 5), 0.5)),
+        properties=properties,
         law=0,
         exponent=1.0,
         options=DEFAULT_OPTIONS,

@@ -9,46 +9,41 @@ energetic    ends when the energy fell to (1 - e^2) of its maximum (paper, secti
 poisson      ends when the impulse reached (1 + e) times its value at the end of compression.
 """
 
+from typing import NamedTuple
+
 from billiard_shot.compiled import inner
 
 BISTIFFNESS, ENERGETIC, POISSON = 0, 1, 2
 LAWS = {'bistiffness': BISTIFFNESS, 'energetic': ENERGETIC, 'poisson': POISSON}
 
 
+class Opening(NamedTuple):
+    """How a spring opens after its compression; each number has no unit."""
+
+    rate: float  # how much faster the spring opens than the bodies part
+    end: float  # compression at which the contact ends, relative to the peak
+    lost: float  # share of the energy that is lost while the spring opens
+
+
+@inner
+def opening(law: int, restitution: float, exponent: float) -> Opening:
+    """
+    Return how a law opens springs.
+
+    Law poisson opens them until they have given an impulse (events.py): it may end before they are
+    relaxed, or ask for more than they have.
+    """
+    if restitution == 0.0:
+        return Opening(1.0, 1.0, 0.0)
+    square = restitution * restitution
+    if law == BISTIFFNESS:
+        return Opening(1.0 / square, 0.0, 1.0 - square)
+    if law == ENERGETIC:
+        return Opening(1.0, (1.0 - square) ** (1.0 / (exponent + 1.0)), 0.0)
+    return Opening(1.0, 0.0, 0.0)
+
+
 @inner
 def elastic_energy(stiffness: float, compression: float, exponent: float) -> float:
     """Energy in a contact's spring; zero at an open contact."""
     return stiffness * max(compression, 0.0) ** (exponent + 1.0) / (exponent + 1.0)
-
-
-@inner
-def unloading_rate(law: int, restitution: float) -> float:
-    """How much faster the spring opens than the bodies part, in restitution."""
-    return 1.0 / (restitution * restitution) if law == BISTIFFNESS and restitution > 0.0 else 1.0
-
-
-@inner
-def restitution_end(law: int, restitution: float, exponent: float, peak: float) -> float:
-    """Compression at which restitution from a peak ends (bistiffness, energetic)."""
-    if restitution == 0.0:
-        return peak
-    if law == ENERGETIC:
-        return peak * (1.0 - restitution * restitution) ** (1.0 / (exponent + 1.0))
-    return 0.0
-
-
-@inner
-def unloading_loss(
-    law: int,
-    restitution: float,
-    stiffness: float,
-    exponent: float,
-    peak: float,
-    compression: float,
-) -> float:
-    """Energy lost while a spring opened from its peak: law bistiffness gives back e^2 of it."""
-    if law != BISTIFFNESS:
-        return 0.0
-    released = elastic_energy(stiffness, peak, exponent)
-    released -= elastic_energy(stiffness, compression, exponent)
-    return (1.0 - restitution * restitution) * released

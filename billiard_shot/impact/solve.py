@@ -8,12 +8,12 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.impact.beginning import Collisions
+from billiard_shot.impact.beginning import Collisions, ContactProperties
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import NO_BALLS, PhaseLog
-from billiard_shot.records import as_rows, Floats, Storage, Vector
+from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,13 +162,11 @@ def solve_stored(
     """
     run = solve_collisions.on(storage)
     n, count = len(velocity), np.shape(properties.friction)[-1]
-    springs = properties.friction, properties.restitution, properties.stiffness
-    columns = *springs, properties.fading, properties.decay
-    given = np.empty((n, count, 5))
-    for k, column in enumerate(columns):
-        given[..., k] = column
+    given = ROWS.records(ContactProperties, n * count)
+    for name in given.dtype.names or ():
+        given.reshape(n, count)[name] = getattr(properties, name)
     collisions = Collisions(
-        properties=storage.array(given),
+        properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
         exponent=float(properties.exponent),
         options=properties.options,

@@ -12,13 +12,7 @@ from billiard_shot.impact.events import (
     SPRING_EXHAUSTED,
 )
 from billiard_shot.impact.friction import eliminate_sticking, start_slip
-from billiard_shot.impact.laws import (
-    elastic_energy,
-    POISSON,
-    restitution_end,
-    unloading_loss,
-    unloading_rate,
-)
+from billiard_shot.impact.laws import elastic_energy, opening, POISSON
 from billiard_shot.impact.moving_balls import part, push_balls, take_normal
 from billiard_shot.impact.state import (
     COMPRESSION,
@@ -111,8 +105,9 @@ def reverse_normal_motion(m: Model, c: ContactState) -> None:
     if c.normal_mode == COMPRESSION:
         c.normal_mode = RESTITUTION
         c.peak_compression = y
-        c.compression_rate = unloading_rate(m.law, c.restitution)
-        c.restitution_end = restitution_end(m.law, c.restitution, m.exponent, y)
+        opens = opening(m.law, c.restitution, m.exponent)
+        c.compression_rate = opens.rate
+        c.restitution_end = y * opens.end
         if m.law == POISSON:
             c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
     else:
@@ -127,9 +122,9 @@ def reverse_normal_motion(m: Model, c: ContactState) -> None:
 @inner
 def loss_since_peak(m: Model, c: ContactState) -> float:
     """Energy lost while a contact's spring opened from its peak."""
-    return unloading_loss(
-        m.law, c.restitution, c.stiffness, m.exponent, c.peak_compression, c.compression[0]
-    )
+    released = elastic_energy(c.stiffness, c.peak_compression, m.exponent)
+    released -= elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    return opening(m.law, c.restitution, m.exponent).lost * released
 
 
 @inner

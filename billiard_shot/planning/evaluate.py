@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.score import score_tables
+from billiard_shot.planning.score import Goal, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array, vectors_of
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
@@ -16,7 +16,10 @@ from billiard_shot.shot.model import tip_reach
 from billiard_shot.shot.on_table import strike_among
 from billiard_shot.shot.strike_batch import refusals, strike_batch
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import BatchRecording, run_recorded
+from billiard_shot.table.event_loop import BallOutcome, TableOutcome
+from billiard_shot.table.motion import Segment
+from billiard_shot.table.simulate import BatchRecording, Given, run_recorded
+from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
 # m: while the search compares strokes, trajectories may err as much as the standard error of the
@@ -69,21 +72,23 @@ def evaluate_strokes(
 def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     """Find the penalty (n,) of each recorded table, see `Outcomes`."""
     run = score_tables.current()
-    array = run.storage.array
+    array, from_rows = run.storage.array, run.storage.from_rows
     penalties = run.storage.zeros(len(recording.tables))
-    run(
-        problem.goal,
-        problem.rules,
+    sought = Sought(
+        from_rows(Goal, problem.goal),
+        from_rows(BallRule, problem.rules),
         array(problem.wanted),
         array(problem.places),
         array(problem.holes),
-        recording.balls.ravel(),
-        recording.tables,
-        recording.segments,
-        run.storage.zeros(len(problem.places)),
-        run.storage.zeros(len(recording.segments)),
-        penalties,
     )
+    runs = Runs(
+        from_rows(BallOutcome, recording.balls.ravel()),
+        from_rows(TableOutcome, recording.tables),
+        from_rows(Segment, recording.segments),
+        run.storage.zeros(len(recording.segments)),
+        run.storage.zeros(len(problem.places)),
+    )
+    run(sought, runs, penalties)
     return np.asarray(penalties)
 
 
@@ -124,13 +129,13 @@ def simulate_strokes(
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
         struck.states[~usable, :, 3:] = 0.0
-    recording = run_recorded(
+    given = Given(
         model.surface,
         problem.table,
         struck.states,
         HOPS * tolerance,
-        rules=rules,
         cues=following_cues(model, strikes, velocities, struck.states[:, 0, :3]),
         first_met=struck.first_met,
+        rules=rules,
     )
-    return recording, usable
+    return run_recorded(given), usable

@@ -8,10 +8,10 @@ approximated by straight lines, `PIECES` to a segment.
 
 from enum import IntEnum
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.records import Floats, record, Storage, Vector
+from billiard_shot.records import Floats, record, Storage
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import (
     BALL,
@@ -61,6 +61,34 @@ class Goal:
     ball: int  # to be hit
     must_meet: bool  # a stroke without a collision is a foul
     ball_radius: float  # m
+
+
+class Sought(NamedTuple):
+    """The target of strokes on a table with n balls."""
+
+    goals: list[Goal]  # 1
+    rules: list[BallRule]  # n
+    wanted: Floats  # (n, POCKETS) above 0 if the ball may fall there to reach the target
+    places: Floats  # (n, 2) m, of the balls at first
+    holes: Floats  # (POCKETS, 2) m, of the holes of pockets
+
+
+class Runs(NamedTuple):
+    """Recorded runs of tables with n balls, and scratch."""
+
+    balls: list[BallOutcome]  # tables n
+    tables: list[TableOutcome]
+    segments: list[Segment]
+    ends: Floats  # (segments,) scratch, see `write_ends`
+    following: Floats  # (n,) scratch
+
+
+class Part(NamedTuple):
+    """The part of a record that belongs to one table."""
+
+    first: int  # of its balls
+    begin: int  # its segments are those from here
+    end: int  # up to here
 
 
 @inner
@@ -119,14 +147,13 @@ def crosses(segment: Segment, lasting: float, goal: Goal) -> bool:
 
 
 @inner
-def is_foul(
-    goal: Goal, rules: list[BallRule], table: TableOutcome, balls: list[BallOutcome], first: int
-) -> bool:
+def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first: int) -> bool:
     """
     Whether a ball left the table, one that must stay fell, or the wrong one was met first.
 
     Or the cue met the cue ball again after the strike: WPA, Rules of Play, 6.7.
     """
+    rules = sought.rules
     if table.cue_hits > 0:
         return True
     for i in range(len(rules)):
@@ -135,7 +162,7 @@ def is_foul(
             return True
     met = balls[first].first_contact
     if met == NOTHING:
-        return goal.must_meet
+        return sought.goals[0].must_meet
     return rules[met].barred
 
 
@@ -146,84 +173,72 @@ def has_hit(segment: Segment) -> bool:
 
 
 @inner
-def pot_penalty(
-    goal: Goal,
-    wanted: Floats,
-    places: Floats,
-    holes: Floats,
-    balls: list[BallOutcome],
-    segments: list[Segment],
-    ends: Vector,
-    first: int,
-    begin: int,
-    end: int,
-) -> float:
+def may_fall(sought: Sought, ball: int) -> bool:
+    """Whether a ball may fall into any pocket to reach the target."""
+    most = 0.0
+    for pocket in range(POCKETS):
+        most = max(most, sought.wanted[ball][pocket])
+    return most > 0.0
+
+
+@inner
+def pot_penalty(sought: Sought, runs: Runs, part: Part) -> float:
     """Penalty if no wanted ball fell: how near to its pocket one came, or to one of them."""
+    places, holes, wanted = sought.places, sought.holes, sought.wanted
     met = False
     for i in range(len(places)):
-        if balls[first + i].first_contact != NOTHING:
-            for pocket in range(POCKETS):
-                met = met or wanted[i][pocket] > 0.0
+        if runs.balls[part.first + i].first_contact != NOTHING and may_fall(sought, i):
+            met = True
     least = FAR
-    for k in range(begin, end):
-        segment = segments[k]
-        if ends[k - begin] <= segment.time:
+    for k in range(part.begin, part.end):
+        segment = runs.segments[k]
+        lasting = runs.ends[k] - segment.time
+        if lasting <= 0.0:
             continue
-        lasting = ends[k - begin] - segment.time
         own = segment.ball
         for i in range(len(places)):
-            sought = False
-            for pocket in range(POCKETS):
-                if wanted[i][pocket] > 0.0:
-                    sought = True
-                    if met and own == i:
+            if met and own == i:
+                for pocket in range(POCKETS):
+                    if wanted[i][pocket] > 0.0:
                         gap = nearest(segment, lasting, holes[pocket][0], holes[pocket][1])
                         least = min(least, max(gap, NO_SUCCESS))
-            if sought and not met and own != i:
+            elif not met and own != i and may_fall(sought, i):
                 gap = nearest(segment, lasting, places[i][0], places[i][1])
-                least = min(least, gap - 2.0 * goal.ball_radius)
+                least = min(least, gap - 2.0 * sought.goals[0].ball_radius)
     return distance_penalty(least) if met else STEP + distance_penalty(least)
 
 
 @inner
-def hit_penalty(
-    goal: Goal,
-    places: Floats,
-    balls: list[BallOutcome],
-    segments: list[Segment],
-    ends: Vector,
-    first: int,
-    begin: int,
-    end: int,
-) -> float:
+def hit_penalty(sought: Sought, runs: Runs, part: Part) -> float:
     """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
-    x, y = places[goal.ball][0], places[goal.ball][1]
+    goal, segments = sought.goals[0], runs.segments
+    x, y = sought.places[goal.ball][0], sought.places[goal.ball][1]
     extra = 0.0 if goal.kind == HIT else STEP
-    if balls[first].first_contact != goal.ball:
+    if runs.balls[part.first].first_contact != goal.ball:
         least = FAR
-        for k in range(begin, end):
+        for k in range(part.begin, part.end):
             if segments[k].ball == 0:
                 if has_hit(segments[k]):
                     break
-                least = min(least, nearest(segments[k], ends[k - begin] - segments[k].time, x, y))
+                least = min(least, nearest(segments[k], runs.ends[k] - segments[k].time, x, y))
         gap = least - 2.0 * goal.ball_radius
         return STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
     if goal.kind == HIT:
         return 0.0
     if goal.kind == HIT_DIRECTION:
-        return distance_penalty(direction_error(goal, segments, begin, end))
-    return distance_penalty(place_error(goal, x, y, segments, begin, end))
+        return distance_penalty(direction_error(goal, segments, part))
+    return distance_penalty(place_error(goal, x, y, segments, part))
 
 
 @inner
-def direction_error(goal: Goal, segments: list[Segment], begin: int, end: int) -> float:
+def direction_error(goal: Goal, segments: list[Segment], part: Part) -> float:
     """
     Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
 
     Relative to pi. If the impact takes time, its direction is the one after the release.
     """
     error, met = MAX_DISTANCE_PENALTY, False
-    for k in range(begin, end):
+    for k in range(part.begin, part.end):
         segment = segments[k]
         if segment.ball == goal.ball:
             if met and segment.cause != RELEASE:
@@ -237,15 +252,14 @@ def direction_error(goal: Goal, segments: list[Segment], begin: int, end: int) -
 
 
 @inner
-def place_error(
-    goal: Goal, x: float, y: float, segments: list[Segment], begin: int, end: int
-) -> float:
+def place_error(goal: Goal, x: float, y: float, segments: list[Segment], part: Part) -> float:
     """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
-    for k in range(begin, end):
+    for k in range(part.begin, part.end):
         segment = segments[k]
         in_strike = segment.ball == goal.ball and segment.time == 0.0
         if has_hit(segment) and (segment.ball == 0 or in_strike):
-            there = segments[begin].position if in_strike else segment.position  # of the cue ball
+            cue_ball = segments[part.begin] if in_strike else segment
+            there = cue_ball.position
             px, py = there[0] - x, there[1] - y
             u, v = goal.x - x, goal.y - y
             one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
@@ -255,16 +269,16 @@ def place_error(
 
 
 @inner
-def path_penalty(goal: Goal, segments: list[Segment], ends: Vector, begin: int, end: int) -> float:
+def path_penalty(goal: Goal, runs: Runs, part: Part) -> float:
     """Penalty of a cue ball that has to pass a point or a gate."""
     x, y = goal.x, goal.y
     if goal.kind == GATE:
         x, y = 0.5 * (goal.x + goal.u), 0.5 * (goal.y + goal.v)
     least = FAR
-    for k in range(begin, end):
-        segment = segments[k]
+    for k in range(part.begin, part.end):
+        segment = runs.segments[k]
         if segment.ball == 0:
-            lasting = ends[k - begin] - segment.time
+            lasting = runs.ends[k] - segment.time
             least = min(least, nearest(segment, lasting, x, y))
             if goal.kind == GATE and lasting > 0.0 and crosses(segment, lasting, goal):
                 return 0.0
@@ -284,91 +298,62 @@ def has_potted(wanted: Floats, balls: list[BallOutcome], first: int) -> bool:
 
 
 @inner
-def write_ends(
-    segments: list[Segment], begin: int, end: int, stop: float, following: Floats, ends: Floats
-) -> None:
+def write_ends(runs: Runs, part: Part, stop: float) -> None:
     """Write when each segment of a table ends: at the next one of its ball, or at the stop [s]."""
+    following = runs.following
     for i in range(len(following)):
         following[i] = stop
-    for back in range(end - begin):
-        k = end - 1 - back
-        segment = segments[k]
-        ends[k - begin] = max(following[segment.ball], segment.time)
+    for k in range(part.end - 1, part.begin - 1, -1):
+        segment = runs.segments[k]
+        runs.ends[k] = max(following[segment.ball], segment.time)
         following[segment.ball] = segment.time
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     zeros = storage.zeros
-    return (
+    sought = Sought(
         storage.records(Goal, 1),
         storage.records(BallRule, 1),
         zeros(1, POCKETS),
         zeros(1, 2),
         zeros(POCKETS, 2),
+    )
+    runs = Runs(
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
         storage.records(Segment, 1),
         zeros(1),
         zeros(1),
-        zeros(1),
     )
+    return sought, runs, zeros(1)
 
 
 @entry(_example)
-def score_tables(
-    goals: list[Goal],
-    rules: list[BallRule],
-    wanted: Floats,
-    places: Floats,
-    holes: Floats,
-    balls: list[BallOutcome],
-    tables: list[TableOutcome],
-    segments: list[Segment],
-    following: Floats,
-    ends: Floats,
-    penalties: Floats,
-) -> None:
-    """
-    Find the penalty of each table.
-
-    Parameters
-    ----------
-    goals : 1 Goal
-    rules : n BallRule
-    wanted : (n, POCKETS) floats
-        Above 0 if the ball may fall into the pocket to reach the target.
-    places, holes : (n, 2), (POCKETS, 2) floats
-        Of the balls at first, and of the holes of pockets [m].
-    balls, tables, segments : tables n BallOutcome, tables TableOutcome, Segments
-        As recorded.
-    following, ends : (n,), (segments,) floats
-        Scratch.
-    penalties : (tables,) floats, written
-        0 if the target is reached, see `Outcomes`.
-
-    """
-    goal, count, begin = goals[0], len(rules), 0
-    for table in range(len(tables)):
-        end, first = tables[table].segments, table * count
-        x, y = balls[first].position[0] - goal.x, balls[first].position[1] - goal.y
+def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
+    """Write the penalty of each table: 0 if the target is reached, see `Outcomes`."""
+    goal, count, begin = sought.goals[0], len(sought.rules), 0
+    for number in range(len(runs.tables)):
+        table = runs.tables[number]
+        part = Part(number * count, begin, table.segments)
+        place = runs.balls[part.first].position
+        x, y = place[0] - goal.x, place[1] - goal.y
         away = math.sqrt(x * x + y * y) - goal.radius
+        pots = goal.kind == POT or goal.kind == POT_AND_LEAVE
         if goal.kind == REST:
             penalty = distance_penalty(away)
-        elif (goal.kind == POT or goal.kind == POT_AND_LEAVE) and has_potted(wanted, balls, first):
+        elif pots and has_potted(sought.wanted, runs.balls, part.first):
             penalty = distance_penalty(away) if goal.kind == POT_AND_LEAVE else 0.0
         else:
-            write_ends(segments, begin, end, tables[table].duration, following, ends)
-            if goal.kind == POT or goal.kind == POT_AND_LEAVE:
-                penalty = pot_penalty(
-                    goal, wanted, places, holes, balls, segments, ends, first, begin, end
-                )
+            write_ends(runs, part, table.duration)
+            if pots:
+                penalty = pot_penalty(sought, runs, part)
                 if goal.kind == POT_AND_LEAVE:
                     penalty += STEP
             elif goal.kind == PASS or goal.kind == GATE:
-                penalty = path_penalty(goal, segments, ends, begin, end)
+                penalty = path_penalty(goal, runs, part)
             else:
-                penalty = hit_penalty(goal, places, balls, segments, ends, first, begin, end)
-        if is_foul(goal, rules, tables[table], balls, first):
+                penalty = hit_penalty(sought, runs, part)
+        if is_foul(sought, table, runs.balls, part.first):
             penalty += STEP
-        penalties[table] = penalty
-        begin = end
+        penalties[number] = penalty
+        begin = part.end

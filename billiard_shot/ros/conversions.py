@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
-from billiard_shot import Scene, Shot, Stroke, Trajectory
+from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.ros.parameters import FRAME, MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import Status
@@ -198,7 +198,7 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
         trajectory=trajectory,
         effects=[
             Effect(name=effect.name, simulated=effect.simulated, reason=effect.reason)
-            for effect in shot.effects
+            for effect in effects_of(shot)
         ],
         error_estimate=float(shot.error_estimate),
         compute_time=float(shot.wall_time),

@@ -36,7 +36,7 @@ from billiard_shot.table.effects import table_on
 from billiard_shot.table.motion import NOTHING, Segment
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import TableRun
-from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBatch
+from billiard_shot.table.simulate import Given, in_threads, run_many, run_one, TableBatch
 
 # Statuses of a strike on endless cloth that the table may overrule,
 _OPEN = (Status.OK, Status.NEVER_RESTS)
@@ -93,17 +93,16 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
     ):
         decide(played.strikes, played.discontinuity, None)
         return played, None
-    params = model.surface, table if table is not None else table_on(scene)
     states = states_of(scene, centre, played.strikes) if struck is None else struck.states
-    cues = following_cues(model, played.strikes, velocities, states[:, 0, :3])
-    run = run_one(
-        params,
-        names_of(scene),
+    given = Given(
+        model.surface,
+        table if table is not None else table_on(scene),
         states,
         _hop_tolerance(scene, tolerance),
-        cues=cues,
+        cues=following_cues(model, played.strikes, velocities, states[:, 0, :3]),
         first_met=None if struck is None else struck.first_met,
     )
+    run = run_one(given, names_of(scene))
     if struck is not None and struck.met:
         run = with_first_events(run, struck, model.surface)
     played.strikes['final_position'][0] = run.balls[CUE_BALL].final_position
@@ -198,14 +197,15 @@ def _follow(
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
     scene, model, _, velocities, _ = strokes
-    batch = run_many(
-        (model.surface, table),
-        names_of(scene),
+    given = Given(
+        model.surface,
+        table,
         states,
         _hop_tolerance(scene, tolerance),
         cues=following_cues(model, strikes, velocities, states[:, 0, :3]),
         first_met=first_met,
     )
+    batch = run_many(given, names_of(scene))
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration
     return batch
 

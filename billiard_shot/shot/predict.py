@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -21,12 +20,11 @@ from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke, unit_rows
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import TableBatch
+from billiard_shot.table.simulate import INTERPRETED_AT_MOST, TableBatch
 from billiard_shot.table.trajectory import Trajectory
 from billiard_shot.table.words import count_in_words
 
 DEFAULT_TOLERANCE = 1e-4  # m
-INTERPRETED_AT_MOST = 100  # strokes: a larger batch waits for machine code
 
 
 def predict(
@@ -85,7 +83,6 @@ def predict(
         played.strikes[0],
         played.log,
         played.group,
-        partial(predict, stroke=stroke, tolerance=tolerance, position=centre),
     )
 
 

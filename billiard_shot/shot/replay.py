@@ -7,7 +7,6 @@ written in JSON, an infinite number or one that is none, is the object {"float":
 """
 
 from collections.abc import Mapping
-from functools import partial
 import json
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,6 @@ from billiard_shot.scene.values import check_type
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.play import decide
-from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import Strike
 from billiard_shot.shot.stroke import Stroke
@@ -211,7 +209,6 @@ def _shot(data: dict[str, Any]) -> Shot:
         strikes[0],
         _log_rows(_rows('phases', data['phases'], LOG_COLUMNS)),
         group,
-        partial(predict, stroke=stroke, tolerance=tolerance, position=position),
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -17,8 +16,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
 from billiard_shot.shot.data_frame import data_frame
-from billiard_shot.shot.effects import Effect, effects_of, effects_of_nothing, ShotContext
-from billiard_shot.shot.sensitivity import sensitivity_of
+from billiard_shot.shot.effects import ShotContext
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.lone_ball import run_of_lone_ball
@@ -64,7 +62,6 @@ class Shot:
     _log: NDArray[np.void] = field(repr=False)  # (phases, 2) PhaseLog
     # If the ball reached other balls or a cushion while the tip touched it.
     _group: CollisionResult | None = field(repr=False)
-    _again: Callable[[Scene], Shot] = field(repr=False)  # predicts the stroke in another scene
 
     @property
     def status(self) -> Status:
@@ -163,13 +160,6 @@ class Shot:
         times = rows['time'][rows['cause'] == Cause.CUE]
         return float(times[0]) if len(times) else None
 
-    @cached_property
-    def effects(self) -> tuple[Effect, ...]:
-        """Every effect the library knows: whether it was simulated, and why."""
-        if self.status.refused:
-            return effects_of_nothing()
-        return effects_of(self.effect_context, lambda scene: self._again(scene).effect_context)
-
     @property
     def effect_context(self) -> ShotContext:
         """What the gates of effects decide by."""
@@ -228,18 +218,6 @@ class Shot:
         if CUE_BALL in gone:
             balls[CUE_BALL] = in_hand(self.scene, balls)
         return replace(self.scene, balls=balls)
-
-    @cached_property
-    def sensitivity(self) -> NDArray[np.float64]:
-        """
-        How the place of rest (x, y) changes with the stroke (2, 5).
-
-        Per radius of a and of b, radian of elevation and of azimuth, and m/s of speed: all in m.
-        Zero for a refused stroke. Computed when first asked for.
-        """
-        if self.status.refused:
-            return np.zeros((2, 5))
-        return sensitivity_of(self.scene, self.stroke, self.position)
 
     def to_frame(self) -> Any:
         """

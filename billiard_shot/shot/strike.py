@@ -102,137 +102,108 @@ def final_status(status: int, miscue: bool, end: int, exact: bool) -> int:
     return status if exact else TOLERANCE_NOT_REACHED
 
 
-def _prepare_example(storage: Storage) -> tuple[Any, ...]:
-    ones = storage.array(np.ones((1, 3)))
-    return (
-        _MODEL,
-        stored(storage, NOTHING_AROUND),
-        ones,
-        ones,
-        ones[0],
-        1.0,
-        storage.records(Strike, 1),
-        *map(
-            storage.array,
-            (
-                np.zeros((1, 3, 6, 3)),
-                np.zeros((1, 6, 6)),
-                np.zeros((1, 6)),
-                np.zeros(1),
-                np.eye(3),
-            ),
-        ),
+class Given(NamedTuple):
+    """n strokes at a ball that lies in one place."""
+
+    model: StrikeModel
+    around: Surroundings
+    normals: Floats  # (n, 3) as of `Stroke`, but not checked yet
+    velocities: Floats  # (n, 3) m/s
+    position: Vector  # (3,) m, centre of the cue ball
+    tolerance: float  # m, of the trajectories
+
+
+class Work(NamedTuple):
+    """The strikes of n strokes while they are computed, and scratch."""
+
+    strikes: list[Strike]  # n
+    jacobians: Floats  # (n, 3, 6, 3) see contacts.py, like the next two
+    delassus: Floats  # (n, 6, 6)
+    approach: Floats  # (n, 6)
+    accuracy: Floats  # (n,) tolerance of the impact; 0 for a stroke that is refused
+    balls: list[Ball]  # 2, scratch
+    vectors: Floats  # (3, 3) scratch; the last row is the vertical
+
+
+def work_for(storage: Storage, n: int) -> Work:
+    """Make room for n strikes."""
+    zeros = storage.zeros
+    return Work(
+        storage.records(Strike, n),
+        zeros(n, 3, 6, 3),
+        zeros(n, 6, 6),
+        zeros(n, 6),
+        zeros(n),
+        storage.records(Ball, 2),
+        storage.array(np.eye(3)),
     )
 
 
+def _prepare_example(storage: Storage) -> tuple[Any, ...]:
+    ones = storage.array(np.ones((1, 3)))
+    around = stored(storage, NOTHING_AROUND)
+    return Given(_MODEL, around, ones, ones, ones[0], 1.0), work_for(storage, 1)
+
+
 @entry(_prepare_example)
-def prepare_strikes(
-    model: StrikeModel,
-    around: Surroundings,
-    normals: Floats,
-    velocities: Floats,
-    position: Vector,
-    tolerance: float,
-    strikes: list[Strike],
-    jacobians: Floats,
-    delassus: Floats,
-    approach: Floats,
-    accuracy: Floats,
-    scratch: Floats,
-) -> None:
-    """
-    State n strokes as collisions in contact space.
-
-    Parameters
-    ----------
-    model : StrikeModel
-    around : Surroundings
-    normals, velocities : (n, 3) floats
-        As of `Stroke`, but checked here.
-    position : (3,) floats
-        Centre of the cue ball [m].
-    tolerance : float
-        Of the trajectories [m].
-    strikes : n Strike, written
-        Only the status.
-    jacobians, delassus, approach : (n, 3, 6, 3), (n, 6, 6), (n, 6) floats, written
-        See contacts.py.
-    accuracy : (n,) floats, written
-        Tolerance of the impact; 0 for a stroke that is refused.
-    scratch : (3, 3) floats
-        The last row is the vertical.
-
-    """
-    n, c, z = scratch[0], scratch[1], scratch[2]
-    for i in range(len(strikes)):
-        accuracy[i] = 0.0
-        speed = unit(velocities[i], c)
-        unit(normals[i], n)
-        strikes[i].status = refusal(model, around, n, c, position)
-        if strikes[i].status == OK:
-            accuracy[i] = strike_tolerance(model, speed, tolerance)
-            contact_jacobians(model.surface.radius, n, c, z, jacobians[i])
-            delassus_operator(model, c, jacobians[i], delassus[i])
-            approach_velocity(jacobians[i], speed, n, c, approach[i])
+def prepare_strikes(given: Given, work: Work) -> None:
+    """State n strokes as collisions in contact space; of the strikes only the status is set."""
+    n, c, z = work.vectors[0], work.vectors[1], work.vectors[2]
+    for i in range(len(work.strikes)):
+        work.accuracy[i] = 0.0
+        speed = unit(given.velocities[i], c)
+        unit(given.normals[i], n)
+        status = refusal(given.model, given.around, n, c, given.position)
+        work.strikes[i].status = status
+        if status == OK:
+            jacobians = work.jacobians[i]
+            work.accuracy[i] = strike_tolerance(given.model, speed, given.tolerance)
+            contact_jacobians(given.model.surface.radius, n, c, z, jacobians)
+            delassus_operator(given.model, c, jacobians, work.delassus[i])
+            approach_velocity(jacobians, speed, n, c, work.approach[i])
 
 
 def _finish_example(storage: Storage) -> tuple[Any, ...]:
     return (
-        _MODEL,
-        *map(storage.array, (np.ones((1, 3)), np.ones(3))),
-        1.0,
-        storage.records(Strike, 1),
-        *map(storage.array, (np.zeros((1, 3, 6, 3)), np.zeros(1))),
+        *_prepare_example(storage),
         storage.records(ContactResult, 2),
         storage.records(CollisionOutcome, 1),
-        storage.records(Ball, 2),
         storage.records(Segment, 1),
-        storage.array(np.eye(3)),
     )
 
 
 @entry(_finish_example)
 def finish_strikes(
-    model: StrikeModel,
-    velocities: Floats,
-    position: Vector,
-    tolerance: float,
-    strikes: list[Strike],
-    jacobians: Floats,
-    accuracy: Vector,
+    given: Given,
+    work: Work,
     results: list[ContactResult],
     outcomes: list[CollisionOutcome],
-    balls: list[Ball],
     segments: list[Segment],
-    scratch: Floats,
 ) -> None:
     """
     Complete n strikes after their impacts were solved, and roll the balls out on endless cloth.
 
     Parameters
     ----------
-    model, velocities, tolerance, strikes, jacobians, accuracy, scratch
-        As of `prepare_strikes`.
-    position : (3,) floats
-        Centre of the cue ball [m].
+    given, work : Given, Work
+        As `prepare_strikes` left them.
     results, outcomes : 2 n ContactResult, n CollisionOutcome
         Of the impacts.
-    balls : 2 Ball
-        Scratch.
     segments : records of Segment, written
         The last trajectory, as many segments as there is room for.
 
     """
-    ball, follower, c, cue = balls[0], balls[1], scratch[0], scratch[1]
+    model, position, tolerance = given.model, given.position, given.tolerance
+    ball, follower, c, cue = work.balls[0], work.balls[1], work.vectors[0], work.vectors[1]
     reach = tip_reach(model)
     follower.motion = FLIGHT  # its height counts
-    for i in range(len(strikes)):
-        strike = strikes[i]
-        if accuracy[i] > 0.0:
+    for i in range(len(work.strikes)):
+        strike = work.strikes[i]
+        if work.accuracy[i] > 0.0:
             outcome, tip, table = outcomes[i], results[2 * i], results[2 * i + 1]
-            speed = unit(velocities[i], c)
-            write_strike(model, strike, jacobians[i], tip, table)
-            weighted(strike.impulses, jacobians[i][0], cue)
+            speed = unit(given.velocities[i], c)
+            write_strike(model, strike, work.jacobians[i], tip, table)
+            weighted(strike.impulses, work.jacobians[i][0], cue)
             strike.cue_speed = speed + tip_response(model, c, cue, c)
             strike.phases, strike.steps = outcome.phases, outcome.steps
             start_ball(ball, position, strike.velocity, strike.spin)
@@ -245,7 +216,7 @@ def finish_strikes(
             ending, left_out, strike.again = roll_out(
                 model.surface, ball, HOPS * tolerance, segments, follower, reach
             )
-            strike.error = left_out + trajectory_error(accuracy[i], speed, ball.time)
+            strike.error = left_out + trajectory_error(work.accuracy[i], speed, ball.time)
             miscue = tip.final_slip > MISCUE_SLIP * speed
             exact = strike.error <= tolerance
             strike.status = final_status(outcome.status, miscue, ending, exact)

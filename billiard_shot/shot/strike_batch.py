@@ -1,25 +1,25 @@
 """Many strokes, one after the other, each with the ball in the same place, on endless cloth."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.solve import solve_stored
-from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
+from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import contact_properties, StrikeModel
 from billiard_shot.shot.moving_normals import with_moving_normals
 from billiard_shot.shot.strike import (
     finish_strikes,
+    Given,
     no_phases,
     prepare_strikes,
     stored,
     Strike,
     Strikes,
+    work_for,
 )
-from billiard_shot.table.motion import Ball, Segment
+from billiard_shot.table.motion import Segment
 
 AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 
@@ -88,32 +88,20 @@ def _strike(
     phases: int,
     segments: int,
 ) -> Strikes:
-    given = storage.array(normals), storage.array(velocities), storage.array(position)
-    prepared = _prepare(storage, model, around, *given, tolerance)
-    strikes, jacobians, delassus, approach, accuracy, scratch = prepared
+    given = _given(storage, model, around, normals, velocities, position, tolerance)
+    work = work_for(storage, len(normals))
+    prepare_strikes.on(storage)(given, work)
     results, outcomes, log = solve_stored(
-        storage, contact_properties(model), delassus, approach, accuracy, phases
+        storage, contact_properties(model), work.delassus, work.approach, work.accuracy, phases
     )
     while True:
         motion = storage.records(Segment, segments)
-        finish_strikes.on(storage)(
-            model,
-            *given[1:],
-            tolerance,
-            strikes,
-            jacobians,
-            accuracy,
-            results,
-            outcomes,
-            storage.records(Ball, 2),
-            motion,
-            scratch,
-        )
-        needed = int(strikes[-1].segments) if segments and len(strikes) else 0
+        finish_strikes.on(storage)(given, work, results, outcomes, motion)
+        needed = int(work.strikes[-1].segments) if segments and len(normals) else 0
         if needed <= segments:
             break
         segments = needed
-    done = Strikes(as_rows(Strike, strikes), log, as_rows(Segment, motion)[:needed])
+    done = Strikes(as_rows(Strike, work.strikes), log, as_rows(Segment, motion)[:needed])
     return with_moving_normals(model, velocities, position, tolerance, done)
 
 
@@ -126,32 +114,23 @@ def refusals(
 ) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
     storage = prepare_strikes.current().storage
-    given = storage.array(normals), storage.array(velocities), storage.array(position)
-    strikes = _prepare(storage, model, around, *given, 1.0)[0]
-    status: NDArray[np.int64] = as_rows(Strike, strikes)['status']
+    given = _given(storage, model, around, normals, velocities, position, 1.0)
+    work = work_for(storage, len(normals))
+    prepare_strikes.on(storage)(given, work)
+    status: NDArray[np.int64] = as_rows(Strike, work.strikes)['status']
     return status
 
 
-def _prepare(
+def _given(
     storage: Storage,
     model: StrikeModel,
     around: Surroundings,
-    normals: Floats,
-    velocities: Floats,
-    position: Vector,
+    normals: NDArray[np.float64],
+    velocities: NDArray[np.float64],
+    position: NDArray[np.float64],
     tolerance: float,
-) -> tuple[Any, ...]:
-    """Return the last six arguments of `prepare_strikes`, filled."""
-    n, zeros = len(normals), storage.zeros
-    written = (
-        storage.records(Strike, n),
-        zeros(n, 3, 6, 3),
-        zeros(n, 6, 6),
-        zeros(n, 6),
-        zeros(n),
-        storage.array(np.eye(3)),
-    )
-    prepare_strikes.on(storage)(
-        model, stored(storage, around), normals, velocities, position, tolerance, *written
-    )
-    return written
+) -> Given:
+    """Put strokes into a storage."""
+    array = storage.array
+    around = stored(storage, around)
+    return Given(model, around, array(normals), array(velocities), array(position), tolerance)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.scene import Scene
+from billiard_shot.shot.analysis import effects_of
 from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
@@ -96,7 +97,7 @@ def comparisons(strokes: Sequence[Stroke]) -> int:
 
 
 def _compared(shot: Shot, gate: EffectGate[Any], repeats: int) -> Change:
-    effect = next(effect for effect in shot.effects if effect.name == gate.name)
+    effect = next(effect for effect in effects_of(shot) if effect.name == gate.name)
     setting = OFF if effect.simulated else ON
     if setting not in gate.overrides:
         return Change(False, effect.reason, 0.0, 0, 0.0, 0.0)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.beginning import Collisions
+from billiard_shot.impact.beginning import Collisions, ContactProperties
 from billiard_shot.impact.kernel import Scratch, solve_collisions
 from billiard_shot.impact.moving_balls import (
     PLACE,
@@ -58,7 +58,7 @@ class ClusterRoom(NamedTuple):
 
     members: Any  # (B,) ints: the balls that take part
     scratch: Scratch  # whose workspace has a matrix of `motion` for each member
-    properties: Any  # (1, N, 5), and further parts of `Collisions`
+    properties: list[ContactProperties]  # N, and further parts of `Collisions`
     delassus: Any  # (1, 3 N, 3 N)
     velocity: Any  # (1, 3 N)
     lengths: Any  # (1, N)
@@ -73,7 +73,7 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     return ClusterRoom(
         storage.array(np.zeros(balls, np.int64)),
         scratch(storage, count),
-        zeros(1, count, 5),
+        storage.records(ContactProperties, count),
         zeros(1, 3 * count, 3 * count),
         zeros(1, 3 * count),
         zeros(1, count),
@@ -178,13 +178,13 @@ def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
             gap = sqrt(square) - 2.0 * radius
             if gap <= n.contact_gap or n.ball_duration == 0.0:
                 gap = 0.0
-            c, properties = contacts[number], room.properties[0][number]
+            c, properties = contacts[number], room.properties[number]
             c.ball_a, c.ball_b = a, b
             c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
             place_contact(contacts, motion, ws.polynomials, number, gap)
-            properties[0] = friction_of_balls(n, 0.0)
-            properties[1], properties[2] = n.ball_restitution, stiffness
-            properties[3], properties[4] = n.friction_slow, n.friction_decay
+            properties.friction = friction_of_balls(n, 0.0)
+            properties.fading, properties.decay = n.friction_slow, n.friction_decay
+            properties.restitution, properties.stiffness = n.ball_restitution, stiffness
             room.lengths[0][number] = -gap
             number += 1
     p.contacts = number

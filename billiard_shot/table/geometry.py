@@ -61,6 +61,10 @@ class TableNumbers:
     hop_tolerance: float  # for leaving out hops after impacts
 
 
+# Fields of `TableParams` that `TableNumbers` repeats.
+_SHARED = tuple(name for name in TableParams._fields if hasattr(TableNumbers, name))
+
+
 @record
 class Jaw:
     """An arc at the end of a nose, and the facing that goes on from it [m]."""
@@ -137,25 +141,7 @@ def lay_out(
     if table.pockets:
         n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
         n.side_end = 0.5 * table.side[0] + table.side[4]
-    for name in (
-        'nose_height',
-        'cushion_depth',
-        'cushion_model',
-        'cushion_restitution',
-        'cushion_friction',
-        'cushion_fading',
-        'cushion_frequency_ratio',
-        'cushion_stiffness',
-        'cushion_duration',
-        'ball_restitution',
-        'friction_fast',
-        'friction_slow',
-        'friction_decay',
-        'ball_stiffness',
-        'ball_duration',
-        'contact_gap',
-        'pair_gate',
-    ):
+    for name in _SHARED:
         setattr(n, name, getattr(table, name))
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)

@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot import machine_code
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
@@ -50,6 +51,7 @@ T = TypeVar('T')
 # between balls makes one at nearly every impact, a third of a millimetre high at most.
 DEFAULT_TOLERANCE = 2e-3
 DEFAULT_MAX_EVENTS = 20_000  # of a table
+INTERPRETED_AT_MOST = 100  # tables or strokes: a larger batch waits for machine code
 # Room at first, for each of all balls and two: segments and events of a run, and segments of a
 # table of a batch. Most have fewer.
 _CAPACITY, _CAPACITY_IN_BATCH = 32, 8
@@ -69,6 +71,46 @@ class Cues(NamedTuple):
 
     states: NDArray[np.float64]
     hit: Callable[[Table, Simulation], None]
+
+
+class Given(NamedTuple):
+    """
+    Tables to be simulated.
+
+    Attributes
+    ----------
+    params, table : BallClothParams, TableParams
+    states : (tables, balls, STATE_COLUMNS) float array
+        Valid ones.
+    tolerance, hop_tolerance : float
+        See `TableNumbers` [m].
+    max_events : int
+        A run that takes more ends with BUDGET_EXCEEDED.
+    cues : Cues, optional
+    first_met : (tables, balls) int array, optional
+        The ball that each one has met already, or NOTHING.
+    rules : (balls,) array of BallRule, optional
+        With these, each run ends as soon as it is decided.
+
+    """
+
+    params: BallClothParams
+    table: TableParams
+    states: NDArray[np.float64]
+    tolerance: float
+    hop_tolerance: float = DEFAULT_TOLERANCE
+    max_events: int = DEFAULT_MAX_EVENTS
+    cues: Cues | None = None
+    first_met: NDArray[np.int64] | None = None
+    rules: NDArray[np.void] | None = None
+
+    def part(self, part: slice) -> 'Given':
+        """Return some of the tables."""
+        return self._replace(
+            states=self.states[part],
+            cues=self.cues and self.cues._replace(states=self.cues.states[part]),
+            first_met=None if self.first_met is None else self.first_met[part],
+        )
 
 
 def simulate(
@@ -107,36 +149,17 @@ def simulate(
     scene = Scene.load(scene)
     tolerance = positive('tolerance', tolerance, 'm')
     max_events = whole('max_events', max_events, 1)
-    given = validated_states(scene, states)
-    params = params_on_table(scene)
-    return run_one(params, tuple(states), given, tolerance, tolerance, max_events)
+    valid = validated_states(scene, states)
+    given = Given(*params_on_table(scene), valid, tolerance, tolerance, max_events)
+    return run_one(given, tuple(states))
 
 
-def run_one(
-    params: tuple[BallClothParams, TableParams],
-    names: tuple[str, ...],
-    states: NDArray[np.float64],
-    tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE,
-    max_events: int = DEFAULT_MAX_EVENTS,
-    cues: Cues | None = None,
-    first_met: NDArray[np.int64] | None = None,
-) -> TableRun:
-    """Simulate one table from valid states (1, balls, STATE_COLUMNS), with all that happens."""
+def run_one(given: Given, names: tuple[str, ...]) -> TableRun:
+    """Simulate one table, whose balls have these names, with all that happens."""
     begin = perf_counter()
     segments = events = _CAPACITY * (2 + len(names))
     while True:
-        played = _simulate(
-            *params,
-            states,
-            tolerance,
-            hop_tolerance,
-            max_events,
-            segments,
-            events,
-            cues=cues,
-            first_met=first_met,
-        )
+        played = _simulate(given, segments, events)
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
             break
@@ -175,66 +198,29 @@ class BatchRecording(NamedTuple):
     events: EventLog
 
 
-def run_recorded(
-    params: BallClothParams,
-    table: TableParams,
-    states: NDArray[np.float64],
-    tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE,
-    max_events: int = DEFAULT_MAX_EVENTS,
-    rules: NDArray[np.void] | None = None,
-    cues: Cues | None = None,
-    first_met: NDArray[np.int64] | None = None,
-) -> BatchRecording:
-    """
-    Simulate tables (tables, balls, STATE_COLUMNS) in this thread, recording all motion.
-
-    With `rules`, a BallRule for each ball, each run ends as soon as it is decided. `first_met`:
-    (tables, balls), the ball that each one has met already, or NOTHING.
-    """
-    capacity = _CAPACITY_IN_BATCH * states.shape[0] * (2 + states.shape[1])
+def run_recorded(given: Given) -> BatchRecording:
+    """Simulate tables in this thread, recording all motion."""
+    tables, balls = given.states.shape[:2]
+    capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
     while True:
-        played = _simulate(
-            params,
-            table,
-            states,
-            tolerance,
-            hop_tolerance,
-            max_events,
-            capacity,
-            0,
-            rules,
-            cues,
-            first_met,
-        )
-        needed = int(played.tables['segments'][-1]) if len(states) else 0
+        played = _simulate(given, capacity, 0)
+        needed = int(played.tables['segments'][-1]) if tables else 0
         if needed <= capacity:
             return played
         capacity = needed
 
 
-def _simulate(
-    params: BallClothParams,
-    table: TableParams,
-    states: NDArray[np.float64],
-    tolerance: float,
-    hop_tolerance: float,
-    max_events: int,
-    segments: int,
-    events: int,
-    rules: NDArray[np.void] | None = None,
-    cues: Cues | None = None,
-    first_met: NDArray[np.int64] | None = None,
-) -> BatchRecording:
+def _simulate(given: Given, segments: int, events: int) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
     storage = run.storage
-    tables, count = states.shape[:2]
-    layout = lay_out(storage, params, table, tolerance, hop_tolerance)
-    simulation = room_for_simulation(storage, count, segments, events, rules)
+    tables, count = given.states.shape[:2]
+    cues, first_met = given.cues, given.first_met
+    layout = lay_out(storage, given.params, given.table, given.tolerance, given.hop_tolerance)
+    simulation = room_for_simulation(storage, count, segments, events, given.rules)
     progress = simulation.progress[0]
     beginnings = Beginnings(
-        storage.array(states),
+        storage.array(given.states),
         storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
         storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states),
     )
@@ -243,7 +229,7 @@ def _simulate(
     ends = storage.records(TableOutcome, tables)
     number = 0
     while True:
-        number = run(layout, simulation, beginnings, number, max_events, room, balls, ends)
+        number = run(layout, simulation, beginnings, number, given.max_events, room, balls, ends)
         if number == tables:
             break
         if cues is not None and progress.other == THE_CUE:
@@ -310,8 +296,10 @@ def simulate_batch(
     if workers is not None:
         workers = whole('workers', workers, 1)
     names, array = batch_states(states)
-    params = params_on_table(scene)
-    return run_many(params, names, array, tolerance, tolerance, max_events, workers)
+    if len(array) > INTERPRETED_AT_MOST:
+        machine_code.require()
+    given = Given(*params_on_table(scene), array, tolerance, tolerance, max_events)
+    return run_many(given, names, workers)
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
@@ -334,33 +322,13 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
         return list(pool.map(work, (slice(i, i + size) for i in range(0, count, size))))
 
 
-def run_many(
-    params: tuple[BallClothParams, TableParams],
-    names: tuple[str, ...],
-    states: NDArray[np.float64],
-    tolerance: float,
-    hop_tolerance: float = DEFAULT_TOLERANCE,
-    max_events: int = DEFAULT_MAX_EVENTS,
-    workers: int | None = None,
-    cues: Cues | None = None,
-    first_met: NDArray[np.int64] | None = None,
-) -> TableBatch:
-    """Simulate tables from states (tables, balls, STATE_COLUMNS); see `run_recorded`."""
+def run_many(given: Given, names: tuple[str, ...], workers: int | None = None) -> TableBatch:
+    """Simulate tables, whose balls have these names, on all cores."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        return _simulate(
-            *params,
-            states[part],
-            tolerance,
-            hop_tolerance,
-            max_events,
-            0,
-            0,
-            cues=cues and cues._replace(states=cues.states[part]),
-            first_met=None if first_met is None else first_met[part],
-        )
+        return _simulate(given.part(part), 0, 0)
 
-    parts = in_threads(simulate_part, len(states), workers)
+    parts = in_threads(simulate_part, len(given.states), workers)
     parts.append(simulate_part(slice(0, 0)))  # so that there is one
     balls = np.concatenate([part.balls for part in parts])
     tables = np.concatenate([part.tables for part in parts])

@@ -7,7 +7,7 @@ from jump_reference import rising_speed
 import numpy as np
 import pytest
 
-from billiard_shot import EventKind, predict, predict_batch, Scene, Stroke
+from billiard_shot import effects_of, EventKind, predict, predict_batch, Scene, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.cue_contact import meet
 from billiard_shot.shot.effects import model_of
@@ -68,7 +68,7 @@ def test_a_refused_stroke_has_none():
 
 def test_it_is_one_of_the_effects():
     def effect(shot):
-        return next(each for each in shot.effects if each.name == 'double_hit')
+        return next(each for each in effects_of(shot) if each.name == 'double_hit')
 
     assert effect(shot(0.01)).simulated
     assert not effect(shot(0.6)).simulated

@@ -6,7 +6,16 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
+from billiard_shot import (
+    effects_of,
+    predict,
+    predict_batch,
+    Scene,
+    sensitivity_of,
+    simulate,
+    Status,
+    Stroke,
+)
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import BallState, EventKind
 
@@ -38,7 +47,7 @@ def test_a_shot_is_a_strike_and_then_the_table():
     assert shot.trajectory is shot.table.balls['cue']
     assert EventKind.BALL in {event.kind for event in shot.trajectory.events}
     assert shot.table.first_met == {'cue': 'one', 'one': 'cue'}
-    effects = {effect.name: effect for effect in shot.effects}
+    effects = {effect.name: effect for effect in effects_of(shot)}
     assert effects['ball_ball'].simulated
     assert shot.message == f'first contact one; at rest after {shot.table.duration:.3g} s'
 
@@ -102,4 +111,4 @@ def test_sensitivity_counts_the_cushions():
         for s in (-step, step)
     ]
     slope = (ends[1] - ends[0]) / (2 * step * 1.2)
-    assert shot.sensitivity[:, 4] == pytest.approx(slope, rel=0.1, abs=0.02)
+    assert sensitivity_of(shot)[:, 4] == pytest.approx(slope, rel=0.1, abs=0.02)

@@ -6,7 +6,15 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot import predict, predict_batch, Scene, Status, Stroke
+from billiard_shot import (
+    effects_of,
+    predict,
+    predict_batch,
+    Scene,
+    sensitivity_of,
+    Status,
+    Stroke,
+)
 from billiard_shot.table.motion import Motion
 
 PAPER, POOL = Scene.load('paper'), Scene.load('pool')
@@ -213,8 +221,8 @@ def test_refused_strokes_leave_the_ball_alone(stroke, status, field):
     assert shot.trajectory.final_position == pytest.approx((0.2, -0.1, POOL.ball.radius))
     assert shot.trajectory.duration == 0
     assert shot.trajectory.at(1.0).motion == Motion.REST
-    assert not any(effect.simulated for effect in shot.effects)
-    assert not shot.sensitivity.any()
+    assert not any(effect.simulated for effect in effects_of(shot))
+    assert not sensitivity_of(shot).any()
     assert shot.error_estimate == 0
 
 
@@ -286,7 +294,7 @@ def test_flight_can_be_turned_off():
     on = predict(PAPER, stroke)
     assert (off.velocity == on.velocity).all()
     assert (off.trajectory.rows['position'][:, 2] == PAPER.ball.radius).all()
-    flight = {effect.name: effect for effect in off.effects}['flight']
+    flight = {effect.name: effect for effect in effects_of(off)}['flight']
     assert not flight.simulated
     assert 'the scene turns it off' in flight.reason
 
@@ -312,7 +320,7 @@ def test_sensitivity_is_a_derivative():
         predict(POOL, near, tolerance=1e-9).trajectory.final_position
         - shot.trajectory.final_position
     )
-    assert shot.sensitivity @ step == pytest.approx(change[:2], rel=1e-2)
+    assert sensitivity_of(shot) @ step == pytest.approx(change[:2], rel=1e-2)
 
 
 def test_results_cannot_be_changed():

@@ -1,6 +1,5 @@
 """Effects: what is simulated where scene, stroke and motion call for it, one object each."""
 
-from collections.abc import Callable
 from typing import Any
 
 from billiard_shot.scene import Scene
@@ -13,7 +12,6 @@ from billiard_shot.table.effects import (
     check_overrides,
     Effect,
     EffectGate,
-    report,
     TABLE_GATES,
 )
 
@@ -21,8 +19,6 @@ __all__ = [
     'Effect',
     'GATES',
     'ShotContext',
-    'effects_of',
-    'effects_of_nothing',
     'model_of',
 ]
 
@@ -42,13 +38,3 @@ def model_of(scene: Scene) -> StrikeModel:
     """Collect the numbers of a scene, with the effects that it forces on or off."""
     model = apply_overrides(strike_model(scene), STRIKE_GATES, scene.effects)
     return model._replace(surface=apply_overrides(model.surface, TABLE_GATES, scene.effects))
-
-
-def effects_of(context: ShotContext, again: Callable[[Scene], ShotContext]) -> tuple[Effect, ...]:
-    """Say of every effect whether it was simulated, and why; see `report`."""
-    return tuple(report(gate, context, again) for gate in GATES)
-
-
-def effects_of_nothing() -> tuple[Effect, ...]:
-    """Say that no effect was simulated, because the stroke was not played."""
-    return tuple(Effect(gate.name, False, 'the stroke was not played', False) for gate in GATES)
