@@ -163,8 +163,9 @@ def solve_stored(
     run = solve_collisions.on(storage)
     n, count = len(velocity), np.shape(properties.friction)[-1]
     given = ROWS.records(ContactProperties, n * count)
+    table = given.reshape(n, count)
     for name in given.dtype.names or ():
-        given.reshape(n, count)[name] = getattr(properties, name)
+        table[name] = getattr(properties, name)
     collisions = Collisions(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,

@@ -106,7 +106,6 @@ class Given(NamedTuple):
     """n strokes at a ball that lies in one place."""
 
     model: StrikeModel
-    around: Surroundings
     normals: Floats  # (n, 3) as of `Stroke`, but not checked yet
     velocities: Floats  # (n, 3) m/s
     position: Vector  # (3,) m, centre of the cue ball
@@ -141,19 +140,23 @@ def work_for(storage: Storage, n: int) -> Work:
 
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    around = stored(storage, NOTHING_AROUND)
-    return Given(_MODEL, around, ones, ones, ones[0], 1.0), work_for(storage, 1)
+    given = Given(_MODEL, ones, ones, ones[0], 1.0)
+    return given, work_for(storage, 1), stored(storage, NOTHING_AROUND)
 
 
 @entry(_prepare_example)
-def prepare_strikes(given: Given, work: Work) -> None:
-    """State n strokes as collisions in contact space; of the strikes only the status is set."""
+def prepare_strikes(given: Given, work: Work, around: Surroundings) -> None:
+    """
+    State n strokes, whose cues need room among others, as collisions in contact space.
+
+    Of the strikes only the status is set.
+    """
     n, c, z = work.vectors[0], work.vectors[1], work.vectors[2]
     for i in range(len(work.strikes)):
         work.accuracy[i] = 0.0
         speed = unit(given.velocities[i], c)
         unit(given.normals[i], n)
-        status = refusal(given.model, given.around, n, c, given.position)
+        status = refusal(given.model, around, n, c, given.position)
         work.strikes[i].status = status
         if status == OK:
             jacobians = work.jacobians[i]
@@ -165,7 +168,7 @@ def prepare_strikes(given: Given, work: Work) -> None:
 
 def _finish_example(storage: Storage) -> tuple[Any, ...]:
     return (
-        *_prepare_example(storage),
+        *_prepare_example(storage)[:2],
         storage.records(ContactResult, 2),
         storage.records(CollisionOutcome, 1),
         storage.records(Segment, 1),

@@ -88,9 +88,9 @@ def _strike(
     phases: int,
     segments: int,
 ) -> Strikes:
-    given = _given(storage, model, around, normals, velocities, position, tolerance)
+    given = _given(storage, model, normals, velocities, position, tolerance)
     work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(given, work)
+    prepare_strikes.on(storage)(given, work, stored(storage, around))
     results, outcomes, log = solve_stored(
         storage, contact_properties(model), work.delassus, work.approach, work.accuracy, phases
     )
@@ -114,9 +114,9 @@ def refusals(
 ) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
     storage = prepare_strikes.current().storage
-    given = _given(storage, model, around, normals, velocities, position, 1.0)
+    given = _given(storage, model, normals, velocities, position, 1.0)
     work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(given, work)
+    prepare_strikes.on(storage)(given, work, stored(storage, around))
     status: NDArray[np.int64] = as_rows(Strike, work.strikes)['status']
     return status
 
@@ -124,7 +124,6 @@ def refusals(
 def _given(
     storage: Storage,
     model: StrikeModel,
-    around: Surroundings,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
@@ -132,5 +131,4 @@ def _given(
 ) -> Given:
     """Put strokes into a storage."""
     array = storage.array
-    around = stored(storage, around)
-    return Given(model, around, array(normals), array(velocities), array(position), tolerance)
+    return Given(model, array(normals), array(velocities), array(position), tolerance)
