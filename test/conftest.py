@@ -1,6 +1,7 @@
 """What holds for all tests."""
 
 import os
+import sys
 
 from hypothesis import settings
 import pytest
@@ -9,6 +10,8 @@ from recorded_launch import installed, launch_file  # noqa: F401 (fixtures)
 from billiard_shot import machine_code
 
 NIGHTLY = 'NIGHTLY' in os.environ
+if 'WITHOUT_NUMBA' in os.environ:
+    sys.modules['numba'] = None  # as where it is not installed
 # No deadline: whether a machine is busy says nothing about the code. The same examples in every
 # run; `make nightly` tries others, and more of them.
 settings.register_profile(

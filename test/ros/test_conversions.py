@@ -88,7 +88,7 @@ def test_numbers_that_are_not_finite_never_leave():
                 'spin',
                 'cue_speed',
                 'trajectory',
-                'effects',
+                'effect_context',
                 'error_estimate',
                 'wall_time',
             )
