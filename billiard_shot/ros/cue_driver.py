@@ -35,6 +35,7 @@ from billiard_shot.ros.node_runner import (
     JOINT_STATES,
     LATCHED,
     run,
+    SAFETY_INPUT,
     set_niceness,
     steady_timer,
     warm_up,
@@ -113,8 +114,8 @@ class CueDriver(LifecycleNode):
 
         # Deep queues: the stop may be pressed in one message and released in the next. Messages
         # that waited are not fresh.
-        self.create_subscription(Bool, 'estop', self._on_estop, 10)
-        self.create_subscription(Bool, 'interlock', self._on_interlock, 10)
+        self.create_subscription(Bool, 'estop', self._on_estop, SAFETY_INPUT)
+        self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT)
         self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_service(Trigger, '~/arm', self._arm)

@@ -27,6 +27,13 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of latched state topics: slow subscribers must not miss a state."""
 
+SAFETY_INPUT = QoSProfile(depth=10)
+"""
+QoS of `estop` and `interlock`: a short press of a button is not lost if the driver pauses.
+
+A queue makes no message fresh: they count from when they were written.
+"""
+
 JOINT_STATES = QoSProfile(depth=500)
 """
 QoS of `joint_states`: a strike is measured from a series, and lasts for a few messages only.
