@@ -18,7 +18,7 @@ from billiard_shot.shot.strike_batch import refusals, strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import Segment
-from billiard_shot.table.simulate import BatchRecording, Given, run_recorded
+from billiard_shot.table.simulate import BatchRecording, run_recorded, TableTask
 from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
@@ -129,7 +129,7 @@ def simulate_strokes(
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
         struck.states[~usable, :, 3:] = 0.0
-    given = Given(
+    task = TableTask(
         model.surface,
         problem.table,
         struck.states,
@@ -138,4 +138,4 @@ def simulate_strokes(
         first_met=struck.first_met,
         rules=rules,
     )
-    return run_recorded(given), usable
+    return run_recorded(task), usable

@@ -36,7 +36,7 @@ from billiard_shot.table.effects import table_on
 from billiard_shot.table.motion import NOTHING, Segment
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import TableRun
-from billiard_shot.table.simulate import Given, in_threads, run_many, run_one, TableBatch
+from billiard_shot.table.simulate import in_threads, run_many, run_one, TableBatch, TableTask
 
 # Statuses of a strike on endless cloth that the table may overrule,
 _OPEN = (Status.OK, Status.NEVER_RESTS)
@@ -94,7 +94,7 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
         decide(played.strikes, played.discontinuity, None)
         return played, None
     states = states_of(scene, centre, played.strikes) if struck is None else struck.states
-    given = Given(
+    task = TableTask(
         model.surface,
         table if table is not None else table_on(scene),
         states,
@@ -102,7 +102,7 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
         cues=following_cues(model, played.strikes, velocities, states[:, 0, :3]),
         first_met=None if struck is None else struck.first_met,
     )
-    run = run_one(given, names_of(scene))
+    run = run_one(task, names_of(scene))
     if struck is not None and struck.met:
         run = with_first_events(run, struck, model.surface)
     played.strikes['final_position'][0] = run.balls[CUE_BALL].final_position
@@ -197,7 +197,7 @@ def _follow(
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
     scene, model, _, velocities, _ = strokes
-    given = Given(
+    task = TableTask(
         model.surface,
         table,
         states,
@@ -205,7 +205,7 @@ def _follow(
         cues=following_cues(model, strikes, velocities, states[:, 0, :3]),
         first_met=first_met,
     )
-    batch = run_many(given, names_of(scene))
+    batch = run_many(task, names_of(scene))
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration
     return batch
 

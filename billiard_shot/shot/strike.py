@@ -102,7 +102,7 @@ def final_status(status: int, miscue: bool, end: int, exact: bool) -> int:
     return status if exact else TOLERANCE_NOT_REACHED
 
 
-class Given(NamedTuple):
+class StrikeTask(NamedTuple):
     """n strokes at a ball that lies in one place."""
 
     model: StrikeModel
@@ -112,7 +112,7 @@ class Given(NamedTuple):
     tolerance: float  # m, of the trajectories
 
 
-class Work(NamedTuple):
+class StrikeWork(NamedTuple):
     """The strikes of n strokes while they are computed, and scratch."""
 
     strikes: list[Strike]  # n
@@ -124,10 +124,10 @@ class Work(NamedTuple):
     vectors: Floats  # (3, 3) scratch; the last row is the vertical
 
 
-def work_for(storage: Storage, n: int) -> Work:
+def work_for(storage: Storage, n: int) -> StrikeWork:
     """Make room for n strikes."""
     zeros = storage.zeros
-    return Work(
+    return StrikeWork(
         storage.records(Strike, n),
         zeros(n, 3, 6, 3),
         zeros(n, 6, 6),
@@ -140,12 +140,12 @@ def work_for(storage: Storage, n: int) -> Work:
 
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    given = Given(_MODEL, ones, ones, ones[0], 1.0)
-    return given, work_for(storage, 1), stored(storage, NOTHING_AROUND)
+    task = StrikeTask(_MODEL, ones, ones, ones[0], 1.0)
+    return task, work_for(storage, 1), stored(storage, NOTHING_AROUND)
 
 
 @entry(_prepare_example)
-def prepare_strikes(given: Given, work: Work, around: Surroundings) -> None:
+def prepare_strikes(task: StrikeTask, work: StrikeWork, around: Surroundings) -> None:
     """
     State n strokes, whose cues need room among others, as collisions in contact space.
 
@@ -154,15 +154,15 @@ def prepare_strikes(given: Given, work: Work, around: Surroundings) -> None:
     n, c, z = work.vectors[0], work.vectors[1], work.vectors[2]
     for i in range(len(work.strikes)):
         work.accuracy[i] = 0.0
-        speed = unit(given.velocities[i], c)
-        unit(given.normals[i], n)
-        status = refusal(given.model, around, n, c, given.position)
+        speed = unit(task.velocities[i], c)
+        unit(task.normals[i], n)
+        status = refusal(task.model, around, n, c, task.position)
         work.strikes[i].status = status
         if status == OK:
             jacobians = work.jacobians[i]
-            work.accuracy[i] = strike_tolerance(given.model, speed, given.tolerance)
-            contact_jacobians(given.model.surface.radius, n, c, z, jacobians)
-            delassus_operator(given.model, c, jacobians, work.delassus[i])
+            work.accuracy[i] = strike_tolerance(task.model, speed, task.tolerance)
+            contact_jacobians(task.model.surface.radius, n, c, z, jacobians)
+            delassus_operator(task.model, c, jacobians, work.delassus[i])
             approach_velocity(jacobians, speed, n, c, work.approach[i])
 
 
@@ -177,8 +177,8 @@ def _finish_example(storage: Storage) -> tuple[Any, ...]:
 
 @entry(_finish_example)
 def finish_strikes(
-    given: Given,
-    work: Work,
+    task: StrikeTask,
+    work: StrikeWork,
     results: list[ContactResult],
     outcomes: list[CollisionOutcome],
     segments: list[Segment],
@@ -188,7 +188,7 @@ def finish_strikes(
 
     Parameters
     ----------
-    given, work : Given, Work
+    task, work : StrikeTask, StrikeWork
         As `prepare_strikes` left them.
     results, outcomes : 2 n ContactResult, n CollisionOutcome
         Of the impacts.
@@ -196,7 +196,7 @@ def finish_strikes(
         The last trajectory, as many segments as there is room for.
 
     """
-    model, position, tolerance = given.model, given.position, given.tolerance
+    model, position, tolerance = task.model, task.position, task.tolerance
     ball, follower, c, cue = work.balls[0], work.balls[1], work.vectors[0], work.vectors[1]
     reach = tip_reach(model)
     follower.motion = FLIGHT  # its height counts
@@ -204,7 +204,7 @@ def finish_strikes(
         strike = work.strikes[i]
         if work.accuracy[i] > 0.0:
             outcome, tip, table = outcomes[i], results[2 * i], results[2 * i + 1]
-            speed = unit(given.velocities[i], c)
+            speed = unit(task.velocities[i], c)
             write_strike(model, strike, work.jacobians[i], tip, table)
             weighted(strike.impulses, work.jacobians[i][0], cue)
             strike.cue_speed = speed + tip_response(model, c, cue, c)

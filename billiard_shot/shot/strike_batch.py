@@ -11,12 +11,12 @@ from billiard_shot.shot.model import contact_properties, StrikeModel
 from billiard_shot.shot.moving_normals import with_moving_normals
 from billiard_shot.shot.strike import (
     finish_strikes,
-    Given,
     no_phases,
     prepare_strikes,
     stored,
     Strike,
     Strikes,
+    StrikeTask,
     work_for,
 )
 from billiard_shot.table.motion import Segment
@@ -88,15 +88,15 @@ def _strike(
     phases: int,
     segments: int,
 ) -> Strikes:
-    given = _given(storage, model, normals, velocities, position, tolerance)
+    task = _task(storage, model, normals, velocities, position, tolerance)
     work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(given, work, stored(storage, around))
+    prepare_strikes.on(storage)(task, work, stored(storage, around))
     results, outcomes, log = solve_stored(
         storage, contact_properties(model), work.delassus, work.approach, work.accuracy, phases
     )
     while True:
         motion = storage.records(Segment, segments)
-        finish_strikes.on(storage)(given, work, results, outcomes, motion)
+        finish_strikes.on(storage)(task, work, results, outcomes, motion)
         needed = int(work.strikes[-1].segments) if segments and len(normals) else 0
         if needed <= segments:
             break
@@ -114,21 +114,21 @@ def refusals(
 ) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
     storage = prepare_strikes.current().storage
-    given = _given(storage, model, normals, velocities, position, 1.0)
+    task = _task(storage, model, normals, velocities, position, 1.0)
     work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(given, work, stored(storage, around))
+    prepare_strikes.on(storage)(task, work, stored(storage, around))
     status: NDArray[np.int64] = as_rows(Strike, work.strikes)['status']
     return status
 
 
-def _given(
+def _task(
     storage: Storage,
     model: StrikeModel,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
     tolerance: float,
-) -> Given:
+) -> StrikeTask:
     """Put strokes into a storage."""
     array = storage.array
-    return Given(model, array(normals), array(velocities), array(position), tolerance)
+    return StrikeTask(model, array(normals), array(velocities), array(position), tolerance)

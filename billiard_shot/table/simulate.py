@@ -73,7 +73,7 @@ class Cues(NamedTuple):
     hit: Callable[[Table, Simulation], None]
 
 
-class Given(NamedTuple):
+class TableTask(NamedTuple):
     """
     Tables to be simulated.
 
@@ -104,7 +104,7 @@ class Given(NamedTuple):
     first_met: NDArray[np.int64] | None = None
     rules: NDArray[np.void] | None = None
 
-    def part(self, part: slice) -> 'Given':
+    def part(self, part: slice) -> 'TableTask':
         """Return some of the tables."""
         return self._replace(
             states=self.states[part],
@@ -150,16 +150,16 @@ def simulate(
     tolerance = positive('tolerance', tolerance, 'm')
     max_events = whole('max_events', max_events, 1)
     valid = validated_states(scene, states)
-    given = Given(*params_on_table(scene), valid, tolerance, tolerance, max_events)
-    return run_one(given, tuple(states))
+    task = TableTask(*params_on_table(scene), valid, tolerance, tolerance, max_events)
+    return run_one(task, tuple(states))
 
 
-def run_one(given: Given, names: tuple[str, ...]) -> TableRun:
+def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
     """Simulate one table, whose balls have these names, with all that happens."""
     begin = perf_counter()
     segments = events = _CAPACITY * (2 + len(names))
     while True:
-        played = _simulate(given, segments, events)
+        played = _simulate(task, segments, events)
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
             break
@@ -198,29 +198,29 @@ class BatchRecording(NamedTuple):
     events: EventLog
 
 
-def run_recorded(given: Given) -> BatchRecording:
+def run_recorded(task: TableTask) -> BatchRecording:
     """Simulate tables in this thread, recording all motion."""
-    tables, balls = given.states.shape[:2]
+    tables, balls = task.states.shape[:2]
     capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
     while True:
-        played = _simulate(given, capacity, 0)
+        played = _simulate(task, capacity, 0)
         needed = int(played.tables['segments'][-1]) if tables else 0
         if needed <= capacity:
             return played
         capacity = needed
 
 
-def _simulate(given: Given, segments: int, events: int) -> BatchRecording:
+def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
     storage = run.storage
-    tables, count = given.states.shape[:2]
-    cues, first_met = given.cues, given.first_met
-    layout = lay_out(storage, given.params, given.table, given.tolerance, given.hop_tolerance)
-    simulation = room_for_simulation(storage, count, segments, events, given.rules)
+    tables, count = task.states.shape[:2]
+    cues, first_met = task.cues, task.first_met
+    layout = lay_out(storage, task.params, task.table, task.tolerance, task.hop_tolerance)
+    simulation = room_for_simulation(storage, count, segments, events, task.rules)
     progress = simulation.progress[0]
     beginnings = Beginnings(
-        storage.array(given.states),
+        storage.array(task.states),
         storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
         storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states),
     )
@@ -229,7 +229,7 @@ def _simulate(given: Given, segments: int, events: int) -> BatchRecording:
     ends = storage.records(TableOutcome, tables)
     number = 0
     while True:
-        number = run(layout, simulation, beginnings, number, given.max_events, room, balls, ends)
+        number = run(layout, simulation, beginnings, number, task.max_events, room, balls, ends)
         if number == tables:
             break
         if cues is not None and progress.other == THE_CUE:
@@ -298,8 +298,8 @@ def simulate_batch(
     names, array = batch_states(states)
     if len(array) > INTERPRETED_AT_MOST:
         machine_code.require()
-    given = Given(*params_on_table(scene), array, tolerance, tolerance, max_events)
-    return run_many(given, names, workers)
+    task = TableTask(*params_on_table(scene), array, tolerance, tolerance, max_events)
+    return run_many(task, names, workers)
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
@@ -322,13 +322,13 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
         return list(pool.map(work, (slice(i, i + size) for i in range(0, count, size))))
 
 
-def run_many(given: Given, names: tuple[str, ...], workers: int | None = None) -> TableBatch:
+def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None) -> TableBatch:
     """Simulate tables, whose balls have these names, on all cores."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        return _simulate(given.part(part), 0, 0)
+        return _simulate(task.part(part), 0, 0)
 
-    parts = in_threads(simulate_part, len(given.states), workers)
+    parts = in_threads(simulate_part, len(task.states), workers)
     parts.append(simulate_part(slice(0, 0)))  # so that there is one
     balls = np.concatenate([part.balls for part in parts])
     tables = np.concatenate([part.tables for part in parts])
