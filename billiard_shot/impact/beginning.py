@@ -9,7 +9,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.laws import elastic_energy, opening
+from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.moving_balls import (
     change_units,
     in_units,
@@ -25,9 +25,9 @@ from billiard_shot.impact.state import (
     INACTIVE,
     Model,
     Progress,
-    RESTITUTION,
     Workspace,
 )
+from billiard_shot.impact.transitions import start_restitution
 from billiard_shot.records import record, Vector
 from billiard_shot.status import OK
 
@@ -200,10 +200,7 @@ def start_length(c: ContactState, law: int, exponent: float, length: float) -> N
     if length >= 0.0 and c.velocity[0] < 0.0:
         c.normal_mode, c.compression_rate = COMPRESSION, 1.0
     elif length > 0.0:
-        c.normal_mode, c.peak_compression = RESTITUTION, length
-        opens = opening(law, c.restitution, exponent)
-        c.compression_rate = opens.rate
-        c.restitution_end = length * opens.end
+        start_restitution(c, law, exponent, length)
     c.closings = 0 if c.normal_mode == INACTIVE else 1
 
 

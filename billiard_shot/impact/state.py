@@ -69,6 +69,7 @@ class ContactState:
     compression_rate: float
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
+    lost_share: float  # of the energy that the spring gives up in restitution
     initial_energy: float  # in the spring, when the collision began
     activation_impulse: float  # normal impulse when the contact became active
     negligible_compression: float  # up to which the force is negligible

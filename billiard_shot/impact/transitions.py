@@ -103,11 +103,7 @@ def reverse_normal_motion(m: Model, c: ContactState) -> None:
     c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
-        c.normal_mode = RESTITUTION
-        c.peak_compression = y
-        opens = opening(m.law, c.restitution, m.exponent)
-        c.compression_rate = opens.rate
-        c.restitution_end = y * opens.end
+        start_restitution(c, m.law, m.exponent, y)
         if m.law == POISSON:
             c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
     else:
@@ -120,11 +116,20 @@ def reverse_normal_motion(m: Model, c: ContactState) -> None:
 
 
 @inner
+def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
+    """Let a contact's spring open from a peak of compression, as a law says."""
+    opens = opening(law, c.restitution, exponent)
+    c.normal_mode, c.peak_compression = RESTITUTION, peak
+    c.compression_rate, c.lost_share = opens.rate, opens.lost
+    c.restitution_end = peak * opens.end
+
+
+@inner
 def loss_since_peak(m: Model, c: ContactState) -> float:
     """Energy lost while a contact's spring opened from its peak."""
     released = elastic_energy(c.stiffness, c.peak_compression, m.exponent)
     released -= elastic_energy(c.stiffness, c.compression[0], m.exponent)
-    return opening(m.law, c.restitution, m.exponent).lost * released
+    return c.lost_share * released
 
 
 @inner

@@ -84,7 +84,7 @@ class Runs(NamedTuple):
 
 
 class Part(NamedTuple):
-    """The part of a record that belongs to one table."""
+    """The part of `Runs` that belongs to one table."""
 
     first: int  # of its balls
     begin: int  # its segments are those from here

@@ -17,6 +17,7 @@ from billiard_shot.shot.strike import (
     Strike,
     Strikes,
     StrikeTask,
+    StrikeWork,
     work_for,
 )
 from billiard_shot.table.motion import Segment
@@ -88,9 +89,7 @@ def _strike(
     phases: int,
     segments: int,
 ) -> Strikes:
-    task = _task(storage, model, normals, velocities, position, tolerance)
-    work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(task, work, stored(storage, around))
+    task, work = _prepared(storage, model, around, normals, velocities, position, tolerance)
     results, outcomes, log = solve_stored(
         storage, contact_properties(model), work.delassus, work.approach, work.accuracy, phases
     )
@@ -114,21 +113,23 @@ def refusals(
 ) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
     storage = prepare_strikes.current().storage
-    task = _task(storage, model, normals, velocities, position, 1.0)
-    work = work_for(storage, len(normals))
-    prepare_strikes.on(storage)(task, work, stored(storage, around))
+    _, work = _prepared(storage, model, around, normals, velocities, position, 1.0)
     status: NDArray[np.int64] = as_rows(Strike, work.strikes)['status']
     return status
 
 
-def _task(
+def _prepared(
     storage: Storage,
     model: StrikeModel,
+    around: Surroundings,
     normals: NDArray[np.float64],
     velocities: NDArray[np.float64],
     position: NDArray[np.float64],
     tolerance: float,
-) -> StrikeTask:
-    """Put strokes into a storage."""
+) -> tuple[StrikeTask, StrikeWork]:
+    """Put strokes into a storage, and prepare their strikes."""
     array = storage.array
-    return StrikeTask(model, array(normals), array(velocities), array(position), tolerance)
+    task = StrikeTask(model, array(normals), array(velocities), array(position), tolerance)
+    work = work_for(storage, len(normals))
+    prepare_strikes.on(storage)(task, work, stored(storage, around))
+    return task, work
