@@ -30,8 +30,9 @@ def inner(function: Callable[P, R]) -> Callable[P, R]:
     """
     Note that numba may compile a function into its callers.
 
-    It must not make arrays. Without the counting of references that arrays need, it runs a quarter
-    faster.
+    It must not make arrays. Without the counting of references that arrays need, it runs 1.2 to 2
+    times as fast. (`register_jitable(_nrt=False)` is an example in numba's own documentation of
+    `register_jitable`.)
     """
     return _note(function, _nrt=False)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
+from time import monotonic, sleep
 
 import pytest
 
@@ -155,19 +156,29 @@ def test_a_cache_that_vanishes_is_a_warning(compiled, tmp_path):
     assert 'No such file or directory' in warning_of(child, compiled, tmp_path)
 
 
-def test_an_entry_is_compiled_once_however_many_ask(copied):
-    """The lock: who waited for it finds the work done."""
-    name = machine_code.ENTRIES[-1]
-    done = copied / f'{name.replace(":", ".")}.done'
-    before = done.stat().st_mtime_ns
-    children = [
-        subprocess.Popen(
-            [sys.executable, '-m', 'billiard_shot.machine_code', str(copied), name], cwd=ROOT
-        )
-        for _ in range(3)
-    ]
-    assert [child.wait(60) for child in children] == [0, 0, 0]
-    assert done.stat().st_mtime_ns == before
+def waits_for_a_lock(pid):
+    """Whether Linux lists a process among those that wait for a lock of a file."""
+    lines = Path('/proc/locks').read_text().splitlines()
+    return any('->' in line and f' {pid} ' in line for line in lines)
+
+
+def test_an_entry_is_compiled_once_however_many_ask(tmp_path):
+    """Who asks while another process compiles waits for it, and finds the work done."""
+    fcntl = pytest.importorskip('fcntl')
+    name = machine_code.ENTRIES[-1].replace(':', '.')
+    with (tmp_path / f'{name}.lock').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # this process is the other one
+        command = [sys.executable, '-m', 'billiard_shot.machine_code', tmp_path]
+        children = [
+            subprocess.Popen([*command, machine_code.ENTRIES[-1]], cwd=ROOT) for _ in range(2)
+        ]
+        deadline = monotonic() + 60
+        while not all(waits_for_a_lock(child.pid) for child in children):
+            assert monotonic() < deadline, 'no process waits for the lock'
+            sleep(0.05)
+        (tmp_path / f'{name}.done').touch()
+    assert [child.wait(60) for child in children] == [0, 0]
+    assert not list(tmp_path.rglob('*.nbi')), 'they compiled all the same'
 
 
 def test_command(capsys):

@@ -1,6 +1,7 @@
 """The end of a step: the state moves to it, impulses and the work of friction are booked."""
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -62,7 +63,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             c.friction_mode = SLIP if m.planar else CREEP
         y = evaluate(c.compression, order, x)
         c.compression[0] = max(y, 0.0) if c.normal_mode != INACTIVE else min(y, 0.0)
-        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= m.options.rounding:
+        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= OPTIONS.rounding:
             c.velocity[0] = 0.0
-            if c.compression[0] >= -m.options.rounding:  # a contact that nothing has reached yet
+            if c.compression[0] >= -OPTIONS.rounding:  # a contact that nothing has reached yet
                 c.compression[0] = 0.0

@@ -16,7 +16,7 @@ from billiard_shot.impact.moving_balls import (
     kinetic_energy,
     release_open_contacts,
 )
-from billiard_shot.impact.options import Options
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     Balls,
     COMPRESSION,
@@ -59,7 +59,7 @@ class Collisions(NamedTuple):
     Attributes
     ----------
     properties : n N ContactProperties
-    law, exponent, options : int, float, Options
+    law, exponent : int, float
         See `Model`.
     delassus : (n, 3 N, 3 N) floats
         W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
@@ -86,7 +86,6 @@ class Collisions(NamedTuple):
     properties: list[ContactProperties]
     law: int
     exponent: float
-    options: Options
     delassus: Any
     velocity: Any
     distances: bool
@@ -107,7 +106,7 @@ def begin(
     """
     delassus, velocity = given.delassus[number], given.velocity[number]
     lengths = given.lengths[number]
-    law, exponent, options, balls = given.law, given.exponent, given.options, given.balls
+    law, exponent, balls = given.law, given.exponent, given.balls
     distances = given.distances
     count = len(contacts)
     speed, mobility, firmness = 0.0, 0.0, 0.0
@@ -129,9 +128,7 @@ def begin(
         for j in range(count):
             length = lengths[j] / (units.speed * units.time) if distances else 0.0
             properties = given.properties[number * count + j]
-            start_contact(
-                contacts[j], properties, velocity, units, firmness, distances, j, options
-            )
+            start_contact(contacts[j], properties, velocity, units, firmness, distances, j)
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
         if balls.number > 0:
@@ -142,8 +139,8 @@ def begin(
     else:
         units, planar = Units(0.0, 0.0, 0.0), False
     limit = given.until / units.time if approaches else inf
-    tolerance = min(given.tolerance[number], options.max_tolerance)
-    return Model(law, exponent, tolerance, planar, distances, limit, balls, options), units
+    tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
+    return Model(law, exponent, tolerance, planar, distances, limit, balls), units
 
 
 @inner
@@ -167,7 +164,6 @@ def start_contact(
     firmness: float,
     distances: bool,
     j: int,
-    options: Options,
 ) -> None:
     """Set a contact to where the collision begins."""
     speed = units.speed
@@ -177,7 +173,7 @@ def start_contact(
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):
-        if abs(values[0]) < options.rounding:
+        if abs(values[0]) < OPTIONS.rounding:
             values[0] = 0.0
         for k in range(1, len(values)):
             values[k] = 0.0

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     friction_at,
@@ -27,9 +28,6 @@ from billiard_shot.impact.state import (
 from billiard_shot.impact.taylor import fill_stick_forces, integrate_coefficients
 from billiard_shot.numerics.linear import solve_in_place
 from billiard_shot.records import Floats, OBJECTS, ROWS, Storage, Vector
-
-MAX_ITERATIONS = 25
-ANGLE_ROUNDING = 1e-15  # rad
 
 
 def tableau(
@@ -66,11 +64,15 @@ def implicit_step(
     m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
 ) -> tuple[float, float]:
     """Collocate, with shorter and shorter steps until one is good; return its length and error."""
-    while scale > m.options.min_implicit_step:
+    while scale > OPTIONS.min_implicit_step:
         error = collocate(m, contacts, ws, scale, tolerance)
         if error <= tolerance:
             return scale, error
-        scale *= max(0.7 * (tolerance / error) ** (1.0 / STAGES), 0.1) if error < 1e300 else 0.25
+        if error < inf:
+            shorter = OPTIONS.retry_margin * (tolerance / error) ** (1.0 / STAGES)
+            scale *= max(shorter, OPTIONS.min_retry)
+        else:
+            scale *= OPTIONS.divergence_factor
     return 0.0, 0.0
 
 
@@ -157,16 +159,17 @@ def solve_stages(
             c.node_compression[i] = c.compression[0] - sinking
             c.angle[i], c.cosine[i], c.sine[i] = 0.0, 0.0, 0.0
     last_moved, last_turned, before = 0.0, 0.0, inf
-    for iteration in range(MAX_ITERATIONS):
+    for iteration in range(OPTIONS.max_iterations):
         set_stage_forces(m, contacts, ws)
         moved = set_stage_motion(m, contacts, ws, scale)
         turned = newton_on_slip_angles(contacts, ws, scale, stiff)
         change, last = max(moved, turned), max(last_moved, last_turned)
-        if not change < inf or (iteration > 2 and change > 0.8 * max(last, before)):
+        if not change < inf or (iteration > 2 and change > OPTIONS.stalling * max(last, before)):
             return False  # twice: a small move may make the next turn seem to go back
-        contraction = max(moved / max(last_moved, moved, 1e-300), 1e-3)
+        contraction = max(moved / max(last_moved, moved, 1e-300), OPTIONS.min_contraction)
         contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
-        if change <= max(0.3 * (1.0 / contraction - 1.0), 0.03) * tolerance:
+        share = OPTIONS.iteration_share * (1.0 / contraction - 1.0)
+        if change <= max(share, OPTIONS.min_iteration_share) * tolerance:
             set_stage_forces(m, contacts, ws)
             set_stage_motion(m, contacts, ws, scale)
             return slips_forward(contacts, ws, stiff)
@@ -296,7 +299,7 @@ def newton_on_slip_angles(
         return inf
     largest = 0.0
     for row in range(size):
-        if abs(residual[row]) > ANGLE_ROUNDING:
+        if abs(residual[row]) > OPTIONS.min_turn:
             largest = max(largest, abs(residual[row]))
         c = contacts[ws.indices[row // STAGES]]
         c.angle[row % STAGES] += min(max(residual[row], -1.0), 1.0)

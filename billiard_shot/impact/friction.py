@@ -8,6 +8,7 @@ passage through zero slip needs a decision, and it is made here.
 from math import atan2, cos, sin, sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -31,10 +32,6 @@ from billiard_shot.impact.state import (
 from billiard_shot.numerics.linear import pseudo_inverse
 from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.records import Floats
-
-MAX_SWEEPS = 300  # of projected Gauss-Seidel
-CONE_MARGIN = 1e-12  # a force this close to its cone, relative to the cone, is on it
-YIELDS = 1e-9  # response along a tangent, relative to a free body, above which it can slip
 
 
 @inner
@@ -199,7 +196,7 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
     largest = 0.0
     for i in range(3 * len(contacts)):
         largest = max(largest, abs(force[i]))
-    for _ in range(MAX_SWEEPS):
+    for _ in range(OPTIONS.max_friction_sweeps):
         change = 0.0
         for j in range(len(contacts)):
             c = contacts[j]
@@ -228,7 +225,7 @@ def exceeds_cone(
     size = sqrt(ax * ax + ay * ay)
     used = sqrt(force[x] * force[x] + force[y] * force[y])
     rim = c.friction * force[3 * j]
-    exceeds = used >= rim * (1.0 - CONE_MARGIN) and size > noise * (scale_x + scale_y)
+    exceeds = used >= rim * (1.0 - OPTIONS.cone_margin) and size > noise * (scale_x + scale_y)
     return (True, ax / size, ay / size) if exceeds else (False, 0.0, 0.0)
 
 
@@ -259,7 +256,7 @@ def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     eliminate_sticking(contacts, ws)
     x, y = 3 * j + 1, 3 * j + 2
     yields = max(ws.reduced[x][x], ws.reduced[y][y])
-    if yields > YIELDS * max(ws.delassus[x][x], ws.delassus[y][y]):
+    if yields > OPTIONS.min_yield * max(ws.delassus[x][x], ws.delassus[y][y]):
         stop_slip(c)
     else:
         c.friction_mode = REDUNDANT_STICK
@@ -281,7 +278,9 @@ def sticking_is_feasible(
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            exceeds, _along_1, _along_2 = exceeds_cone(contacts, ws, force, j, 1e-9)
+            exceeds, _along_1, _along_2 = exceeds_cone(
+                contacts, ws, force, j, OPTIONS.division_noise
+            )
             if exceeds:
                 return False
     return True
@@ -328,5 +327,5 @@ def assign_friction_modes(
             force[n + 1], force[n + 2] = -rub * c.slip_dir_1, -rub * c.slip_dir_2
     if waiting:
         solve_stick_friction(contacts, ws, force)
-        start_slip_onsets(contacts, ws, force, 1e-12)
+        start_slip_onsets(contacts, ws, force, OPTIONS.onset_noise)
     eliminate_sticking(contacts, ws)

@@ -16,6 +16,7 @@ from math import sqrt
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import elastic_energy, POISSON
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     HISTORY,
@@ -29,8 +30,6 @@ from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats
 
 MAX_SECTIONS = (HISTORY - 1) // 2  # of a cycle
-MAX_RATIO = 0.9999  # a sequence that decays more slowly is not taken for a series
-SHARE = 0.1  # of the tolerance, which the sum may use up
 
 # A contact's part of the history.
 VELOCITY, SLIP_1, SLIP_2, COMPRESSION, IMPULSE, IMPULSE_1, IMPULSE_2 = range(7)
@@ -76,7 +75,9 @@ def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress)
         first = ws.history[(row - 2 * sections) % HISTORY]
         size = amplitude(m, contacts, ws, before, first)
         ratio = amplitude(m, contacts, ws, last, before) / size if size > 0.0 else 1.0
-        if ratio < MAX_RATIO and is_geometric(m, contacts, ws, last, before, first, ratio):
+        if ratio < OPTIONS.max_tail_ratio and is_geometric(
+            m, contacts, ws, last, before, first, ratio
+        ):
             add_cycles(contacts, last, before, first, ratio)
             return True
     return False
@@ -118,7 +119,7 @@ def is_geometric(
     first: Floats, ratio: float,
 ) -> bool:  # fmt: skip
     """Whether the last two cycles differ by the ratio only, and so do the states after them."""
-    allowed = SHARE * m.tolerance * (1.0 - ratio) * (1.0 - ratio)
+    allowed = OPTIONS.tail_share * m.tolerance * (1.0 - ratio) * (1.0 - ratio)
     shrinking = ratio ** (2.0 / (m.exponent + 1.0))  # of compressions: energies go as ratio^2
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
@@ -142,7 +143,7 @@ def is_geometric(
         limit_1 = limit(slip_1, before[n + SLIP_1], ratio)
         limit_2 = limit(slip_2, before[n + SLIP_2], ratio)
         slip = sqrt(slip_1 * slip_1 + slip_2 * slip_2)
-        if slip_1 * limit_1 + slip_2 * limit_2 < -SHARE * m.tolerance * slip:
+        if slip_1 * limit_1 + slip_2 * limit_2 < -OPTIONS.tail_share * m.tolerance * slip:
             return False  # it will stop on the way
     return True
 

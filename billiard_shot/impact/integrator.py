@@ -35,7 +35,7 @@ from billiard_shot.impact.events import (
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.moving_balls import advance_motion, expand_motion
-from billiard_shot.impact.options import Options
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -62,9 +62,6 @@ from billiard_shot.impact.transitions import apply, deactivate, set_onset_direct
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
 ENERGY_FLOOR = 10  # why a phase ended, beside the kinds of events: the motion has died down
-CREEPS = 0.1  # a slip is stiff if friction can change so large a part of it within a step
-TIME_ROUNDING = 1e-12  # of the time at which a collision ends
-SECTION_EVENTS = 100  # after so many without the end of a section, another contact ends them
 
 
 @inner
@@ -76,8 +73,8 @@ def integrate(
 
     Returns whether it is over; then `p.status` says how it ended.
     """
-    while p.steps < steps_allowed(m.options, len(contacts)):
-        if p.modes_changed or is_time_to_rescale(m, p):
+    while p.steps < steps_allowed(len(contacts)):
+        if p.modes_changed or is_time_to_rescale(p):
             update_speed(m, contacts, ws, p)
         if p.modes_changed:
             p.modes_changed = False
@@ -89,35 +86,31 @@ def integrate(
             cancel_slip_onsets(m, contacts, m.tolerance * max(p.speed, 1.0))
             p.modes_changed, p.scale = True, 1.0
             continue
-        if p.stiff == 0 and is_jammed(m, contacts, ws):
+        if p.stiff == 0 and is_jammed(contacts, ws):
             return end(m, contacts, p, log, p.status)
         event = first_event(m, contacts, ws, step, p.speed)
         take_step(m, contacts, ws, p, step, event)
         if event.kind != NO_EVENT:
             carry_out(m, contacts, ws, p, log, event)
-        if is_over(m, contacts) or p.time >= m.until * (1.0 - TIME_ROUNDING):
+        if is_over(contacts) or p.time >= m.until * (1.0 - OPTIONS.time_rounding):
             return True
-        p.scale = min(next_scale(p, step), m.options.max_step)
-        if (
-            p.events > m.options.tail_after
-            and not m.distances
-            and ends_section(contacts, p, event)
-        ):
+        p.scale = min(next_scale(p, step), OPTIONS.max_step)
+        if p.events > OPTIONS.tail_after and not m.distances and ends_section(contacts, p, event):
             return False
     p.status = BUDGET_EXCEEDED
     return True
 
 
 @inner
-def steps_allowed(options: Options, contacts: int) -> int:
+def steps_allowed(contacts: int) -> int:
     """Budget of steps of a collision."""
-    return max(options.max_steps, options.max_steps_per_contact * contacts)
+    return max(OPTIONS.max_steps, OPTIONS.max_steps_per_contact * contacts)
 
 
 @inner
-def is_time_to_rescale(m: Model, p: Progress) -> bool:
+def is_time_to_rescale(p: Progress) -> bool:
     """Whether velocities may have grown unnoticed, because there was no event for a while."""
-    return p.steps_since_event % m.options.rescale_interval == m.options.rescale_interval - 1
+    return p.steps_since_event % OPTIONS.rescale_interval == OPTIONS.rescale_interval - 1
 
 
 @inner
@@ -125,7 +118,7 @@ def ends_section(contacts: list[ContactState], p: Progress, event: Event) -> boo
     """Whether an event ends the compression of the contact that sections are counted by."""
     if event.kind != NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
         return False
-    if p.section < 0 or p.events - p.section_start > SECTION_EVENTS:
+    if p.section < 0 or p.events - p.section_start > OPTIONS.max_section_events:
         p.section, p.sections = event.contact, 0
     if event.contact != p.section:
         return False
@@ -136,7 +129,7 @@ def ends_section(contacts: list[ContactState], p: Progress, event: Event) -> boo
 @inner
 def zero_slip(m: Model, p: Progress) -> float:
     """Slip below which a contact does not slip."""
-    return m.options.zero_slip_share * m.tolerance * max(p.speed, 1.0)
+    return OPTIONS.zero_slip_share * m.tolerance * max(p.speed, 1.0)
 
 
 @inner
@@ -153,7 +146,7 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
     if p.modes_changed:
         for j in range(len(contacts)):
             c = contacts[j]
-            least = m.options.negligible_force * m.tolerance * min(largest, 1.0)
+            least = OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
             c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
 
 
@@ -176,37 +169,38 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
         c = contacts[j]
         if c.normal_mode != INACTIVE:
             speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
-        elif c.compression[0] > -m.options.rounding:
+        elif c.compression[0] > -OPTIONS.rounding:
             speed = max(speed, -c.velocity[0])
-    return 0.0 <= speed < max(m.options.energy_floor * m.tolerance, 10.0 * m.options.rounding)
+    return 0.0 <= speed < max(OPTIONS.energy_floor * m.tolerance, 10.0 * OPTIONS.rounding)
 
 
 @inner
 def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> Step:
     """Fill the polynomials of a step as long as the tolerance allows; scale 0 if none is good."""
-    o = m.options
     stiff, redundant = prepare_contacts(m, contacts)
-    p.steps += 1 + o.implicit_cost * stiff * stiff
+    p.steps += 1 + OPTIONS.implicit_cost * stiff * stiff
     p.steps_since_event += 1
-    share = o.step_share * m.tolerance * min(1.0, o.nominal_steps / p.steps)
-    tolerance = max(share * min(p.speed, 1.0), o.min_step_tolerance * p.speed)
+    share = OPTIONS.step_share * m.tolerance * min(1.0, OPTIONS.nominal_steps / p.steps)
+    tolerance = max(share * min(p.speed, 1.0), OPTIONS.min_step_tolerance * p.speed)
     scale, length = p.scale, 1.0
     if stiff > 0:
         if p.stiff == 0:
-            scale *= o.first_implicit_factor
+            scale *= OPTIONS.first_implicit_factor
         order = STAGES
-        tolerance = max(o.implicit_factor * tolerance, o.min_implicit_tolerance * p.speed)
+        tolerance = max(
+            OPTIONS.implicit_factor * tolerance, OPTIONS.min_implicit_tolerance * p.speed
+        )
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
         noise = error / p.speed
     else:
         order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
-        error, noise = tolerance, max(o.rounding, tolerance / p.speed)
+        error, noise = tolerance, max(OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
         length = min(length, (m.until - p.time) / scale)
         if redundant:
-            length = min(length, o.max_redundant_step / scale)
+            length = min(length, OPTIONS.max_redundant_step / scale)
         if m.balls.number > 0:
             expand_motion(m.balls, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
@@ -243,7 +237,7 @@ def take_step(
                 break
         advance(m, contacts, step.scale, step.order, event.x)
         if m.balls.number > 0:
-            advance_motion(m.balls, contacts, ws, step.order, event.x, m.options.rounding)
+            advance_motion(m.balls, contacts, ws, step.order, event.x)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
@@ -265,7 +259,7 @@ def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> b
     x, y = 3 * j + 1, 3 * j + 2
     response = max(ws.reduced[x][x], ws.reduced[y][y])
     turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
-    return slip_speed(c) < CREEPS * length * turning
+    return slip_speed(c) < OPTIONS.creeping_share * length * turning
 
 
 @inner
@@ -300,9 +294,10 @@ def carry_out(
 def next_scale(p: Progress, step: Step) -> float:
     """Scale of the next step: as long as the tolerance allowed this one to be."""
     if p.stiff > 0:
-        growth = 0.8 * (step.tolerance / max(step.error, 1e-300)) ** (1.0 / STAGES)
-        return step.scale * min(max(growth, 0.2), 4.0)
-    return step.scale * min(max(step.end, 1e-3), 1e3)
+        longer = (step.tolerance / max(step.error, 1e-300)) ** (1.0 / STAGES)
+        growth = max(OPTIONS.implicit_margin * longer, OPTIONS.min_growth)
+        return step.scale * min(growth, OPTIONS.max_growth)
+    return step.scale * min(max(step.end, 1.0 / OPTIONS.max_rescale), OPTIONS.max_rescale)
 
 
 @inner
@@ -334,7 +329,7 @@ def defer_friction(m: Model, contacts: list[ContactState]) -> None:
 
 
 @inner
-def is_jammed(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
+def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
     """Whether the active contacts are pressed together for good: nothing moves, nor will."""
     for j in range(len(contacts)):
         c = contacts[j]
@@ -342,7 +337,7 @@ def is_jammed(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
             if c.velocity[0] < 0.0:
                 return False
             continue
-        if abs(c.velocity[0]) > m.options.jam_speed or slips(c):
+        if abs(c.velocity[0]) > OPTIONS.jam_speed or slips(c):
             return False
         push, size = 0.0, 0.0
         for k in range(len(contacts)):
@@ -354,17 +349,17 @@ def is_jammed(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
                 if slips(d):
                     friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
                     push, size = push + friction, size + abs(friction)
-        if abs(push) > m.options.rounding * size:
+        if abs(push) > OPTIONS.rounding * size:
             return False
     return True
 
 
 @inner
-def is_over(m: Model, contacts: list[ContactState]) -> bool:
+def is_over(contacts: list[ContactState]) -> bool:
     """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
         c = contacts[j]
-        closes = c.velocity[0] < -m.options.rounding and c.compression[0] > -m.options.rounding
+        closes = c.velocity[0] < -OPTIONS.rounding and c.compression[0] > -OPTIONS.rounding
         if c.normal_mode != INACTIVE or closes:
             return False
     return True

@@ -16,7 +16,6 @@ from billiard_shot.impact.beginning import begin, Collisions, ContactProperties
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
-from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.impact.outcome import (
     clear_result,
     CollisionOutcome,
@@ -61,7 +60,6 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         properties=properties,
         law=0,
         exponent=1.0,
-        options=DEFAULT_OPTIONS,
         delassus=storage.array(np.eye(3)[np.newaxis]),
         velocity=storage.array(-np.eye(1, 3)),
         distances=False,

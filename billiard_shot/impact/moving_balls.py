@@ -12,6 +12,7 @@ Balls are equal. Spins are times the radius, so they are velocities.
 from math import sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     Balls,
     ContactState,
@@ -217,7 +218,6 @@ def advance_motion(
     ws: Workspace,
     order: int,
     x: float,
-    rounding_error: float,
 ) -> None:
     """Move the balls to x on their polynomials, and find how far open contacts are then."""
     for b in range(balls.number):
@@ -226,11 +226,11 @@ def advance_motion(
             series[0] = evaluate(series, order, x)
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
-            measure(contacts[j], ws.motion, rounding_error)
+            measure(contacts[j], ws.motion)
 
 
 @inner
-def measure(c: ContactState, motion: Floats, rounding_error: float) -> None:
+def measure(c: ContactState, motion: Floats) -> None:
     """Find the compression of an open contact, and the velocity at which it opens."""
     a, b, square, opening = motion[c.ball_a], motion[c.ball_b], 0.0, 0.0
     for k in range(3):
@@ -240,21 +240,17 @@ def measure(c: ContactState, motion: Floats, rounding_error: float) -> None:
     closes_at = c.closing_distance
     c.compression[0] = min(0.5 * (closes_at - square / closes_at), 0.0)
     c.velocity[0] = opening / closes_at
-    if abs(c.velocity[0]) <= rounding_error:
+    if abs(c.velocity[0]) <= OPTIONS.rounding:
         c.velocity[0] = 0.0
-        if c.compression[0] >= -rounding_error:  # nothing has reached it yet
+        if c.compression[0] >= -OPTIONS.rounding:  # nothing has reached it yet
             c.compression[0] = 0.0
 
 
 @inner
 def take_normal(
-    balls: Balls, planar: bool, least: float, contacts: list[ContactState], ws: Workspace, j: int
+    balls: Balls, planar: bool, contacts: list[ContactState], ws: Workspace, j: int
 ) -> None:
-    """
-    Give a contact that closes its axes, its velocity and its rows in W.
-
-    `planar`: see `Model`. `least`: velocity below which there is only rounding.
-    """
+    """Give a contact that closes its axes, velocity and rows in W; `planar`: see `Model`."""
     c, impulse = contacts[j], ws.vector[0]
     for k in range(3):
         impulse[k] = (
@@ -265,8 +261,8 @@ def take_normal(
     c.impulse_2 = dot(c.tangent_2, impulse)
     normal, first, second = velocity_of(c, ws.motion)
     c.velocity[0] = normal
-    c.slip_1[0] = first if abs(first) > least else 0.0
-    c.slip_2[0] = second if abs(second) > least and not planar else 0.0
+    c.slip_1[0] = first if abs(first) > OPTIONS.rounding else 0.0
+    c.slip_2[0] = second if abs(second) > OPTIONS.rounding and not planar else 0.0
     for k in range(len(contacts)):
         if k == j or contacts[k].normal_mode != INACTIVE:
             couple(balls, contacts, ws.delassus, j, k)

@@ -7,6 +7,9 @@ class Options(NamedTuple):
     """
     Options of the solver.
 
+    They are constants of the compiled code. If a value in this file changes, the library is
+    compiled anew.
+
     Velocities are relative to the largest approach speed of the collision. Lengths of steps are in
     its unit of time, 1 / sqrt(W k) for the largest response W [1/kg] and stiffness k.
 
@@ -16,6 +19,9 @@ class Options(NamedTuple):
         Loosest tolerance. A looser one would save a sixth of the steps, and lose its meaning.
     rounding : float
         Velocities below are zero. They are rounding errors of velocities of size one.
+    time_rounding : float
+        Relative to the time at which a collision is to end: it ends so much earlier, or it would
+        take a last step that rounding has left.
     step_share : float
         Fraction of the tolerance that a step may use up, as long as there are few steps.
     nominal_steps : int
@@ -28,6 +34,40 @@ class Options(NamedTuple):
         Steps of a collision. More of them would take more than 0.1 s.
     max_steps_per_contact : int
         The same per contact, where that is more.
+    max_step : float
+        Longest step, where nothing would end it.
+    max_redundant_step : float
+        Longest step while contacts stick beyond their own cones. After every step is it asked
+        again whether any division of friction can hold them.
+    rescale_interval : int
+        Steps without an event after which velocities may have grown unnoticed.
+    jam_speed : float
+        Normal velocity below which a contact that is pressed does not move.
+    energy_floor : float
+        Velocities below this fraction of the tolerance end an infinite sequence.
+    negligible_force : float
+        A spring whose velocity is below this fraction of the tolerance exerts no force: with
+        exponent 3/2 the force has no Taylor series at zero.
+    end_margin : float
+        Compression, relative to its peak, that is zero at the end of restitution: contacts that
+        end together stay together.
+
+    explicit_margin : float
+        Part of its estimated length that an explicit step takes: the estimate holds for the first
+        terms that the polynomials leave out, not for all.
+    max_rescale : float
+        Largest factor between the scales of successive explicit steps. Coefficients are powers of
+        the scale, and could overflow.
+    direction_error : float
+        Largest error of a slip direction in a step.
+    min_remaining_slip : float
+        Fraction of the slip that a step leaves. The series of its direction ends where slip does.
+    planar_slip : float
+        Slip that turns by less than this fraction of the tolerance in a step moves on a line.
+
+    creeping_share : float
+        A slip is stiff, and needs implicit steps, if friction can change so large a part of it
+        within an explicit step.
     implicit_cost : int
         An implicit step counts as so many, times the square of its stiff contacts.
     implicit_factor : float
@@ -38,28 +78,53 @@ class Options(NamedTuple):
         Length of the first implicit step relative to the explicit one before it.
     min_implicit_step : float
         A slip whose implicit step would be shorter does not begin at all.
-    max_redundant_step : float
-        Longest step while contacts stick beyond their own cones. After every step is it asked
-        again whether any division of friction can hold them.
-    max_step : float
-        Longest step, where nothing would end it.
-    rescale_interval : int
-        Steps without an event after which velocities may have grown unnoticed.
-    jam_speed : float
-        Normal velocity below which a contact that is pressed does not move.
-    energy_floor : float
-        Velocities below this fraction of the tolerance end an infinite sequence.
-    negligible_force : float
-        A spring whose velocity is below this fraction of the tolerance exerts no force: with
-        exponent 3/2 the force has no Taylor series at zero.
-    min_remaining_slip : float
-        Fraction of the slip that a step leaves. The series of its direction ends where slip does.
-    planar_slip : float
-        Slip that turns by less than this fraction of the tolerance in a step moves on a line.
-    direction_error : float
-        Largest error of a slip direction in a step.
+    implicit_margin : float
+        Part of its estimated length that the next implicit step takes: a step too long is solved
+        for nothing.
+    min_growth, max_growth : float
+        Least and largest factor between the lengths of successive implicit steps: the estimate
+        looks no farther.
+    retry_margin : float
+        Part of its estimated length that an implicit step takes if a longer one was too wrong,
+    min_retry : float
+        the least factor by which it is then shortened,
+    divergence_factor : float
+        and the factor if the longer one was not solved at all.
+    max_iterations : int
+        Of an implicit step. One that needs more is better shortened.
+    stalling : float
+        Iterations whose changes do not fall below this part of those before do not converge.
+    min_contraction : float
+        Iterations are not trusted to converge faster than by this factor.
+    iteration_share : float
+        Part of the tolerance by which the rest of the iterations may still change a step,
+    min_iteration_share : float
+        and the part that the last change may be in any case.
+    min_turn : float
+        Turn of a slip direction [rad] that is only rounding.
+
+    max_friction_sweeps : int
+        Sweeps over contacts that share friction. They all converge in far fewer, or not at all.
+    cone_margin : float
+        A force so close to its friction cone, relative to the cone, is on it.
+    min_yield : float
+        Tangential response of a contact, relative to that of its bodies alone, above which it can
+        slip: below, other contacts hold it.
+    onset_noise, division_noise : float
+        Tangential acceleration, relative to the terms that it is a sum of, that is only rounding:
+        when slip begins, and when contacts share friction, whose division is iterated.
+
     tail_after : int
         Events after which a sequence of impacts may be summed as a geometric series.
+    max_section_events : int
+        Events without the end of a section (geometric_tail.py), after which another contact is
+        chosen to count sections by.
+    max_tail_ratio : float
+        A sequence that decays more slowly is not taken for a series: it would be summed from
+        differences that are only rounding.
+    tail_share : float
+        Fraction of the tolerance that the sum may use up.
+
     imbalance : float
         Energy imbalance, in tolerances, above which the tolerance was not reached,
     min_imbalance : float
@@ -69,29 +134,59 @@ class Options(NamedTuple):
 
     max_tolerance: float = 1e-6
     rounding: float = 1e-14
+    time_rounding: float = 1e-12
     step_share: float = 0.2
     nominal_steps: int = 300
     min_step_tolerance: float = 1e-16
     zero_slip_share: float = 0.02
     max_steps: int = 20_000
     max_steps_per_contact: int = 2_000
+    max_step: float = 1e100
+    max_redundant_step: float = 0.005
+    rescale_interval: int = 16
+    jam_speed: float = 1e-12
+    energy_floor: float = 0.01
+    negligible_force: float = 1e-3
+    end_margin: float = 1e-14
+
+    explicit_margin: float = 0.9
+    max_rescale: float = 1e3
+    direction_error: float = 1e-3
+    min_remaining_slip: float = 0.05
+    planar_slip: float = 0.1
+
+    creeping_share: float = 0.1
     implicit_cost: int = 4
     implicit_factor: float = 0.1
     min_implicit_tolerance: float = 1e-15
     first_implicit_factor: float = 0.05
     min_implicit_step: float = 1e-14
-    max_redundant_step: float = 0.005
-    max_step: float = 1e100
-    rescale_interval: int = 16
-    jam_speed: float = 1e-12
-    energy_floor: float = 0.01
-    negligible_force: float = 1e-3
-    min_remaining_slip: float = 0.05
-    planar_slip: float = 0.1
-    direction_error: float = 1e-3
+    implicit_margin: float = 0.8
+    min_growth: float = 0.2
+    max_growth: float = 4.0
+    retry_margin: float = 0.7
+    min_retry: float = 0.1
+    divergence_factor: float = 0.25
+    max_iterations: int = 25
+    stalling: float = 0.8
+    min_contraction: float = 1e-3
+    iteration_share: float = 0.3
+    min_iteration_share: float = 0.03
+    min_turn: float = 1e-15
+
+    max_friction_sweeps: int = 300
+    cone_margin: float = 1e-12
+    min_yield: float = 1e-9
+    onset_noise: float = 1e-12
+    division_noise: float = 1e-9
+
     tail_after: int = 100
+    max_section_events: int = 100
+    max_tail_ratio: float = 0.9999
+    tail_share: float = 0.1
+
     imbalance: float = 1e4
     min_imbalance: float = 1e-8
 
 
-DEFAULT_OPTIONS = Options()
+OPTIONS = Options()

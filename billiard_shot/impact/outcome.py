@@ -7,6 +7,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Units
 from billiard_shot.impact.laws import elastic_energy, POISSON
 from billiard_shot.impact.moving_balls import change_units, kinetic_energy
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     components,
     ContactState,
@@ -75,7 +76,7 @@ def finish(
         if contacts[j].normal_mode == RESTITUTION:  # the time was up
             contacts[j].restitution_loss += loss_since_peak(m, contacts[j])
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
-        allowed = max(m.options.imbalance * m.tolerance, m.options.min_imbalance)
+        allowed = max(OPTIONS.imbalance * m.tolerance, OPTIONS.min_imbalance)
         if m.balls.number > 0:
             imbalance = energy_imbalance_of_balls(m, contacts, p.energy, ws)
         else:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.impact.beginning import Collisions, ContactProperties
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
-from billiard_shot.impact.options import DEFAULT_OPTIONS, Options
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import NO_BALLS, PhaseLog
 from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
@@ -32,7 +31,6 @@ class Properties:
     # The coefficient at slip v is friction - fading (1 - exp(-decay v)); decay in s/m.
     fading: Sequence[float] | NDArray[np.float64] | float = 0.0
     decay: Sequence[float] | NDArray[np.float64] | float = 0.0
-    options: Options = DEFAULT_OPTIONS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -170,7 +168,6 @@ def solve_stored(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
         exponent=float(properties.exponent),
-        options=properties.options,
         delassus=delassus,
         velocity=velocity,
         distances=lengths is not None,

@@ -7,7 +7,6 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import Options
 from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
@@ -160,7 +159,7 @@ NO_BALLS = Balls(0, 0.0, 0.0)
 
 
 class Model(NamedTuple):
-    """Law, exponent, tolerance and options with which a collision is solved."""
+    """Law, exponent and tolerance with which a collision is solved."""
 
     law: int
     exponent: float  # of the springs: force = stiffness * compression**exponent
@@ -169,7 +168,6 @@ class Model(NamedTuple):
     distances: bool  # open contacts have a distance; else they close as soon as they approach
     until: float  # time at which the collision ends, whatever is still active
     balls: Balls  # that move
-    options: Options
 
 
 class Workspace(NamedTuple):

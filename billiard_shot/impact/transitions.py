@@ -59,7 +59,7 @@ def apply(
             return False
     elif event.kind == ACTIVATION:
         if m.balls.number > 0:
-            take_normal(m.balls, m.planar, m.options.rounding, contacts, ws, j)
+            take_normal(m.balls, m.planar, contacts, ws, j)
         activate(c, known and not m.distances)
     else:
         if event.kind == SPRING_EXHAUSTED:

@@ -16,7 +16,6 @@ from time import perf_counter
 import numpy as np
 
 from billiard_shot.impact.integrator import steps_allowed
-from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.shot.predict import predict
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import Collision, Strike, Vector
@@ -153,7 +152,7 @@ def _of_hopeless(
     seconds: float,
 ) -> CaseResult:
     """Check a case that exceeds the budget at some tolerance."""
-    most = 1.01 * steps_allowed(DEFAULT_OPTIONS, len(case.contacts))
+    most = 1.01 * steps_allowed(len(case.contacts))
     faults = []
     for outcome, tolerance in zip(outcomes, (TIGHT, *TOLERANCES), strict=True):
         allowed = replace(family, status=(*family.status, Status.BUDGET_EXCEEDED))

@@ -26,7 +26,6 @@ from billiard_shot.impact.moving_balls import (
     VELOCITY,
     write_contact_motion,
 )
-from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import Balls, NO_BALLS, PhaseLog
@@ -93,7 +92,6 @@ def solve(storage: Storage, table: Table, p: Progress, room: ClusterRoom) -> Non
         properties=room.properties,
         law=int(params.law),
         exponent=float(params.exponent),
-        options=DEFAULT_OPTIONS,
         delassus=room.delassus,
         velocity=room.velocity,
         distances=moving,

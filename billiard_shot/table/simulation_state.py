@@ -120,7 +120,7 @@ def room_for_simulation(
         storage.records(Rebound, 1),
         storage.records(Segment, segments),
         storage.records(Event, events),
-        storage.records(BallRule, 0) if rules is None else rules,
+        storage.records(BallRule, 0) if rules is None else storage.from_rows(BallRule, rules),
         storage.records(Ball, 1),
     )
 

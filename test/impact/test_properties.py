@@ -24,7 +24,6 @@ from slow_check import frame, inverse_mass, jacobian, rotation
 
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.laws import ENERGETIC
-from billiard_shot.impact.options import DEFAULT_OPTIONS
 from billiard_shot.impact.outcome import energy_imbalance
 from billiard_shot.impact.state import ContactState, Model, NO_BALLS, workspace
 from billiard_shot.records import OBJECTS
@@ -331,6 +330,6 @@ def test_energy_without_an_account_is_noticed(kept, gap):
     contact.impulse = 1.0
     contact.restitution_loss = kept
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])
-    model = Model(ENERGETIC, 1.0, 1e-9, True, False, math.inf, NO_BALLS, DEFAULT_OPTIONS)
+    model = Model(ENERGETIC, 1.0, 1e-9, True, False, math.inf, NO_BALLS)
     found = energy_imbalance(model, [contact], [-2.0, 0.0, 0.0], 2.0, ws)
     assert found == pytest.approx(gap, abs=1e-15)
