@@ -82,7 +82,7 @@ class Objects:
         records = self.records(kind, len(rows))
         for made, row in zip(records, rows.tolist(), strict=True):
             for name, value in zip(rows.dtype.names or (), row, strict=True):
-                setattr(made, name, value)
+                setattr(made, name, value.tolist() if isinstance(value, np.ndarray) else value)
         return records
 
     def array(self, values: Any) -> Any:

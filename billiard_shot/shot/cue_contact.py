@@ -8,7 +8,7 @@ the other laws an impact is one piece, in which all contacts take part that touc
 The end of the cue gives way sideways while the tip touches the ball. When they part it swings
 back to the cue's axis, and is at rest there relative to the cue. The tip can meet the ball again
 as soon as the ball is clear of that place, or has met something else: before, the ball only holds
-the end aside. A cue that recoils does not come back.
+the end aside.
 
 A nose keeps the normal with which it closes, as in rebound.py. Its restitution is that of the
 speed with which a ball would press it as far.
@@ -171,12 +171,6 @@ def _go_on(g: Contacts, s: Motion, done: Outcome, at: Rows, tolerance: Array, ph
     return at[goes_on]
 
 
-def _gone(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
-    """Whether the tip does not come back after it has parted."""
-    gone: Flags = (hits >= g.most_hits) | ((hits > 0) & (s.speed[at] <= 0.0))
-    return gone
-
-
 def _contacts(
     model: StrikeModel,
     axes: Array,
@@ -249,7 +243,7 @@ def _lengths(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Array:
     moves = ~(g.steady[at] & (hits <= 1) & ((hits == 0) | pressed[:, TIP]))
     s.normals[at[moves], TIP] = away[moves] / sizes(away[moves])[:, np.newaxis]
     s.clear[at] |= gap > TOUCHING
-    gone = _gone(g, s, at, hits) | ~s.clear[at]
+    gone = (hits >= g.most_hits) | ~s.clear[at]
     gap[gap <= TOUCHING] = 0.0
     given[:, TIP] = np.where(pressed[:, TIP], given[:, TIP], np.where(gone, FAR, -gap))
     return given
@@ -341,7 +335,7 @@ def _hits_soon(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
     distance = sizes(away)
     closing = -(away * approach).sum(axis=1) / distance
     gap = distance - tip_reach(g.model)
-    may = ~_gone(g, s, at, hits) & (s.clear[at] | (gap > TOUCHING))
+    may = (hits < g.most_hits) & (s.clear[at] | (gap > TOUCHING))
     return may & (gap < closing * g.piece)
 
 

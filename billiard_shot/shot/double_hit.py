@@ -10,19 +10,22 @@ any other event; the impact is that of cue_contact.py.
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.records import ROWS
 from billiard_shot.shot.cue_contact import MAX_HITS, meet, TOLERANCE
 from billiard_shot.shot.meeting import Meeting
 from billiard_shot.shot.model import StrikeModel, TABLE, tip_reach
 from billiard_shot.shot.neighbours import FIXED, neighbours_of
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
-from billiard_shot.table.cushion import advance_free
+from billiard_shot.table.cluster import move_evenly
+from billiard_shot.table.cushion import advance_free, release
 from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import advance, Ball, CUE, FLIGHT, IMPACT, NOTHING
 from billiard_shot.table.simulate import Cues
 from billiard_shot.table.simulation_state import (
-    CUE_COLUMNS,
     energy_of,
+    FollowingCue,
+    kinetic_energy,
     log_event,
     position_at,
     Simulation,
@@ -50,31 +53,26 @@ def following_cues(
     """
     if not model.follows:
         return None
-    speeds = strikes['cue_speed']
-    sizes = np.linalg.norm(velocities, axis=1)
-    cues = np.zeros((len(strikes), CUE_COLUMNS))
-    cues[:, :3] = places + strikes['tip']
-    with np.errstate(invalid='ignore', divide='ignore'):
-        cues[:, 3:6] = np.where(sizes > 0.0, speeds / sizes, 0.0)[:, np.newaxis] * velocities
     played = strikes['status'] < Status.MISS
-    cues[:, 6] = [
-        follow_through_time(speed) if ok else 0.0
-        for speed, ok in zip(speeds.tolist(), played.tolist(), strict=True)
-    ]
-    cues[:, 7] = tip_reach(model)
+    axes = velocities[played]
+    cues: NDArray[np.void] = ROWS.records(FollowingCue, len(strikes))
+    cues['tip'], cues['reach'] = places + strikes['tip'], tip_reach(model)
+    cues['axis'][played] = axes / np.linalg.norm(axes, axis=1)[:, np.newaxis]
+    cues['speed'][played] = strikes['cue_speed'][played]
+    cues['end'][played] = [follow_through_time(speed) for speed in cues['speed'][played].tolist()]
 
-    def hit(table: Table, s: Simulation) -> None:
-        _hit(model, table, s)
+    def hit(table: Table, s: Simulation, axis: NDArray[np.float64]) -> None:
+        _hit(model, table, s, axis)
 
     return Cues(cues, hit)
 
 
-def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
+def _hit(model: StrikeModel, table: Table, s: Simulation, axis: NDArray[np.float64]) -> None:
     """
     Let the cue and ball 0 of a table meet, whose impact is pending, among balls and cushions.
 
     If the ball presses a nose, the impact begins when that began: the nose and the tip then act at
-    once. All bodies keep the places that they have now.
+    once. From now to the end of the impact all bodies move evenly.
     """
     ball, cue, p, params = s.balls[0], s.cue, s.progress, table.params
     time, presses = float(p.time), ball.nose not in (NOTHING, IMPACT)
@@ -83,9 +81,6 @@ def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
     begin = float(ball.time)
     advance(cue, begin)
     before, motion = energy_of(params, ball), int(ball.motion)
-    velocity = np.array(cue.velocity)
-    speed = float(np.linalg.norm(velocity))
-    axis = velocity / speed
     live = [0, *(i for i in range(1, len(s.balls)) if s.balls[i].motion <= FLIGHT)]
     places = np.array([position_at(s.balls[i], begin) for i in live])
     members, neighbours = neighbours_of(table, model, places)
@@ -95,28 +90,34 @@ def _hit(model: StrikeModel, table: Table, s: Simulation) -> None:
         np.array([[velocity_at(each, begin) for each in balls]]),
         np.array([[spin_at(each, begin) for each in balls]]),
         np.array([cue.position]),
-        np.array([speed]),
+        np.array([axis @ np.array(cue.velocity)]),
     )
     met = meet(model, axis[np.newaxis], states, np.array([TOLERANCE]), neighbours)
-    after = met.after
+    after, lasting = met.after, max(begin + float(met.duration[0]) - time, 0.0)
     took_part = {0}
     for contact, closings in zip(neighbours, met.closings[0, TABLE + 1 :].tolist(), strict=True):
         if closings:
             took_part |= {contact.a} | ({contact.b} - {FIXED})
     for j in sorted(took_part):
-        advance_free(table, balls[j], time)
-        balls[j].velocity[:] = after.velocity[0, j].tolist()
-        balls[j].spin[:] = after.spin[0, j].tolist()
-        balls[j].modified = True
-    rest = float(after.speed[0])
-    tip = np.array(ball.position) + after.tip[0] - after.position[0, 0]
-    cue.position[:], cue.velocity[:], cue.time = tip.tolist(), (rest * axis).tolist(), time
+        each = balls[j]
+        advance_free(table, each, time)
+        each.exit_velocity[:] = after.velocity[0, j].tolist()
+        each.exit_spin[:] = after.spin[0, j].tolist()
+        each.impact, each.modified = p.events, True
+        x, y, z = after.position[0, j].tolist()
+        if lasting > 0.0:
+            move_evenly(params, each, x, y, z, lasting)
+        else:
+            release(table, each)
+    cue.position[:], cue.time = after.tip[0].tolist(), time + lasting
+    cue.velocity[:] = (after.speed[0] * axis).tolist()
     p.cue_hits += max(int(met.hits[0]), 1)
-    if rest <= 0.0 or p.cue_hits >= MAX_HITS:
+    if p.cue_hits >= MAX_HITS:
         cue.end = time
     if met.status[0] in (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED):
         p.flaw = int(met.status[0])
-    log_event(s, time, CUE, ball, NOTHING, before, energy_of(params, ball), motion)
+    left = kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
+    log_event(s, time, CUE, ball, NOTHING, before, left, motion)
 
 
 def velocity_at(ball: Ball, time: float) -> list[float]:

@@ -236,8 +236,8 @@ def finish_strikes(
 
 @inner
 def follow_through_time(speed: float) -> float:
-    """For how long a cue with a speed [m/s] follows its stroke [s]."""
-    return min(FOLLOW_THROUGH / speed, LONGEST_FOLLOW_THROUGH) if speed > 0.0 else 0.0
+    """For how long a cue with a speed [m/s] goes on after its stroke, or recoils [s]."""
+    return FOLLOW_THROUGH / max(abs(speed), FOLLOW_THROUGH / LONGEST_FOLLOW_THROUGH)
 
 
 @inner

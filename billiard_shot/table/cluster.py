@@ -256,17 +256,19 @@ def first_partner(p: Progress, room: ClusterRoom, member: int) -> int:
 
 
 @inner
-def move_evenly(params: BallClothParams, ball: Ball, motion: Floats, lasting: float) -> None:
-    """Begin the segment in which a ball moves to where it is at the end of its impact."""
-    lies = ball.position[2] == params.radius
+def move_evenly(
+    params: BallClothParams, ball: Ball, x: float, y: float, z: float, lasting: float
+) -> None:
+    """Begin the segment in which a ball moves to (x, y, z), where its impact will end."""
+    lies = ball.position[2] == params.radius and z <= params.radius + CLEARANCE
     ball.motion = SLIDE if lies else FLIGHT
+    ball.acceleration[0], ball.acceleration[1] = 0.0, 0.0
+    ball.acceleration[2] = 0.0 if lies else -params.gravity
+    ball.velocity[0] = (x - ball.position[0]) / lasting
+    ball.velocity[1] = (y - ball.position[1]) / lasting
+    up = 0.0 if lies else (z - ball.position[2]) / lasting
+    ball.velocity[2] = up - 0.5 * ball.acceleration[2] * lasting
     for k in range(3):
-        change = motion[PLACE + k][0] - ball.position[k]
-        ball.acceleration[k] = 0.0
-        if k == 2:
-            change = 0.0 if lies else change
-            ball.acceleration[k] = 0.0 if lies else -params.gravity
-        ball.velocity[k] = change / lasting - 0.5 * ball.acceleration[k] * lasting
         ball.spin_acceleration[k] = (ball.exit_spin[k] - ball.spin[k]) / lasting
     ball.nose, ball.end = IMPACT, ball.time + lasting
     ball.spin_ends, ball.landing_speed = False, 0.0
@@ -304,7 +306,9 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
             ball.exit_spin[i] = motion[k][SPIN + i][0] / params.radius
         after += kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
         if lasting > 0.0:
-            move_evenly(params, ball, motion[k], lasting)
+            place = motion[k]
+            x, y, z = place[PLACE][0], place[PLACE + 1][0], place[PLACE + 2][0]
+            move_evenly(params, ball, x, y, z, lasting)
         else:
             for i in range(3):
                 ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]

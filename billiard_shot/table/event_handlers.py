@@ -28,6 +28,7 @@ from billiard_shot.table.motion import (
     advance,
     BALL,
     Ball,
+    CUE,
     CUSHION,
     FLIGHT,
     IMPACT,
@@ -157,7 +158,8 @@ def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
     if ball.nose != NOTHING:
         release(table, ball)
         before = energy_of(table.params, ball)
-        after = start_next_segment(table, s, ball, RELEASE)
+        # A ball that the cue hit is still at the tip, and is not hit again before it is clear.
+        after = start_next_segment(table, s, ball, CUE if ball.cause == CUE else RELEASE)
         if ball.motion != motion:
             log_event(s, ball.time, RELEASE, ball, NOTHING, before, after, motion)
         return

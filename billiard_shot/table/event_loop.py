@@ -43,7 +43,7 @@ from billiard_shot.table.motion import (
 from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
-    CUE_COLUMNS,
+    FollowingCue,
     predict_collisions,
     room_for_simulation,
     Simulation,
@@ -58,7 +58,7 @@ class Beginnings(NamedTuple):
 
     states: Any  # (tables, n, STATE_COLUMNS) floats
     met: Any  # (tables, n) index of the first ball that each one met before, or NOTHING
-    cues: Any  # (tables, CUE_COLUMNS) which struck ball 0 of each table, and follow; or none
+    cues: list[FollowingCue]  # which struck ball 0 of each table; or none
 
 
 @record
@@ -174,7 +174,7 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
     p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
-    p.cue_time, p.cue_hits, cue.end = math.inf, 0, 0.0
+    p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, state = s.balls[i], beginnings.states[number][i]
         for k in range(STATE_COLUMNS):
@@ -199,8 +199,8 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     if len(beginnings.cues) > 0:
         stroke = beginnings.cues[number]
         for k in range(3):
-            cue.position[k], cue.velocity[k] = stroke[k], stroke[3 + k]
-        cue.time, cue.end, p.cue_reach = 0.0, stroke[6], stroke[7]
+            cue.position[k], cue.velocity[k] = stroke.tip[k], stroke.speed * stroke.axis[k]
+        cue.end, p.cue_reach = stroke.end, stroke.reach
         cue.motion = FLIGHT  # its height counts
     return True
 
@@ -233,7 +233,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         Beginnings(
             storage.array(states),
             storage.array(np.full((1, 1), NOTHING)),
-            storage.array(np.ones((1, CUE_COLUMNS))),
+            storage.records(FollowingCue, 1),
         ),
         0,
         1,

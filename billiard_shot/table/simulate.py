@@ -37,8 +37,8 @@ from billiard_shot.table.motion import NOTHING, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import (
-    CUE_COLUMNS,
     Event,
+    FollowingCue,
     room_for_simulation,
     Simulation,
     simulation_in,
@@ -63,14 +63,14 @@ class Cues(NamedTuple):
 
     Attributes
     ----------
-    states : (tables, CUE_COLUMNS) float array
+    rows : (tables,) array of FollowingCue
     hit : callable
-        Changes ball 0 and the cue of a table, at whose time they meet.
+        Changes ball 0 and the cue of a table, at whose time they meet; also takes the axis (3,).
 
     """
 
-    states: NDArray[np.float64]
-    hit: Callable[[Table, Simulation], None]
+    rows: NDArray[np.void]
+    hit: Callable[[Table, Simulation, NDArray[np.float64]], None]
 
 
 class TableTask(NamedTuple):
@@ -108,7 +108,7 @@ class TableTask(NamedTuple):
         """Return some of the tables."""
         return self._replace(
             states=self.states[part],
-            cues=self.cues and self.cues._replace(states=self.cues.states[part]),
+            cues=self.cues and self.cues._replace(rows=self.cues.rows[part]),
             first_met=None if self.first_met is None else self.first_met[part],
         )
 
@@ -222,7 +222,9 @@ def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
     beginnings = Beginnings(
         storage.array(task.states),
         storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
-        storage.array(np.zeros((0, CUE_COLUMNS)) if cues is None else cues.states),
+        storage.records(FollowingCue, 0)
+        if cues is None
+        else storage.from_rows(FollowingCue, cues.rows),
     )
     room = room_for(storage, count, segments if events else 0)  # each begins a segment
     balls = storage.records(BallOutcome, tables * count)
@@ -233,7 +235,8 @@ def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
         if number == tables:
             break
         if cues is not None and progress.other == THE_CUE:
-            cues.hit(table_of(layout), simulation_in(simulation))
+            axis = cues.rows['axis'][number]
+            cues.hit(table_of(layout), simulation_in(simulation), axis)
         else:
             cluster.solve(storage, table_of(layout), progress, room)
     return BatchRecording(

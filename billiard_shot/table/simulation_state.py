@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.records import record, Storage, Vector
+from billiard_shot.records import record, Storage, Vector, Vector3
 from billiard_shot.table.ball_collision import collision_time
 from billiard_shot.table.flight_boundary import next_flight_boundary
 from billiard_shot.table.geometry import Table
@@ -80,7 +80,15 @@ class BallRule:
     sought: int
 
 
-CUE_COLUMNS = 8  # of a cue: tip [m], velocity [m/s], until when it follows [s], `cue_reach` [m]
+@record
+class FollowingCue:
+    """A cue that follows its stroke, and may hit ball 0 again."""
+
+    tip: Vector3  # m, centre of the sphere of its tip at time 0
+    axis: Vector3  # unit vector along the stroke
+    speed: float  # m/s along the axis; below 0 if it recoils
+    end: float  # s, until when it follows
+    reach: float  # m, between the centres of tip and ball as they meet
 
 
 class Simulation(NamedTuple):
@@ -231,8 +239,12 @@ def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
 
 @inner
 def predict_cue(s: Simulation, ball: Ball) -> None:
-    """Find when the cue that follows its stroke meets the ball that it struck, in its segment."""
-    p, meets = s.progress, ball.motion <= FLIGHT
+    """
+    Find when the cue that follows its stroke meets the ball that it struck, in its segment.
+
+    During a hit nothing is to be found: the time of the cue is the end of the hit.
+    """
+    p, meets = s.progress, ball.motion <= FLIGHT and s.cue.time <= ball.time
     p.cue_time = meeting_time(ball, s.cue, p.cue_reach) if meets else math.inf
 
 
