@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from time import monotonic
 
 import pytest
 
@@ -57,11 +58,16 @@ def launched(domain, launch_file, installed, tmp_path):
         process.wait()
 
 
-def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
-    diagnostics = []
+def subscribe(node, diagnostics):
+    """Collect the diagnostics of all nodes."""
     node.create_subscription(
         DiagnosticArray, '/diagnostics', lambda message: diagnostics.extend(message.status), 10
     )
+
+
+def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
+    diagnostics = []
+    subscribe(node, diagnostics)
     client = PatientCaller(node, GetState, '/cell5/cue_driver/get_state')
     assert client.wait_for_service()
 
@@ -70,7 +76,15 @@ def test_a_robot_in_a_namespace_becomes_ready_and_ends(node, launched):
         return answer.current_state.id == State.PRIMARY_STATE_ACTIVE
 
     assert spin_until(node, is_active)
-    assert spin_until(node, lambda: any(each.name == '/cell5/cue_driver' for each in diagnostics))
+    deadline = monotonic() + PATIENCE
+
+    def is_heard():
+        return any(each.name == '/cell5/cue_driver' for each in diagnostics)
+
+    # On a machine without a free core the middleware may fail to connect a subscription for good.
+    while not spin_until(node, is_heard, seconds=10):
+        assert monotonic() < deadline, 'the driver publishes no diagnostics'
+        subscribe(node, diagnostics)
     assert {each.hardware_id for each in diagnostics if each.name == '/cell5/cue_driver'} == {
         '/cell5/mechanical_cue'
     }
