@@ -230,14 +230,12 @@ def exceeds_cone(
 
 
 @inner
-def start_slip_onsets(
-    contacts: list[ContactState], ws: Workspace, force: Floats, noise: float
-) -> None:
+def start_slip_onsets(contacts: list[ContactState], ws: Workspace, force: Floats) -> None:
     """Let the contacts slip that cannot stick under the forces of `solve_stick_friction`."""
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            exceeds, along_1, along_2 = exceeds_cone(contacts, ws, force, j, noise)
+            exceeds, along_1, along_2 = exceeds_cone(contacts, ws, force, j, OPTIONS.onset_noise)
             if exceeds:
                 c.friction_mode = SLIP_ONSET
                 c.slip_dir_1, c.slip_dir_2 = along_1, along_2
@@ -327,5 +325,5 @@ def assign_friction_modes(
             force[n + 1], force[n + 2] = -rub * c.slip_dir_1, -rub * c.slip_dir_2
     if waiting:
         solve_stick_friction(contacts, ws, force)
-        start_slip_onsets(contacts, ws, force, OPTIONS.onset_noise)
+        start_slip_onsets(contacts, ws, force)
     eliminate_sticking(contacts, ws)

@@ -17,8 +17,8 @@ from billiard_shot.shot.model import StrikeModel, TABLE, tip_reach
 from billiard_shot.shot.neighbours import FIXED, neighbours_of
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.status import Status
-from billiard_shot.table.cluster import move_evenly
-from billiard_shot.table.cushion import advance_free, release
+from billiard_shot.table.cluster import leave_impact
+from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import advance, Ball, CUE, FLIGHT, IMPACT, NOTHING
 from billiard_shot.table.simulate import Cues
@@ -103,13 +103,13 @@ def _hit(model: StrikeModel, table: Table, s: Simulation, axis: NDArray[np.float
         advance_free(table, each, time)
         each.exit_velocity[:] = after.velocity[0, j].tolist()
         each.exit_spin[:] = after.spin[0, j].tolist()
-        each.impact, each.modified = p.events, True
+        each.impact = p.events
         x, y, z = after.position[0, j].tolist()
-        if lasting > 0.0:
-            move_evenly(params, each, x, y, z, lasting)
-        else:
-            release(table, each)
-    cue.position[:], cue.time = after.tip[0].tolist(), time + lasting
+        leave_impact(params, each, x, y, z, lasting)
+    # An impact that is over by now leaves the ball, and the tip beside it, where the ball is.
+    place = after.position[0, 0] if lasting > 0.0 else np.array(ball.position)
+    cue.position[:] = (place + after.tip[0] - after.position[0, 0]).tolist()
+    cue.time = time + lasting
     cue.velocity[:] = (after.speed[0] * axis).tolist()
     p.cue_hits += max(int(met.hits[0]), 1)
     if p.cue_hits >= MAX_HITS:

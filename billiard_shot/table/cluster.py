@@ -256,10 +256,20 @@ def first_partner(p: Progress, room: ClusterRoom, member: int) -> int:
 
 
 @inner
-def move_evenly(
+def leave_impact(
     params: BallClothParams, ball: Ball, x: float, y: float, z: float, lasting: float
 ) -> None:
-    """Begin the segment in which a ball moves to (x, y, z), where its impact will end."""
+    """
+    Let a ball go on with the exit velocity and spin that an impact gives it.
+
+    If the impact lasts, this begins the segment in which the ball moves evenly to (x, y, z), where
+    the impact will end. `resume` begins what follows, or finds what the ball meets meanwhile.
+    """
+    ball.modified = True
+    if lasting == 0.0:
+        for k in range(3):
+            ball.velocity[k], ball.spin[k] = ball.exit_velocity[k], ball.exit_spin[k]
+        return
     lies = ball.position[2] == params.radius and z <= params.radius + CLEARANCE
     ball.motion = SLIDE if lies else FLIGHT
     ball.acceleration[0], ball.acceleration[1] = 0.0, 0.0
@@ -284,7 +294,7 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
         push_in_place(table, p, room)
     for k in range(p.members):
         _, _, z = position_at(s.balls[room.members[k]], p.time)
-        if z == params.radius:  # the ball lies, and stays there in `move_evenly`
+        if z == params.radius:  # the ball lies, and stays there in `leave_impact`
             motion[k][PLACE + 2][0] = params.radius
     if lasting > LONGEST or not set_apart(motion, p.members, 2.0 * params.radius):
         lasting = 0.0
@@ -305,14 +315,9 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
             ball.exit_velocity[i] = motion[k][VELOCITY + i][0]
             ball.exit_spin[i] = motion[k][SPIN + i][0] / params.radius
         after += kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
-        if lasting > 0.0:
-            place = motion[k]
-            x, y, z = place[PLACE][0], place[PLACE + 1][0], place[PLACE + 2][0]
-            move_evenly(params, ball, x, y, z, lasting)
-        else:
-            for i in range(3):
-                ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]
-        ball.modified = True
+        place = motion[k]
+        x, y, z = place[PLACE][0], place[PLACE + 1][0], place[PLACE + 2][0]
+        leave_impact(params, ball, x, y, z, lasting)
         if ball.first_contact == NOTHING:
             ball.first_contact = first_partner(p, room, k)
         if p.participants < len(room.participants):
