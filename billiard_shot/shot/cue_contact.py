@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import read_log
 from billiard_shot.impact.solve import Properties, solve_in_contact_space, Solved
+from billiard_shot.numerics import rounding
 from billiard_shot.shot.contact_geometry import (
     delassus_of,
     frames_of,
@@ -57,6 +58,7 @@ MAX_PIECES = 400  # of an impact
 MAX_HITS = 8  # of the tip: then the cue is taken away
 TOLERANCE = 1e-9  # of the impact in each piece, relative to its velocities
 TOUCHING = 1e-9  # m: bodies that are no farther apart touch
+MAX_SWEEPS = 100  # to set balls apart
 FAR = -1.0  # m: length of a contact that nothing closes
 STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 OTHERS = np.s_[:, TABLE + 1 :]  # contacts beside TIP and TABLE
@@ -133,7 +135,7 @@ def meet(
         left = _go_on(g, s, done, left, tolerance, phases)
     if in_pieces:
         done.status[left] = BUDGET_EXCEEDED
-    _settle(g, s, before)
+    done.status[~_settle(g, s, before)] = BUDGET_EXCEEDED
     after = Meeting(s.position, s.velocity, s.spin, s.axis_tip, s.speed)
     return done._replace(after=after, lengths=s.lengths)
 
@@ -307,7 +309,11 @@ def _keep_lengths(g: Contacts, s: Motion, at: Rows, solved: Solved) -> None:
 
 
 def _move_apart(g: Contacts, s: Motion, j: int, rows: Rows, distance: Array, push: Array) -> None:
-    """Move a ball, or the two balls of a contact, along `push` so that it has a distance [m]."""
+    """
+    Move a ball, or the two balls of a contact, along `push` so that it has a distance [m].
+
+    The tip goes with the cue ball: else such a move would press the one into the other.
+    """
     each = g.neighbours[j - TABLE - 1]
     gap = gaps_of([each], s.position[rows], g.model.surface.radius)[:, 0]
     change = (distance - gap)[:, np.newaxis] * push
@@ -315,6 +321,8 @@ def _move_apart(g: Contacts, s: Motion, j: int, rows: Rows, distance: Array, pus
         change *= 0.5
         s.position[rows, each.b] -= change
     s.position[rows, each.a] += change
+    if each.a == 0:
+        s.axis_tip[rows] += change
 
 
 def _part(g: Contacts, s: Motion, at: Rows, solved: Solved) -> None:
@@ -336,11 +344,15 @@ def _hits_soon(g: Contacts, s: Motion, at: Rows, hits: Rows) -> Flags:
     closing = -(away * approach).sum(axis=1) / distance
     gap = distance - tip_reach(g.model)
     may = (hits < g.most_hits) & (s.clear[at] | (gap > TOUCHING))
-    return may & (gap < closing * g.piece)
+    return may & (closing > 0.0) & (gap < closing * g.piece)
 
 
-def _settle(g: Contacts, s: Motion, before: Meeting) -> None:
-    """Put balls and cues where they are when nothing is pressed."""
+def _settle(g: Contacts, s: Motion, before: Meeting) -> Flags:
+    """
+    Put balls and cues where they are when nothing is pressed; return (n,) whether they can be.
+
+    If they cannot, the balls are where they were before.
+    """
     speed = sizes(s.velocity).max(axis=1, initial=0.0)[:, np.newaxis, np.newaxis]
     s.velocity[np.abs(s.velocity) <= STILL * speed] = 0.0
     s.spin[np.abs(s.spin) * g.model.surface.radius <= STILL * speed] = 0.0
@@ -350,12 +362,33 @@ def _settle(g: Contacts, s: Motion, before: Meeting) -> None:
         s.position[:, 0, 2] += lift
         s.axis_tip[:, 2] += lift
     s.position[:, 1:, 2] = before.position[:, 1:, 2]  # the cloth holds them, or throws them up
-    for j, each in enumerate(g.neighbours, TABLE + 1):
-        if each.nose is not None or each.b != FIXED:
-            rows = np.flatnonzero(gaps_of([each], s.position, radius)[:, 0] < 0.0)
-            level = s.normals[rows, j] * np.array([1.0, 1.0, 0.0])
-            push = level / (level**2).sum(axis=1)[:, np.newaxis]
+    apart = _set_apart(g, s)
+    s.position[~apart] = before.position[~apart]
+    return apart
+
+
+def _set_apart(g: Contacts, s: Motion) -> Flags:
+    """Move balls sideways out of noses and of each other; return (n,) whether none overlap."""
+    radius = g.model.surface.radius
+    solid = [
+        (j, each)
+        for j, each in enumerate(g.neighbours, TABLE + 1)
+        if each.nose is not None or each.b != FIXED
+    ]
+    apart = np.ones(len(s.position), np.bool_)
+    for _ in range(MAX_SWEEPS if solid else 0):
+        apart[:] = True
+        for j, each in solid:
+            gap = gaps_of([each], s.position, radius)[:, 0]
+            apart &= gap >= -0.5 * rounding.PLACE
+            rows = np.flatnonzero(gap < 0.0)
+            way = ways_apart([each], s.position[rows])[:, 0]
+            level = way * np.array([1.0, 1.0, 0.0])
+            push = level * (sizes(way) / (level**2).sum(axis=1))[:, np.newaxis]
             _move_apart(g, s, j, rows, np.zeros(len(rows)), push)
+        if apart.all():
+            break
+    return apart
 
 
 def _set_back(tips: Array, axes: Array, centres: Array, distances: Array) -> Array:

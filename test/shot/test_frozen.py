@@ -8,6 +8,7 @@ import pytest
 
 from billiard_shot import EventKind, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
+from billiard_shot.shot import cue_contact
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius
@@ -217,3 +218,43 @@ def test_a_ball_that_friction_presses_down_bounces():
     shot = predict(scene, stroke)
     first = shot.run.balls['one'].at(0.0)
     assert first.velocity[2] > 0
+
+
+@pytest.mark.parametrize('gap', [0.0, 1e-4])
+@pytest.mark.parametrize('azimuth', [-70.0, -75.0])
+def test_a_ball_between_a_cushion_and_another_ball_is_set_apart_from_both(azimuth, gap):
+    """Separated from the cushion last, it was pressed into the other ball again."""
+    x, side = 1.2424, (2 * R + gap) * math.sqrt(0.5)
+    scene = scene_of(cue=(x, 0.1), one=(x - side, 0.1 - side))
+    for speed in (1.0, 2.0, 4.0):
+        stroke = Stroke.from_offsets(0, 0, elevation_deg=10, azimuth_deg=azimuth, speed=speed)
+        shot = predict(scene, stroke)
+        batch = predict_batch(scene, [stroke.normal], [stroke.velocity])
+        assert shot.status is Status.OK
+        assert batch.status[0] == Status.OK
+        np.testing.assert_array_equal(batch.final_position[0], shot.trajectory.final_position)
+
+
+def test_balls_that_cannot_be_set_apart_begin_where_they_were(monkeypatch):
+    monkeypatch.setattr(cue_contact, 'MAX_SWEEPS', 1)
+    x, side = 1.2424, 2 * R * math.sqrt(0.5)
+    scene = scene_of(cue=(x, 0.1), one=(x - side, 0.1 - side))
+    stroke = Stroke.from_offsets(0, 0, elevation_deg=10, azimuth_deg=-70, speed=2)
+    shot = predict(scene, stroke)
+    assert shot.status is Status.BUDGET_EXCEEDED
+    first = shot.table.at(0.0)
+    assert {name: tuple(state.position[:2]) for name, state in first.items()} == scene.balls
+
+
+@pytest.mark.parametrize(
+    'given',
+    [
+        {'a': 0.0, 'b': 0.0, 'elevation_deg': 12, 'azimuth_deg': 10, 'speed': 5},
+        {'a': 0.0, 'b': 0.0, 'elevation_deg': 36, 'azimuth_deg': 20, 'speed': 3},
+        {'a': -0.0974, 'b': 0.0203, 'elevation_deg': 20.84, 'azimuth_deg': -6.228, 'speed': 3.12},
+    ],
+)
+def test_a_strike_into_a_cushion_ends(given):
+    """The cushion moved the ball into the tip, which then was pressed and left it, without end."""
+    scene = scene_of(cue=(1.2424862662941305, 0.1))
+    assert predict(scene, Stroke.from_offsets(**given)).status is Status.OK
