@@ -28,10 +28,14 @@ from billiard_shot.cue.safety import (
     decide,
     Decision,
     Event,
+    LATCHED,
     MOVING,
     State,
 )
 from billiard_shot.scene import Scene
+
+OVERRUN = 0.1
+"""Part of its range by which a joint may be beyond it, as after a late brake."""
 
 RECOVERY = 4.0
 """
@@ -125,9 +129,11 @@ class Controller:
             self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
 
     def receive_interlock(self, safe: bool, written: float, now: float) -> None:
-        """Take the state of the interlock; if it is not safe, stop all motion at once."""
+        """Take the state of the interlock; if not safe, stop even if the message is old."""
         self._notice_pause(now)
         self.interlock.record_value(safe, written, now)
+        if not safe:
+            self.interlock.value = False
         self._watch_interlock(now)
 
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
@@ -136,7 +142,9 @@ class Controller:
         if not self.joints.record(written, now):
             return
         self.position, self._velocity = position, velocity
-        if self.state is State.FIRING and self._execution and np.isfinite(position).all():
+        if self.state in MOVING and (problem := self._implausible_joint()):
+            self.fail(now, problem)
+        elif self.state is State.FIRING and self._execution:
             detector = self._execution.detector
             if detector.update(position, velocity) and detector.strike:
                 self._tell_strike(detector.strike)
@@ -154,15 +162,22 @@ class Controller:
         if names and self.state is not State.FAULT:
             self.fail(now, self.other_drivers)
 
-    def receive_table(self, balls: Mapping[str, tuple[float, float]]) -> None:
-        """Take the positions of the balls [m]."""
+    def receive_table(self, balls: Mapping[str, tuple[float, float]] | None) -> None:
+        """Take the positions of the balls [m]; None if they are no longer known."""
         self._balls = balls
 
     # --- requests -------------------------------------------------------------------------------
 
-    def execute(self, goal: ShotGoal, now: float) -> None:
+    def execute(self, goal: ShotGoal, clock: Callable[[], float]) -> None:
         """
         Begin to execute a goal; `on_result` is called when it ends.
+
+        Parameters
+        ----------
+        goal : ShotGoal
+        clock : callable
+            Reads the steady clock [s], again before the motion begins: the preparation of a shot
+            takes long.
 
         Raises
         ------
@@ -170,6 +185,7 @@ class Controller:
             If the goal is refused. Nothing has moved then.
 
         """
+        now = clock()
         self._notice_pause(now)
         if self._execution:
             raise RefusedError(
@@ -180,18 +196,23 @@ class Controller:
             raise RefusedError(Outcome.NOT_READY, decision.reason)
         self._registry.register(goal)
         if self._balls is None:
-            raise RefusedError(Outcome.TABLE_UNKNOWN, 'table_state: no message received')
+            raise RefusedError(Outcome.TABLE_UNKNOWN, 'table_state: no valid message received')
         problem = moved(goal.plan.balls, self._balls, self._settings.table_tolerance)
         if problem:
             raise RefusedError(Outcome.TABLE_DIFFERS, problem)
         shot = prepare(self.mechanism, self._scene, goal.plan)
+        expires = now + goal.remaining
+        now = clock()
+        self._notice_pause(now)
+        aim = aim_trajectory(self.mechanism, self.position, shot.aimed)
         self._execution = Execution(
-            shot,
-            now + goal.remaining,
-            StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id),
+            shot, expires, StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id)
         )
-        self._event(Event.AIM, now, f'shot {goal.plan.shot_id!r}')
-        self._start(aim_trajectory(self.mechanism, self.position, shot.aimed), now)
+        decision = self._event(Event.AIM, now, f'shot {goal.plan.shot_id!r}')
+        if not decision.accepted:
+            self._execution = None
+            raise RefusedError(Outcome.NOT_READY, decision.reason)
+        self._start(aim, now)
 
     def arm(self, now: float) -> Decision:
         """Allow the aimed shot to be fired; it fires after the settling time."""
@@ -214,6 +235,23 @@ class Controller:
     def fail(self, now: float, reason: str) -> None:
         """Stop all motion and latch FAULT."""
         self._event(Event.FAIL, now, reason, Outcome.FAULT)
+
+    def take_over(self, before: 'Controller') -> None:
+        """
+        Keep what other settings must not undo.
+
+        That is a latched state, the distrust of earlier messages, and which goals have been used.
+        """
+        self._registry.take_over(before._registry)
+        mine = self.estop, self.interlock, self.joints
+        for each, earlier in zip(
+            mine, (before.estop, before.interlock, before.joints), strict=True
+        ):
+            each.take_over(earlier)
+        self.position, self._velocity = before.position, before._velocity
+        if before.state in LATCHED:
+            self.state, self.reason = before.state, before.reason
+            self._stop()
 
     # --- periodic work --------------------------------------------------------------------------
 
@@ -346,15 +384,19 @@ class Controller:
             return decision
         self.state, self.reason = decision.state, reason
         if self.state not in MOVING:
-            self._number += 1
-            stop = Command(self._number, None)
-            self.command = None if self.state is State.DISARMED else stop
-            self._tell_command(stop)
+            self._stop()
         self._tell_state()
         if self._execution and self.state not in MOVING:
             execution, self._execution = self._execution, None
             self._tell_result(Result(outcome, reason, execution.detector.strike))
         return decision
+
+    def _stop(self) -> None:
+        """Command a stop, which is repeated if the state is latched."""
+        self._number += 1
+        stop = Command(self._number, None)
+        self.command = None if self.state is State.DISARMED else stop
+        self._tell_command(stop)
 
     def _decide(self, event: Event, now: float, goal_valid: bool = False) -> Decision:
         execution = self._execution
@@ -386,11 +428,21 @@ class Controller:
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
-        if stale := self.joints.stale(now):
-            return stale
-        for name, position, velocity in zip(JOINTS, self.position, self._velocity, strict=True):
+        return self.joints.stale(now) or self._implausible_joint()
+
+    def _implausible_joint(self) -> str:
+        """Return which joint cannot be where it was measured; '' if all can."""
+        for name, unit, axis, position, velocity in zip(
+            JOINTS, UNITS, self.mechanism.axes, self.position, self._velocity, strict=True
+        ):
             if not (math.isfinite(position) and math.isfinite(velocity)):
                 return f'joint_states: {name} is at {position} with velocity {velocity}'
+            overrun = OVERRUN * (axis.max - axis.min)
+            if not axis.min - overrun <= position <= axis.max + overrun:
+                return (
+                    f'joint_states: {name} is at {position:.4g} {unit}, which is not between '
+                    f'{axis.min - overrun:.4g} and {axis.max + overrun:.4g}'
+                )
         shortest, longest = self.mechanism.incline_geometry.sides
         length = float(self.position[INCLINE])
         if not shortest < length < longest:

@@ -55,6 +55,10 @@ class GoalRegistry:
         self._nonces: OrderedDict[str, None] = OrderedDict()
         self._seals: OrderedDict[str, str] = OrderedDict()
 
+    def take_over(self, before: 'GoalRegistry') -> None:
+        """Remember what `before` remembers."""
+        self._nonces, self._seals = before._nonces, before._seals
+
     def register(self, goal: ShotGoal) -> None:
         """
         Check a goal and use up its nonce, even if the goal is refused.

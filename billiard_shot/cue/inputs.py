@@ -43,6 +43,10 @@ class Heartbeat:
         """Treat all messages written before the time `until` as not fresh."""
         self._valid_from = until
 
+    def take_over(self, before: 'Heartbeat') -> None:
+        """Distrust the messages that `before` does not trust."""
+        self._valid_from = before._valid_from
+
     def stale(self, now: float) -> str:
         """Return why the input is not fresh; '' if it is."""
         if self._ahead > self.timeout:

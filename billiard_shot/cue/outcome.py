@@ -26,7 +26,7 @@ class Outcome(IntEnum):
     PLAN_CHANGED = 103  # the plan does not match its seal, or its shot id had another plan
     ALREADY_EXPIRED = 104
     NONCE_REPEATED = 105
-    TABLE_UNKNOWN = 106  # no table state has been received
+    TABLE_UNKNOWN = 106  # no table state has been received, or the last one was not valid
     TABLE_DIFFERS = 107  # a ball does not lie at its planned place
     NOT_PREDICTED = 108  # the library refuses the stroke, or its prediction did not finish
     SPEED_OUT_OF_LIMITS = 109

@@ -31,6 +31,9 @@ class State(IntEnum):
 MOVING = (State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING)
 """States in which the mechanism is commanded, so that a silent input is dangerous."""
 
+LATCHED = (State.ESTOP, State.FAULT)
+"""States that last until they are cleared."""
+
 BEFORE_STROKE = (State.AIMING, State.AIMED, State.ARMED)
 """Moving states that can be left without harm, because no ball has been struck."""
 

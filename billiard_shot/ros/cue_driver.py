@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 import math
+import traceback
 from typing import Any, TypeAlias
 import uuid
 
@@ -14,12 +15,12 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
-from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from billiard_shot import machine_code
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result
@@ -40,7 +41,7 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     warm_up,
 )
-from billiard_shot.ros.writing_time import stamped, written
+from billiard_shot.ros.writing_time import nanoseconds, stamped, written
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
@@ -108,7 +109,7 @@ class CueDriver(LifecycleNode):
         self._joints = self.create_publisher(JointState, 'joint_states', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         try:
-            self._configure()
+            self._controller = self._configure()
         except (ValueError, OSError) as error:
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
 
@@ -129,6 +130,7 @@ class CueDriver(LifecycleNode):
         )
         steady_timer(self, self.get_parameter('period').value, self._tick)
         steady_timer(self, 1.0, self._publish_diagnostics)
+        steady_timer(self, 1.0, self._load_machine_code)
         self._server = ActionServer(
             self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel
         )
@@ -137,9 +139,9 @@ class CueDriver(LifecycleNode):
 
     # --- lifecycle ------------------------------------------------------------------------------
 
-    def _configure(self) -> None:
+    def _configure(self) -> Controller:
         """
-        Apply the parameters.
+        Apply the parameters, and make a controller.
 
         Raises
         ------
@@ -155,7 +157,7 @@ class CueDriver(LifecycleNode):
         scene = cue_parameters.guided_scene(value('scene'))
         self._name = uuid.uuid4().hex[:8]  # a new name, because the numbers of commands start over
         warm_up(self, scene, other_balls=True, compiles=False)
-        self._controller = Controller(
+        return Controller(
             Mechanism.load(value('mechanism')),
             scene,
             cue_parameters.settings_of(self),
@@ -164,16 +166,18 @@ class CueDriver(LifecycleNode):
             on_strike=self._tell_strike,
             on_result=self._finish,
         )
-        if self._table:  # it is latched, and is not sent again
-            self._on_table(self._table)
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Start over with the current parameters."""
+        """Start over with the current parameters; a latched state stays."""
+        before = self._controller
         try:
-            self._configure()
+            self._controller = self._configure()
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
+        self._controller.take_over(before)
+        if self._table:  # it is latched, and is not sent again
+            self._on_table(self._table)
         self._inactive = INACTIVE
         self._tell_state()
         return super().on_configure(state)
@@ -203,14 +207,21 @@ class CueDriver(LifecycleNode):
             self.on_deactivate(state)
         return super().on_shutdown(state)
 
+    def survive(self, error: Exception) -> None:
+        """Latch a fault after an error of this program, and go on: the stop is repeated."""
+        lines = ''.join(traceback.format_exception(error))
+        self.get_logger().error(f'error of this program: {lines}')
+        self._controller.fail(steady_time(), f'error of this program: {error!r}')
+
     def leave(self) -> None:
         """
-        Take back the offer of commands.
+        Stop the mechanism, and take back the offer of commands.
 
         A signal ends the process without that. A new driver would see this one until its lease
         expires, 20 s later, and would take it for a rival. Nothing else is taken back: in another
         process the end of a publisher can deadlock with an announcement (Fast DDS 3.2).
         """
+        self._controller.disarm(steady_time(), 'the driver ends')
         self.destroy_publisher(self._actuation)
 
     # --- inputs and requests --------------------------------------------------------------------
@@ -227,22 +238,24 @@ class CueDriver(LifecycleNode):
         joints = conversions.joints_of(message, self._names)
         if joints:
             now = steady_time()
-            stamp = stamped(Time.from_msg(message.header.stamp), self.get_clock(), now)
+            stamp = stamped(message.header.stamp, self.get_clock(), now)
             self._controller.receive_joints(*joints, min(written(info, now), stamp), now)
 
     def _on_table(self, message: TableState) -> None:
-        seen, now = Time.from_msg(message.header.stamp), self.get_clock().now()
-        last = Time.from_msg(self._table.header.stamp) if self._table else seen
-        if 0 < seen.nanoseconds < last.nanoseconds <= now.nanoseconds:  # else the clock was set
-            older = 1e-9 * (last - seen).nanoseconds
+        seen, now = nanoseconds(message.header.stamp), self.get_clock().now().nanoseconds
+        last = nanoseconds(self._table.header.stamp) if self._table else seen
+        if 0 < seen < last <= now:  # else the clock was set
+            older = 1e-9 * (last - seen)
             self.get_logger().warning(f'ignored a table_state {older:.3g} s older than the last')
             return
-        self._table = message
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             self._controller.receive_table(conversions.balls_of(message.balls))
+            self._table = message
         except ValueError as error:
-            self.get_logger().error(f'ignored a table_state: {error}')
+            self.get_logger().error(f'table_state: {error}; the table is not known any more')
+            self._controller.receive_table(None)
+            self._table = None
 
     def _arm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         decision = (
@@ -260,12 +273,17 @@ class CueDriver(LifecycleNode):
                 raise RefusedError(Outcome.NOT_READY, self._inactive)
             self._controller.execute(
                 conversions.shot_goal_of(goal.request, now, self.get_parameter('frame').value),
-                steady_time(),
+                steady_time,
             )
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
             goal.abort()
             return conversions.result_of(Result(error.outcome, str(error), None), Strike())
+        except Exception as error:  # rclpy would end the goal with the outcome of success
+            self.survive(error)
+            goal.abort()
+            reason = self._controller.reason
+            return conversions.result_of(Result(Outcome.FAULT, reason, None), Strike())
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result = await self._ended
@@ -362,6 +380,16 @@ class CueDriver(LifecycleNode):
     def _state_message(self) -> CueState:
         return conversions.state_message(self._controller, self.get_clock().now().to_msg())
 
+    def _load_machine_code(self) -> None:
+        """Begin to load the code that other nodes have compiled, while nothing moves."""
+        if (
+            self._controller.state is State.DISARMED
+            and machine_code.available()
+            and not machine_code.is_loaded()
+            and machine_code.is_complete()
+        ):
+            machine_code.prepare()
+
     def _publish_diagnostics(self) -> None:
         now = steady_time()
         health = conversions.health(self._controller, self._inactive, now)
@@ -394,7 +422,7 @@ def _answer(response: Trigger.Response, decision: Decision) -> Trigger.Response:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(CueDriver, 'cue_driver', args, CueDriver.leave)
+    run(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
 
 
 if __name__ == '__main__':

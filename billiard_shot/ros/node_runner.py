@@ -144,10 +144,12 @@ def run(
     name: str,
     args: Sequence[str] | None,
     leave: Callable[[N], object] = lambda node: None,
+    survive: Callable[[N, Exception], object] | None = None,
 ) -> None:
     """
     Make a node and run it until SIGINT or SIGTERM; then call `leave` and exit with code 0.
 
+    If a callback raises an exception, call `survive` and go on; without `survive`, the node ends.
     After a bad parameter, print one line and exit with code 1.
     """
     received: list[int] = []
@@ -184,7 +186,14 @@ def run(
                 gc.collect()
                 gc.freeze()
                 while rclpy.ok() and not received:
-                    executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+                    try:
+                        executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+                    except ExternalShutdownException:
+                        raise
+                    except Exception as error:
+                        if survive is None or not rclpy.ok() or received:
+                            raise
+                        survive(node, error)
             except ExternalShutdownException:
                 pass
             except Exception:

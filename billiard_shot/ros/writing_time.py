@@ -5,8 +5,8 @@ import math
 import time
 from typing import Any
 
+from builtin_interfaces.msg import Time as TimeMessage
 from rclpy.clock import Clock
-from rclpy.time import Time
 
 
 def written(info: Mapping[str, Any], now: float) -> float:
@@ -31,12 +31,16 @@ def written(info: Mapping[str, Any], now: float) -> float:
     return now - 1e-9 * (time.time_ns() - source) if source else -math.inf
 
 
-def stamped(stamp: Time, clock: Clock, now: float) -> float:
+def nanoseconds(stamp: TimeMessage) -> int:
+    """Time of a stamp [ns]; rclpy.time.Time refuses negative ones."""
+    return 10**9 * stamp.sec + stamp.nanosec
+
+
+def stamped(stamp: TimeMessage, clock: Clock, now: float) -> float:
     """
     Convert the stamp of a message to the steady clock [s].
 
     The result is infinity if there is no stamp; then it does not limit the time of writing.
     """
-    if stamp.nanoseconds == 0:
-        return math.inf
-    return now - 1e-9 * (clock.now().nanoseconds - stamp.nanoseconds)
+    time = nanoseconds(stamp)
+    return now - 1e-9 * (clock.now().nanoseconds - time) if time else math.inf

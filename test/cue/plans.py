@@ -126,7 +126,7 @@ class Bench:
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
 
     def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once', **more):
-        self.controller.execute(goal_of(plan_of(shot), nonce, **more), self.now)
+        self.controller.execute(goal_of(plan_of(shot), nonce, **more), lambda: self.now)
 
     def play(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once'):
         """Send a goal, aim, arm and fire; the result."""

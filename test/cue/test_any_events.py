@@ -184,7 +184,9 @@ class AnyEvents(RuleBasedStateMachine):
     )
     def send_goal(self, plan, nonce, remaining, seal):
         try:
-            self.controller.execute(goal_of(plan, str(nonce), remaining, seal=seal), self.now)
+            self.controller.execute(
+                goal_of(plan, str(nonce), remaining, seal=seal), lambda: self.now
+            )
         except RefusedError:
             return
         assert str(nonce) not in self.used

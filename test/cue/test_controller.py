@@ -65,7 +65,7 @@ def test_shots_in_a_row(bench):
     for i, shot in enumerate(shots):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
-        bench.controller.execute(goal_of(plan, f'nonce {i}'), bench.now)
+        bench.controller.execute(goal_of(plan, f'nonce {i}'), lambda: bench.now)
         bench.reach(State.AIMED)
         assert bench.controller.arm(bench.now).accepted
         bench.reach(State.DISARMED)
@@ -310,7 +310,7 @@ def test_a_ball_that_moves_disarms(bench, state):
 def test_refusals_before_anything_moves(bench):
     def refused(goal):
         with pytest.raises(RefusedError) as caught:
-            bench.controller.execute(goal, bench.now)
+            bench.controller.execute(goal, lambda: bench.now)
         return caught.value.outcome
 
     plan = plan_of(SHOT)
@@ -366,3 +366,67 @@ def test_an_imperfect_mechanism_still_plays(imperfections):
     result = bench.play(SHOT)
     assert result.outcome is Outcome.OK, result.message
     assert result.strike.speed == pytest.approx(3.0, rel=0.01)
+
+
+def test_a_joint_where_it_cannot_be_is_a_fault_at_once(bench):
+    """Before the next message: the pose of the strike was computed from it."""
+    in_state(bench, State.FIRING)
+    position, velocity = bench.mechanism.measured()
+    position[INCLINE] = 5.0
+    bench.controller.receive_joints(position, velocity, bench.now, bench.now)
+    assert bench.controller.state is State.FAULT
+    assert 'incline is at 5 m, which is not between' in bench.controller.reason
+
+
+@pytest.mark.parametrize('place', [500.0, 1e103])
+def test_no_motion_begins_from_a_place_beyond_the_axes(bench, place):
+    """Millimetres, sent as metres."""
+    position, velocity = bench.mechanism.measured()
+    position[0] = place
+    bench.controller.receive_joints(position, velocity, bench.now, bench.now)
+    with pytest.raises(RefusedError, match=r'base_x is at .* m, which is not between') as caught:
+        bench.send_goal(SHOT)
+    assert caught.value.outcome is Outcome.NOT_READY
+    assert bench.states == []
+
+
+def test_an_open_interlock_that_was_overtaken_stops_all_the_same(bench):
+    """Two publishers: the message of the one with the longer way is older when it arrives."""
+    in_state(bench, State.ARMED)
+    bench.controller.receive_interlock(False, bench.now - 0.05, bench.now)
+    assert bench.controller.state is State.DISARMED
+    assert bench.controller.reason == 'interlock: is false'
+
+
+def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
+    before = iter([bench.now])
+    with pytest.raises(RefusedError, match='because this process paused') as caught:
+        bench.controller.execute(
+            goal_of(plan_of(SHOT)), lambda: next(before, bench.now + Settings().max_pause + 0.01)
+        )
+    assert caught.value.outcome is Outcome.NOT_READY
+    assert State.AIMING not in bench.states
+    bench.run(0.1)
+    assert not np.abs(bench.mechanism.measured()[1]).max() > 1e-3
+
+
+def test_other_settings_undo_no_latch_and_no_distrust(bench):
+    in_state(bench, State.AIMED)
+    bench.estop = True
+    bench.tick()
+    bench.estop = False
+    bench.now += 1.0
+    bench.tick()  # notices the pause
+    other = Bench()
+    other.now = bench.now
+    other.controller.take_over(bench.controller)
+    assert other.controller.state is State.ESTOP
+    assert other.controller.reason == 'estop: pressed'
+    assert other.controller.command.trajectory is None
+    other.run(0.1)
+    assert 'not trusted for another' in other.controller.clear(other.now).reason
+    other.run(5.0)
+    assert other.controller.clear(other.now).accepted
+    with pytest.raises(RefusedError) as caught:
+        other.send_goal(SHOT)
+    assert caught.value.outcome is Outcome.NONCE_REPEATED

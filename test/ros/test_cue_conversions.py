@@ -1,6 +1,7 @@
 """The mechanical cue's messages to the library and back, without any middleware."""
 
 import math
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -24,6 +25,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import prepare
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import cue_conversions as conversions
+from billiard_shot.ros.cue_driver import CueDriver
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
@@ -158,3 +160,16 @@ def constants(interface):
 def test_constants_are_the_enumerations():
     assert constants(CueState) == {state.name: state.value for state in State}
     assert constants(ExecuteShot.Result) == {outcome.name: outcome.value for outcome in Outcome}
+
+
+def test_an_error_while_a_goal_is_taken_is_a_fault():
+    """If an exception ends an action, rclpy gives it the outcome 0, which is OK."""
+    driver, goal = MagicMock(_inactive=''), MagicMock()
+    driver._controller.reason = 'error of this program'
+    driver.get_parameter.side_effect = KeyError('frame')
+    with pytest.raises(StopIteration) as ended:
+        CueDriver._execute(driver, goal).send(None)
+    assert ended.value.value.outcome == Outcome.FAULT
+    assert ended.value.value.message == 'error of this program'
+    driver.survive.assert_called_once()
+    goal.abort.assert_called_once()

@@ -1,5 +1,6 @@
 """What the driver refuses and reports: other drivers, settings, clocks, silence."""
 
+import copy
 from pathlib import Path
 import signal
 
@@ -14,12 +15,15 @@ from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Header
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
 import yaml
 
+from billiard_shot.cue.mechanism import JOINTS
+from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.cue_parameters import CUE_MODEL
 from billiard_shot.ros.demo import SIMULATION
@@ -145,6 +149,73 @@ def test_an_older_table_state_does_not_replace_a_newer_one(cell):
     finally:
         cell.player.destroy_publisher(publisher)
         cell.services['table_sim/reset'].call(Trigger.Request())
+
+
+def restore_table(cell):
+    cell.services['table_sim/reset'].call(Trigger.Request())
+    assert cell.player.until(lambda: cell.health()['table'] == 'ok', PATIENCE)
+
+
+@pytest.mark.parametrize('wrong', ['two balls of a name', 'frame'])
+def test_a_table_that_is_not_valid_is_not_known_any_more(cell, wrong):
+    """A shot that waits for its table is given up: the balls may have moved."""
+    cell.wait_for_services()
+    publisher = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
+    bad = copy.deepcopy(cell.player.table)
+    if wrong == 'frame':
+        bad.header.frame_id = 'camera'
+    else:
+        bad.balls.append(bad.balls[0])
+    cell.begin(cell.goal(wrong))
+    try:
+        cell.reach(State.AIMING)
+        publisher.publish(bad)
+        cell.reach(State.DISARMED)
+        assert cell.health()['table'] == 'table_state: no valid message received'
+        assert cell.player.until(cell.ended.done, PATIENCE)
+        assert cell.ended.result().result.outcome == Outcome.TABLE_MOVED
+    finally:
+        cell.player.destroy_publisher(publisher)
+        restore_table(cell)
+
+
+def test_stamps_before_1970_do_not_end_the_driver(cell):
+    cell.wait_for_services()
+    before = cell.processes['cue_driver'].pid
+    table = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
+    joints = cell.player.create_publisher(JointState, f'{SPACE}/joint_states', 10)
+    state = copy.deepcopy(cell.player.table)
+    state.header.stamp.sec = -1
+    rest = [0.0] * len(JOINTS)
+    message = JointState(header=state.header, name=JOINTS, position=rest, velocity=rest)
+    try:
+        for _ in range(20):
+            table.publish(state)
+            joints.publish(message)
+            cell.player.until(lambda: False, 0.1)
+    finally:
+        cell.player.destroy_publisher(table)
+        cell.player.destroy_publisher(joints)
+        restore_table(cell)
+    assert cell.call('cue_driver/disarm').success
+    assert cell.processes['cue_driver'].pid == before
+    assert cell.processes['cue_driver'].poll() is None
+
+
+def test_new_settings_do_not_clear_a_latch(cell):
+    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
+    cell.wait_for_services(change)
+    cell.estop.publish(Bool(data=True))
+    cell.reach(State.ESTOP)
+    for number in (
+        Transition.TRANSITION_DEACTIVATE,
+        Transition.TRANSITION_CLEANUP,
+        Transition.TRANSITION_CONFIGURE,
+        Transition.TRANSITION_ACTIVATE,
+    ):
+        assert change.call(ChangeState.Request(transition=Transition(id=number))).success
+        assert cell.state is State.ESTOP
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
 
 
 def test_it_says_what_it_waits_for(cell, launch_once):

@@ -64,6 +64,47 @@ def test_a_signal_during_a_finalizer_ends_a_node():
     assert 'Traceback' not in ended.stdout
 
 
+FAILING = """
+import os
+import signal
+
+from rclpy.node import Node
+
+from billiard_shot.ros.node_runner import run, steady_timer
+
+class Failing(Node):
+    count = 0
+
+    def __init__(self):
+        super().__init__('failing')
+        steady_timer(self, 0.05, self.fail)
+
+    def fail(self):
+        self.count += 1
+        raise ValueError(f'error {self.count}')
+
+    def survive(self, error):
+        print(f'survived {error}', flush=True)
+        if self.count == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+
+run(Failing, 'failing', [], survive=Failing.survive)
+"""
+
+
+def test_a_node_that_survives_errors_goes_on():
+    ended = subprocess.run(
+        [sys.executable, '-c', FAILING],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stdout
+    assert ended.stdout.splitlines() == [f'survived error {i}' for i in (1, 2, 3)]
+
+
 @pytest.mark.parametrize(
     ('setting', 'words'),
     [
