@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 import threading
+import traceback
 from typing import Any, TypeAlias
 
 from billiard_shot_msgs.action import PlanShot
@@ -50,6 +51,7 @@ class Search:
     reported: int = 0  # simulations in the last feedback
     result: PlanResult | None = None
     plan_id: str = ''
+    trace: str = ''  # of an error in the library
     thread: threading.Thread | None = None
 
     def begin(self) -> None:
@@ -72,9 +74,17 @@ class Search:
                 time_limit=request.time_limit,
             )
         except ValueError as error:
-            self.result = PlanResult(
-                Status.INVALID_REQUEST, str(error), (), 0, 0.0, request.scene.noise
+            self._fail(Status.INVALID_REQUEST, str(error))
+        except Exception as error:  # without a result, the status of the answer would be OK
+            self.trace = traceback.format_exc()
+            self._fail(
+                Status.NO_PLAN,
+                f'the search failed with {type(error).__name__}: {error}; the log of the planner '
+                'has the traceback',
             )
+
+    def _fail(self, status: Status, message: str) -> None:
+        self.result = PlanResult(status, message, (), 0, 0.0, self.request.scene.noise)
 
     def _on_progress(self, progress: Progress) -> None:
         self.progress = progress
@@ -233,6 +243,8 @@ class Planner(Node):
         if result is None:
             return
         self.get_logger().info(f'{result.status.name}: {result.message}')
+        if search.trace:
+            self.get_logger().error(search.trace)
         if result.ranking:
             self._last = LastPlan(result.ranking)
             search.plan_id = self._last.plan_id

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from billiard_shot import predict, Scene, Shot
+from billiard_shot import predict, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
 from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
@@ -72,9 +72,13 @@ class Predictor(Node):
                 scene = conversions.scene_of(scene, self._table)
         except conversions.BadRequestError as error:
             return conversions.refusal(error.status, str(error))
-        shot = predict(
-            scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
-        )
+        try:
+            shot = predict(
+                scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
+            )
+        except ValueError as error:
+            why = str(error).replace('position: ', 'ball_position: ', 1)
+            return conversions.refusal(Status.INVALID_REQUEST, why)
         response = conversions.response_of(shot, request.sample_count or self._sample_count)
         if response.trajectory.times:
             self._shown = shot

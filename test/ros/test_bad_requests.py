@@ -86,6 +86,22 @@ def test_cue_through_cloth(start, node):
     assert 'cloth' in answer.message
 
 
+def test_a_ball_that_cannot_lie_there(start, node):
+    """blocked: by default the ball is at the origin, where another one lies."""
+    start('-p', 'scene:=blocked', '-r', '__ns:=/blocked')
+    client = PatientCaller(node, PredictShot, '/blocked/predict_shot')
+    assert client.wait_for_service()
+    request = level_shot()
+    for x, words in ((0.0, 'overlaps ball'), (5.0, 'ball_position: (5, 0) is not allowed')):
+        request.ball_position.x = x
+        request.cue_pose.position.x = x - 0.2
+        answer = client.call(request, repeatable=True)
+        assert Status(answer.status) is Status.INVALID_REQUEST
+        assert answer.message.startswith('ball_position: ')
+        assert words in answer.message
+        assert not answer.trajectory.times
+
+
 @pytest.mark.parametrize('value', [1e-300, 1e-12, 1e12, 1e300])
 def test_absurd_speeds_get_finite_answers(ask, value):
     request = request_for(*PAPER_SHOTS['massé'], RADIUS)

@@ -21,9 +21,10 @@ from waiting import PATIENCE, spin_until
 from billiard_shot import plan, predict, Scene, Status, Stroke
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.targets import read_target
-from billiard_shot.ros import conversions, plan_conversions
+from billiard_shot.ros import conversions, plan_conversions, planner
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.plan_conversions import PlanRequest
+from billiard_shot.ros.planner import Search
 
 SCENE = Scene.load('blocked')
 DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
@@ -349,3 +350,16 @@ def test_a_warning_is_part_of_the_message():
     other_way = Stroke.from_offsets(azimuth=best.stroke.offsets[3] + 0.5, elevation=0.1, speed=1.0)
     message = plan_conversions.ranked_message(replace(best, stroke=other_way), Header(), 2)
     assert message.warning == 'without errors the target is missed'
+
+
+def test_a_search_that_fails_has_a_result(monkeypatch):
+    def broken(*_, **__):
+        raise ZeroDivisionError('in the library')
+
+    monkeypatch.setattr(planner, 'plan', broken)
+    search = Search(DEFAULT, None, None)
+    search.begin()
+    search.thread.join()
+    assert search.result.status == Status.NO_PLAN
+    assert 'failed with ZeroDivisionError: in the library' in search.result.message
+    assert 'in broken' in search.trace
