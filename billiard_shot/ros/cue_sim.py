@@ -6,7 +6,6 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
@@ -154,7 +153,8 @@ class CueSim(Node):
             self._now += self._period
             self._mechanism.advance(self._now)
             position, velocity = self._mechanism.measured()
-            stamp = ros_now - Duration(nanoseconds=int(1e9 * self._behind))
+            # a clock that follows /clock begins at 0
+            stamp = Time(nanoseconds=max(ros_now.nanoseconds - int(1e9 * self._behind), 0))
             self._joints.publish(
                 conversions.joints_message(self._names, position, velocity, stamp.to_msg())
             )

@@ -20,6 +20,7 @@ from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import ListParameters, SetParameters
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Header
 from waiting import PATIENCE, PatientCaller, spin_until
 
@@ -314,6 +315,16 @@ def test_another_process_killed_does_no_harm(cell):
     assert cell.call('cue_driver/arm').success
     assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.OK
+
+
+def test_the_mechanism_waits_for_no_clock(launch_once, node):
+    """Simulated time is 0 until the first message on /clock."""
+    joints = []
+    node.create_subscription(JointState, '/no_clock/joint_states', joints.append, 10)
+    process = launch_once('cue_sim', '-r', '__ns:=/no_clock', '-p', 'use_sim_time:=true')
+    assert spin_until(node, lambda: len(joints) > 20 or process.poll() is not None)
+    assert process.poll() is None, process.stdout.read()
+    assert joints[-1].header.stamp == Time()
 
 
 @pytest.mark.parametrize('name', ['cue_driver', 'cue_sim', 'table_sim'])
