@@ -126,7 +126,7 @@ CUE_DRIVER = (
     Parameter(
         'settle_time',
         0.1,
-        'Time from armed to the start of the stroke.',
+        'Time from armed to the start of the stroke; below arm_timeout.',
         unit='s',
         limits=(0.0, 10.0),
     ),
@@ -323,7 +323,7 @@ def settings_of(node: Node) -> Settings:
     Raises
     ------
     ValueError
-        If the time-outs are too short for the period of the commands.
+        If the time-outs are too short for the period of the commands, or for `settle_time`.
 
     """
     settings: Settings = read_into(Settings, node)
@@ -333,5 +333,10 @@ def settings_of(node: Node) -> Settings:
             'estop_timeout, interlock_timeout, joint_states_timeout: '
             f'{2 * settings.max_pause:g} s is not allowed; each must be at least four times the '
             f'period of {period:g} s'
+        )
+    if settings.settle_time >= settings.arm_timeout:
+        raise ValueError(
+            f'settle_time: {settings.settle_time:g} s is not allowed; it must be below '
+            f'arm_timeout, {settings.arm_timeout:g} s, or the cue would disarm before it fires'
         )
     return settings

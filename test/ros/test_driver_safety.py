@@ -332,11 +332,18 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
     assert said()[1].startswith('ignored a command: command 1 was written ')
 
 
-def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once):
-    process = launch_once('cue_driver', '-p', 'joint_states_timeout:=0.05')
+@pytest.mark.parametrize(
+    ('setting', 'words'),
+    [
+        ('joint_states_timeout:=0.05', 'at least four times the period'),
+        ('settle_time:=5.0', 'settle_time: 5 s is not allowed; it must be below arm_timeout, 5 s'),
+    ],
+)
+def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once, setting, words):
+    process = launch_once('cue_driver', '-p', setting)
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
-    assert 'at least four times the period' in said
+    assert words in said
     assert 'Traceback' not in said
 
 
