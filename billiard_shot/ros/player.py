@@ -32,7 +32,7 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cue.outcome import Outcome
+from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
@@ -220,7 +220,10 @@ class Player(Node):
 
     def balls(self) -> dict[str, tuple[float, float]]:
         """Return the current positions (x, y) [m] of the balls on the table."""
-        return cue_conversions.balls_of(self.known_table().balls)
+        try:
+            return cue_conversions.balls_of(self.known_table().balls)
+        except RefusedError as error:
+            raise NotReadyError(f'table_state: {error}') from None
 
     def known_table(self) -> TableState:
         """Last table state; NotReadyError if none has been received."""
@@ -231,8 +234,21 @@ class Player(Node):
     def goal(
         self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = DEFAULT_VALIDITY
     ) -> ExecuteShot.Goal:
-        """Make a sealed goal for a stroke at the cue ball, at its current position."""
-        plan = cue_conversions.plan_of(stroke, self.balls(), scene, shot_id)
+        """
+        Make a sealed goal for a stroke at the cue ball, at its current position.
+
+        Raises
+        ------
+        RefusedError
+            If the cue ball is not on the table.
+
+        """
+        balls = self.balls()
+        if CUE_BALL not in balls:
+            raise RefusedError(
+                Outcome.INVALID_PLAN, f'table_state has no ball {CUE_BALL!r} on the table'
+            )
+        plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
         return sealed_goal(plan, header, valid_for)
@@ -497,7 +513,11 @@ def main(args: Sequence[str] | None = None) -> None:
 
     def play_stroke(player: Player, item: tuple[str, Stroke]) -> bool:
         name, stroke = item
-        goal = player.goal(stroke, scene, f'{name} {short_id()}', options.valid_for)
+        try:
+            goal = player.goal(stroke, scene, f'{name} {short_id()}', options.valid_for)
+        except RefusedError as error:
+            print(f'{name}: {error}', flush=True)
+            return False
         return play_shot(player, name, goal, options.arm)
 
     run_player(

@@ -31,6 +31,7 @@ from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.demo import SIMULATION
+from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.player import NotReadyError
 from billiard_shot.shot.replay import from_json
 
@@ -57,6 +58,26 @@ def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(cell):
             assert tuple(player.wait_for_rest(strike)) == (0.3, 0.0)
     finally:
         player.table = known
+
+
+@pytest.mark.parametrize(
+    ('balls', 'code', 'words'),
+    [
+        ([BallState(id='8'), BallState(id='cue', pocketed=True)], 1, "no ball 'cue' on the table"),
+        ([BallState(id='8'), BallState(id='8')], 3, "table_state: balls: '8' occurs twice"),
+    ],
+)
+def test_the_player_says_that_a_table_cannot_be_played(cell, launch_once, balls, code, words):
+    publisher = cell.player.create_publisher(TableState, 'unplayable', LATCHED)
+    publisher.publish(TableState(balls=balls))
+    space = ('-r', f'__ns:={SPACE}', '-r', 'table_state:=unplayable')
+    process = launch_once('player', *space, '--', '--speed', '0.5')
+    assert cell.player.until(lambda: process.poll() is not None, PATIENCE)
+    said = process.stdout.read()
+    assert process.returncode == code, said
+    assert words in said
+    assert 'Traceback' not in said
+    cell.player.destroy_publisher(publisher)
 
 
 def test_the_loop_is_closed(cell):
