@@ -1,6 +1,6 @@
 """Positions of balls: not in each other, not in a cushion, not over a pocket."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, count
 import math
 from typing import Any
@@ -11,6 +11,8 @@ from billiard_shot.scene.errors import Mistake
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
 ROUNDED = 0.002  # m: so much nearer comes a ball to the ends of noses, which are rounded
+# Depth in a nose, in radii, from which on a ball cannot be pressing it: balls of 20 m/s reach 0.4.
+PRESSED = 0.5
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
@@ -54,10 +56,15 @@ def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[floa
     )
 
 
-def no_place(table: Any, x: float, y: float, radius: float) -> str:
-    """Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth."""
+def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0) -> str:
+    """
+    Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth.
+
+    It may be as deep in a nose as `pressed` [m].
+    """
     # a nose is higher than the centre of a ball, which touches it nearer than by its radius
     standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
+    standoff -= pressed
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
     # Distance of the ball from the mouth of the pocket, outwards, and from its middle, sideways.
     corner = (beyond[0] + beyond[1] + table.corner.mouth * math.sqrt(0.5)) * math.sqrt(0.5)
@@ -81,10 +88,20 @@ def no_place(table: Any, x: float, y: float, radius: float) -> str:
     )
 
 
-def is_off(table: Any, x: float, y: float, radius: float) -> bool:
-    """Whether the centre of a ball at (x, y) [m] is beyond the noses, but in no pocket's mouth."""
+def no_start(
+    table: Any, position: Sequence[float], velocity: Sequence[float], radius: float
+) -> str:
+    """
+    Say why a ball cannot begin at (x, y, z) [m] with a velocity; empty if it can.
+
+    At rest it must lie as `no_place` says. If it moves, it may be pressing a nose; in the air, it
+    may be above one.
+    """
+    x, y, z = position
     beyond = abs(x) > 0.5 * table.length or abs(y) > 0.5 * table.width
-    return beyond and bool(no_place(table, x, y, radius))
+    if z - radius > rounding.PLACE and not beyond:
+        return ''
+    return no_place(table, x, y, radius, PRESSED * radius if any(velocity) else 0.0)
 
 
 def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:

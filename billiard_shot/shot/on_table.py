@@ -10,7 +10,7 @@ from billiard_shot.impact import CollisionResult
 from billiard_shot.numerics import rounding
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL, is_off
+from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.contact_geometry import gaps_of
 from billiard_shot.shot.group_strike import may_reach, strike_group
 from billiard_shot.shot.model import StrikeModel
@@ -30,7 +30,7 @@ def has_table(scene: Scene) -> bool:
 
 
 def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
-    """Raise ValueError if the cue ball cannot be there, because another one is, or no table."""
+    """Raise ValueError if the cue ball cannot be there, because another one is, or a cushion."""
     x, y = float(centre[0]), float(centre[1])
     for name, (other_x, other_y) in scene.balls.items():
         overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
@@ -39,12 +39,8 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
                 f'position: ({x:g}, {y:g}) is not allowed; there it overlaps ball {name!r} by '
                 f'{overlap:.3g} m'
             )
-    table = scene.table
-    if table is not None and is_off(table, x, y, scene.ball.radius):
-        raise ValueError(
-            f'position: ({x:g}, {y:g}) is not allowed; it must be on the table, within '
-            f'{0.5 * table.length:g} and {0.5 * table.width:g} of its middle (m)'
-        )
+    if scene.table is not None and (why := no_place(scene.table, x, y, scene.ball.radius)):
+        raise ValueError(f'position: ({x:g}, {y:g}) is not allowed; {why}')
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:

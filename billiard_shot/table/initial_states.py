@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import is_off
+from billiard_shot.scene.placement import no_start
 from billiard_shot.scene.values import as_floats, check_type
 from billiard_shot.table.trajectory import BallState
 
@@ -56,13 +56,9 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
                 f'states[{name!r}].position: {array[0, i, 2]:.6g} is not allowed as z; it must be '
                 f'at least the radius, {radius:g} (m)'
             )
-        table = scene.table
-        if table is not None and is_off(table, array[0, i, 0], array[0, i, 1], radius):
-            raise ValueError(
-                f'states[{name!r}].position: ({array[0, i, 0]:g}, {array[0, i, 1]:g}) is not '
-                f'allowed; it must be on the table, within {0.5 * table.length:g} and '
-                f'{0.5 * table.width:g} of its middle (m)'
-            )
+        x, y, z, *velocity = array[0, i, :6].tolist()
+        if scene.table is not None and (why := no_start(scene.table, (x, y, z), velocity, radius)):
+            raise ValueError(f'states[{name!r}].position: ({x:g}, {y:g}) is not allowed; {why}')
     names, places = list(states), array[0, :, :3]
     if len(names) > 1:
         gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius

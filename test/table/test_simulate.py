@@ -165,7 +165,10 @@ def test_a_bad_row_has_a_status_of_its_own():
     ('states', 'mistake'),
     [
         ({'cue': state(0, 0), '1': state(R, 0)}, "balls 'cue' and '1' overlap by 0.0286"),
-        ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: .* on the table"),
+        ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: \(1\.3, 0\) .* the cushions leave"),
+        ({'cue': state(1.26, 0.3)}, r'position: \(1\.26, 0\.3\) .* x from -1\.242 to 1\.242 and'),
+        ({'cue': state(1.26, 0.3, (-1, 0, 0))}, r'x from -1\.257 to 1\.257 and'),
+        ({'cue': state(1.3, 0, height=0.2)}, r'position: .* the cushions leave'),
         ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
         ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
         ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
@@ -343,5 +346,14 @@ def test_workers_and_rows_are_checked():
 def test_a_ball_may_begin_in_the_mouth_of_a_pocket():
     run = simulate('pool_table', {'cue': state(0.0, 0.638)})
     assert run.status == Status.OK
-    with pytest.raises(ValueError, match='must be on the table'):
+    with pytest.raises(ValueError, match='the cushions leave'):
         simulate('pool_table', {'cue': state(0.3, 0.638)})
+
+
+def test_a_ball_may_begin_above_a_nose_or_while_it_presses_one():
+    assert simulate('pool_table', {'cue': state(1.26, 0.3, height=0.2)}).pocketed == {}
+    run = simulate('pool_table', {'cue': state(1.2, 0.3, (8, 1, 0))})
+    met = next(event.time for event in run.events if event.kind == EventKind.CUSHION)
+    pressing = run.at(met + 1e-3)['cue']
+    assert pressing.position[0] > 1.2425
+    assert simulate('pool_table', {'cue': pressing}).status == Status.OK
