@@ -35,6 +35,7 @@ BRIEF, THOROUGH = 8, 40  # evaluations of a refinement
 APART = 0.1  # radii and rad, between starts
 RIM = 0.75  # largest a and b: farther out every tip slips
 BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
+SLOWEST = 1e-12  # m/s
 EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
 STEP = 1e-6  # of the difference quotients, in radii and rad
 
@@ -77,7 +78,8 @@ def invert_strike(
     Raises
     ------
     ValueError
-        If a number is not finite, or the velocity is zero.
+        If a number is not finite, if the velocity is zero, or if no stroke comes nearer to the
+        wanted ones than a ball at rest, as where the ball should move straight down.
 
     """
     scene = Scene.load(scene)
@@ -85,6 +87,11 @@ def invert_strike(
     problem = _Problem(scene, model._replace(follows=False), _wanted(scene, velocity, spin))
     found = problem.solve()
     azimuth, speed = problem.project(found[np.newaxis])[1:]
+    if speed[0] <= SLOWEST:
+        raise ValueError(
+            f'velocity: {velocity!r} is not allowed; it must be one to which, with the spin '
+            f'{spin!r}, a stroke comes nearer than a ball at rest (m/s)'
+        )
     numbers = np.concatenate([found, azimuth, speed])
     errors = motions_after(scene, model, numbers[np.newaxis])[0] - problem.wanted
     return Inverse(Stroke.from_offsets(*numbers.tolist()), float(np.linalg.norm(errors)))
@@ -106,7 +113,7 @@ class _Problem(NamedTuple):
         azimuth = np.angle(turn)
         upright = motion[:, [2, 5]] @ self.wanted[[2, 5]]
         speed = (np.abs(turn) + upright) / (motion**2).sum(axis=1)
-        speed = np.where(speed > 1e-12, speed, 1e-12)  # NaN: no stroke
+        speed = np.where(speed > SLOWEST, speed, SLOWEST)  # NaN: no stroke
         turned = level * (speed * np.exp(1j * azimuth))[:, np.newaxis]
         errors = speed[:, np.newaxis] * motion - self.wanted
         errors[:, [0, 3]] = turned.real - self.wanted[[0, 3]]

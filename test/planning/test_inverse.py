@@ -113,6 +113,7 @@ def test_strikes_are_those_of_predict():
         ({'velocity': (1, 0)}, 'velocity'),
         ({'velocity': (1, 0, 0), 'spin': (0, float('nan'), 0)}, 'spin'),
         ({'velocity': 'fast'}, 'velocity'),
+        ({'velocity': (0, 0, -1)}, 'velocity'),
     ],
 )
 def test_what_makes_no_sense_is_named(arguments, named):
