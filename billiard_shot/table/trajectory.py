@@ -143,7 +143,10 @@ class Trajectory:
         Before 0 it is the one at 0. At the time of an event it is the one just after it. A ball
         that never rests keeps its last motion.
         """
-        t = np.asarray(time, dtype=float)
+        try:
+            t = np.asarray(time, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            t = np.array(np.nan)
         if not np.isfinite(t).all():
             raise ValueError(f'time: {time!r} is not allowed; it must be finite (s)')
         t = np.clip(t, 0.0, self.duration if self.comes_to_rest else None)

@@ -112,5 +112,6 @@ def test_at_takes_any_shape_and_clamps():
     assert rest.motion == Motion.REST
     assert not rest.velocity.any()
     assert not rest.spin.any()
-    with pytest.raises(ValueError, match='time: nan is not allowed'):
-        path.at(np.nan)
+    for time in (np.nan, 'x', None, [0.0, [1.0]], 10**400):
+        with pytest.raises(ValueError, match=r'time: .* is not allowed; it must be finite'):
+            path.at(time)
