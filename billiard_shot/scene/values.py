@@ -9,6 +9,13 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene.errors import refused
 
+LARGEST = 1e12
+"""
+Largest coordinate [m], speed [m/s] and spin [rad/s].
+
+There rounding is as large as the tolerance of predictions, and powers do not overflow yet.
+"""
+
 
 def as_float(value: object) -> float:
     """Return a number as a float: infinite if it is too large for one, NaN if it is no number."""

@@ -12,7 +12,7 @@ from billiard_shot import machine_code
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.values import as_floats, check_type, positive
+from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
 from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place
@@ -180,10 +180,10 @@ def _centre(
     on_cloth = place.shape == (2,) or (
         place.shape == (3,) and (place[2] == 0.0 or abs(place[2] - radius) <= 1e-6 * radius)
     )
-    if not on_cloth or not np.isfinite(place).all():
+    if not on_cloth or not (np.abs(place) <= LARGEST).all():
         raise ValueError(
             f'position: {position!r} is not allowed; it must be finite (x, y) or (x, y, z), '
-            f'z 0 or the radius, {radius:g} (m)'
+            f'x and y {-LARGEST:g} to {LARGEST:g}, z 0 or the radius, {radius:g} (m)'
         )
     check_place(scene, place)
     return np.array([place[0], place[1], radius])

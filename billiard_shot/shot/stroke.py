@@ -9,11 +9,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.numerics import rounding
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import as_float
+from billiard_shot.scene.values import as_float, LARGEST, positive
 
 Vector = tuple[float, float, float]
 Numbers = Sequence[float] | NDArray[np.float64]
+
+SPEEDS = 1.0 / LARGEST, LARGEST  # m/s
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -26,7 +29,7 @@ class Stroke:
     normal : (3,) array_like
         Outward normal of the ball where the tip hits it, frame `table`; any length but 0.
     velocity : (3,) array_like
-        Velocity of the cue [m/s], frame `table`; not 0.
+        Velocity of the cue [m/s], frame `table`; 1e-12 to 1e12 long.
     axis : bool
         Whether `normal` is where the axis of the cue meets the ball, so that a rounded tip touches
         it elsewhere. Else the tip touches the ball there, whatever its shape.
@@ -34,8 +37,9 @@ class Stroke:
     Raises
     ------
     ValueError
-        If a number is not finite, or a vector is zero or of the wrong length. A stroke that cannot
-        be played is no error: `predict` says what is wrong with it.
+        If a number is not finite or out of range, or a vector is zero or has more or fewer than
+        three numbers. A stroke that cannot be played is no error: `predict` says what is wrong
+        with it.
 
     """
 
@@ -50,8 +54,7 @@ class Stroke:
     ) -> None:
         x, y, z = _direction('normal', normal, 3)
         u, v, w = _numbers('velocity', velocity, 3)
-        if u == v == w == 0.0:
-            raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
+        _check_speed('velocity', velocity, math.hypot(u, v, w), 'its length')
         object.__setattr__(self, 'normal', (x, y, z))
         object.__setattr__(self, 'velocity', (u, v, w))
         object.__setattr__(self, 'axis', bool(axis))
@@ -98,7 +101,7 @@ class Stroke:
             Direction of its horizontal part, counter-clockwise from +x [rad], -2 pi to 2 pi; 0 by
             default.
         speed : float
-            Of the cue [m/s], above 0.
+            Of the cue [m/s], 1e-12 to 1e12.
         elevation_deg, azimuth_deg : float
             The same angles in degrees, instead of `elevation` and `azimuth`.
         axis : bool
@@ -115,8 +118,8 @@ class Stroke:
         elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         azimuth = _angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
-            raise ValueError('speed: missing; it must be above 0 (m/s)')
-        _positive('speed', speed, 'm/s')
+            raise ValueError(f'speed: missing; it must be {SPEEDS[0]:g} to {SPEEDS[1]:g} (m/s)')
+        _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
 
     @classmethod
@@ -133,7 +136,7 @@ class Stroke:
         quaternion : (4,) array_like
             Orientation of the tip frame, x y z w, any length but 0; +x points along the stroke.
         speed : float
-            Of the cue along +x [m/s], above 0.
+            Of the cue along +x [m/s], 1e-12 to 1e12.
         ball : (3,) array_like
             Centre of the ball [m]; it lies on the cloth, so that z is its radius.
 
@@ -141,8 +144,8 @@ class Stroke:
         centre = np.array(_numbers('ball', ball, 3))
         away = np.array(_numbers('position', position, 3)) - centre
         x, y, z, w = _direction('quaternion', quaternion, 4)
-        radius = _positive('ball', centre[2].item(), 'm; z, the radius')
-        _positive('speed', speed, 'm/s')
+        radius = positive('ball', centre[2].item(), 'm; z, the radius')
+        _check_speed('speed', speed, _number('speed', speed))
         along = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
         ahead = -(away @ along)  # distance to the point of the path next to the ball's centre
         aside = away + ahead * along
@@ -283,10 +286,13 @@ def _angle(
     return angle
 
 
-def _positive(name: str, value: float, unit: str) -> float:
-    if not _number(name, value) > 0.0:
-        raise ValueError(f'{name}: {value!r} is not allowed; it must be above 0 ({unit})')
-    return value
+def _check_speed(name: str, value: object, speed: float, what: str = 'it') -> None:
+    low, high = SPEEDS
+    # the length of a vector is rounded
+    if not low * (1.0 - rounding.SUM) <= speed <= high * (1.0 + rounding.SUM):
+        raise ValueError(
+            f'{name}: {value!r} is not allowed; {what} must be {low:g} to {high:g} (m/s)'
+        )
 
 
 def _numbers(name: str, values: Numbers, count: int) -> list[float]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_start
-from billiard_shot.scene.values import as_floats, check_type
+from billiard_shot.scene.values import as_floats, check_type, LARGEST
 from billiard_shot.table.trajectory import BallState
 
 STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
@@ -45,10 +45,10 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
     for i, (name, state) in enumerate(states.items()):
         rows = _row(name, state)
         for k, (field, row) in enumerate(zip(('position', 'velocity', 'spin'), rows, strict=True)):
-            if row.shape != (3,) or not np.isfinite(row).all():
+            if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
                 raise ValueError(
                     f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
-                    'be three finite numbers'
+                    f'be three finite numbers, {-LARGEST:g} to {LARGEST:g}'
                 )
             array[0, i, 3 * k : 3 * k + 3] = row
         if array[0, i, 2] < radius * MIN_HEIGHT:

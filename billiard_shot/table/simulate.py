@@ -15,7 +15,7 @@ from billiard_shot import machine_code
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
-from billiard_shot.scene.values import positive, whole
+from billiard_shot.scene.values import LARGEST, positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
 from billiard_shot.table.cluster import room_for
@@ -128,7 +128,8 @@ def simulate(
         Its `table`; without one the cloth is endless. `balls` does not count here. A name or path
         is read as by `Scene.load`.
     states : mapping of str to BallState
-        The balls by name: position (3,) [m], velocity (3,) [m/s], spin (3,) [rad/s].
+        The balls by name: position (3,) [m], velocity (3,) [m/s], spin (3,) [rad/s]; numbers of
+        at most 1e12.
     tolerance : float
         Hops of a ball that move it by less are left out [m], above 0.
     max_events : int
@@ -287,8 +288,8 @@ def simulate_batch(
         As for `simulate`.
     states : mapping of str to BallState, or sequence of such mappings
         One mapping whose arrays are (tables, 3), or (3,) for all tables alike; or a mapping for
-        each table, all with the same balls. A row that cannot be (not finite, overlapping balls)
-        gets the status INVALID_REQUEST.
+        each table, all with the same balls. A row that cannot be (not finite or too large,
+        overlapping balls) gets the status INVALID_REQUEST.
     workers : int, optional
         Threads; by default as many as there are cores.
 
@@ -299,6 +300,7 @@ def simulate_batch(
     if workers is not None:
         workers = whole('workers', workers, 1)
     names, array = batch_states(states)
+    array[np.abs(array) > LARGEST] = np.nan  # which compiled code refuses
     if len(array) > INTERPRETED_AT_MOST:
         machine_code.require()
     task = TableTask(*params_on_table(scene), array, tolerance, tolerance, max_events)

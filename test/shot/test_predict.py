@@ -272,7 +272,9 @@ def test_wrong_tolerance(tolerance):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), tolerance=tolerance)
 
 
-@pytest.mark.parametrize('position', [(1,), (0, 0, 1), (math.nan, 0), (0, 10**400), 'ab'])
+@pytest.mark.parametrize(
+    'position', [(1,), (0, 0, 1), (math.nan, 0), (0, 10**400), (0, 1e13), 'ab']
+)
 def test_wrong_position(position):
     with pytest.raises(ValueError, match=r'position: .* not allowed; it must be finite'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), position=position)

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot import Stroke
-from billiard_shot.shot.stroke import axes
+from billiard_shot import predict, Stroke
+from billiard_shot.shot.stroke import axes, SPEEDS
 
 ANGLE = st.floats(-3.1, 3.1)
 OFFSET = st.floats(-0.7, 0.7)
@@ -65,7 +65,8 @@ def test_a_pose_finds_the_contact(a, b, elevation, azimuth, way, twist, scale):
         (((1, 0, math.nan), (1, 0, 0)), 'normal: nan is not allowed; it must be a finite number'),
         (((1, 0, '0'), (1, 0, 0)), "normal: '0' is not allowed"),
         (((1, 0, True), (1, 0, 0)), 'normal: True is not allowed'),
-        (((1, 0, 0), (0, 0, 0)), 'velocity: .* must not be zero'),
+        (((1, 0, 0), (0, 0, 0)), 'velocity: .* its length must be 1e-12 to'),
+        (((1, 0, 0), (1e200, 0, 1e200)), 'velocity: .* its length must be 1e-12 to'),
         (((1, 0, 0), (1, math.inf, 0)), 'velocity: inf is not allowed'),
         (((1, 0, 0), (1, 10**400, 0)), 'velocity: 10+ is not allowed'),
         ((1, (1, 0, 0)), 'normal: 1 is not allowed'),
@@ -84,8 +85,11 @@ def test_what_is_no_stroke_is_an_error(arguments, text):
         ({'b': None}, 'b: None'),
         ({'elevation': math.inf}, 'elevation: inf'),
         ({'azimuth': 'x'}, "azimuth: 'x'"),
-        ({'speed': 0}, r'speed: 0 is not allowed; it must be above 0 \(m/s\)'),
+        ({'speed': 0}, r'speed: 0 is not allowed; it must be 1e-12 to 1e\+12 \(m/s\)'),
         ({'speed': -1.0}, 'speed: -1.0 is not allowed'),
+        ({'speed': 1e-300}, 'speed: 1e-300 is not allowed; it must be 1e-12 to'),
+        ({'speed': 1e300}, r'speed: 1e\+300 is not allowed; it must be 1e-12 to'),
+        ({'speed': math.nan}, 'speed: nan is not allowed; it must be a finite number'),
     ],
 )
 def test_wrong_offsets_are_an_error(changes, text):
@@ -101,8 +105,9 @@ def test_wrong_offsets_are_an_error(changes, text):
         ({'quaternion': (0, 0, 0, 0)}, 'quaternion: .* must not be zero'),
         ({'quaternion': (0, 0, 1)}, 'quaternion: .* must be 4 finite numbers'),
         ({'position': (0, 0, math.nan)}, 'position: nan'),
-        ({'ball': (0, 0, 0)}, 'ball: 0.0 is not allowed; it must be above 0'),
+        ({'ball': (0, 0, 0)}, 'ball: 0.0 is not allowed; it must be finite and above 0'),
         ({'speed': 0.0}, 'speed: 0.0 is not allowed'),
+        ({'speed': 1e16}, r'speed: 1e\+16 is not allowed'),
     ],
 )
 def test_wrong_poses_are_an_error(changes, text):
@@ -114,6 +119,14 @@ def test_wrong_poses_are_an_error(changes, text):
     }
     with pytest.raises(ValueError, match=text):
         Stroke.from_pose(**{**pose, **changes})
+
+
+@pytest.mark.parametrize('speed', SPEEDS)
+@pytest.mark.parametrize('turn', np.linspace(0.0, 1.5, 20))
+def test_the_slowest_and_the_fastest_stroke(speed, turn):
+    shot = predict('pool', Stroke.from_offsets(0.1, 0.2, turn, turn, speed))
+    assert not shot.status.refused
+    assert np.isfinite(shot.trajectory.final_position).all()
 
 
 def test_degrees_are_accepted_and_recognised():

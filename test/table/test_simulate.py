@@ -171,6 +171,7 @@ def test_a_bad_row_has_a_status_of_its_own():
         ({'cue': state(1.3, 0, height=0.2)}, r'position: .* the cushions leave'),
         ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
         ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
+        ({'cue': state(0, 0, (1e100, 0, 0))}, r"\['cue'\]\.velocity: .* -1e\+12 to 1e\+12"),
         ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
         ({'cue': BallState((0, 0, 10**400))}, r"states\['cue'\]\.position: .* three numbers"),
         ({'cue': {}}, r"states\['cue'\]: {} is not allowed; it must be a BallState"),
@@ -313,7 +314,8 @@ def test_rows_that_cannot_be_say_so_and_nothing_else():
     good = {'cue': state(0.3, 0.1, (1, 0, 0)), 'one': state(0.6, 0.1)}
     no_number = {'cue': state(np.nan, 0.1), 'one': state(0.6, 0.1)}
     off_the_table = {'cue': state(5.0, 0.1), 'one': state(0.6, 0.1)}
-    for rows in ([no_number, good, off_the_table], [off_the_table, no_number, good]):
+    too_fast = {'cue': state(0.3, 0.1, (1e13, 0, 0)), 'one': state(0.6, 0.1)}
+    for rows in ([no_number, good, off_the_table], [off_the_table, no_number, too_fast, good]):
         many = simulate_batch(POOL, rows)
         for i, row in enumerate(rows):
             if row is good:
@@ -331,6 +333,22 @@ def test_rows_that_cannot_be_say_so_and_nothing_else():
 def test_a_table_without_balls_is_refused(run):
     with pytest.raises(ValueError, match='states: no balls'):
         run(POOL, {})
+
+
+def test_the_largest_numbers_end_in_numbers():
+    far, fast = (
+        BallState((1e12, 0, R), (1e12, -1e12, 0), (1e12, 0, 1e12)),
+        state(0.3, 0, (1e12, 0, 0)),
+    )
+    for scene, states in (
+        (ENDLESS, {'cue': far, '1': state(0, 0)}),
+        (ENDLESS, {'cue': fast, '1': state(0.6, 0.01)}),
+        (POOL, {'cue': fast, '1': state(0.6, 0.01)}),
+    ):
+        run = simulate(scene, states)
+        assert all(np.isfinite(place).all() for place in run.final_position.values())
+    with pytest.raises(ValueError, match=r"states\['cue'\]\.position: .* -1e\+12 to 1e\+12"):
+        simulate(ENDLESS, {'cue': BallState((1e308, 0, R), (1e100, 0, 0))})
 
 
 def test_workers_and_rows_are_checked():
