@@ -119,14 +119,18 @@ class CueDriver(LifecycleNode):
         self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT)
         self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
-        self.create_service(Trigger, '~/arm', self._arm)
+        self.create_service(
+            Trigger, '~/arm', self._while_active('arm', lambda now: self._controller.arm(now))
+        )
         self.create_service(
             Trigger,
             '~/disarm',
             _answering(lambda: self._controller.disarm(steady_time(), 'disarmed by service')),
         )
         self.create_service(
-            Trigger, '~/clear_fault', _answering(lambda: self._controller.clear(steady_time()))
+            Trigger,
+            '~/clear_fault',
+            self._while_active('clear', lambda now: self._controller.clear(now)),
         )
         steady_timer(self, self.get_parameter('period').value, self._tick)
         steady_timer(self, 1.0, self._publish_diagnostics)
@@ -215,13 +219,13 @@ class CueDriver(LifecycleNode):
 
     def leave(self) -> None:
         """
-        Stop the mechanism, and take back the offer of commands.
+        Take back the offer of commands.
 
-        A signal ends the process without that. A new driver would see this one until its lease
-        expires, 20 s later, and would take it for a rival. Nothing else is taken back: in another
-        process the end of a publisher can deadlock with an announcement (Fast DDS 3.2).
+        A signal ends the process without that, and rclpy publishes nothing any more. A new driver
+        would see this one until its lease expires, 20 s later, and would take it for a rival.
+        Nothing else is taken back: in another process the end of a publisher can deadlock with an
+        announcement (Fast DDS 3.2).
         """
-        self._controller.disarm(steady_time(), 'the driver ends')
         self.destroy_publisher(self._actuation)
 
     # --- inputs and requests --------------------------------------------------------------------
@@ -257,13 +261,17 @@ class CueDriver(LifecycleNode):
             self._controller.receive_table(None)
             self._table = None
 
-    def _arm(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        decision = (
-            self._controller.arm(steady_time())
-            if not self._inactive
-            else Decision(False, self._controller.state, f'arm: {self._inactive}')
-        )
-        return _answer(response, decision)
+    def _while_active(
+        self, name: str, act: Callable[[float], Decision]
+    ) -> Callable[..., Trigger.Response]:
+        """Make the callback of a service that is refused if the node is not active."""
+
+        def decide() -> Decision:
+            if self._inactive:
+                return Decision(False, self._controller.state, f'{name}: {self._inactive}')
+            return act(steady_time())
+
+        return _answering(decide)
 
     async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
         self._decision_time = self.get_clock().now()
@@ -411,13 +419,14 @@ class CueDriver(LifecycleNode):
 
 def _answering(act: Callable[[], Decision]) -> Callable[..., Trigger.Response]:
     """Make the callback of a service that acts on the controller and answers with its decision."""
-    return lambda _, response: _answer(response, act())
 
+    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        decision = act()
+        response.success = decision.accepted
+        response.message = decision.reason or decision.state.name
+        return response
 
-def _answer(response: Trigger.Response, decision: Decision) -> Trigger.Response:
-    response.success = decision.accepted
-    response.message = decision.reason or decision.state.name
-    return response
+    return answer
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -286,31 +286,11 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
     cell.processes['cue_driver'].kill()
     cell.stands_still()
     cell.player.wait_for_rest()
-    start_driver(cell)
-
-
-def start_driver(cell):
     cell.player.states.clear()
     cell.start('cue_driver')
     assert cell.player.until(lambda: cell.player.states, PATIENCE)
     cell.player.wait_for_all()
     cell.wait_for_services()
-
-
-def test_a_driver_that_is_told_to_end_stops_the_mechanism(cell):
-    """It says so once, by a message that a busy machine may lose: so one of three counts."""
-
-    def is_told(number):
-        cell.prepare()
-        cell.begin(cell.goal(f'ended {number}'))
-        assert cell.player.until(cell.moving, PATIENCE)
-        cell.processes['cue_driver'].terminate()
-        assert cell.processes['cue_driver'].wait(timeout=PATIENCE) == 0
-        stop = cell.stands_still()
-        start_driver(cell)
-        return stop.silence is None
-
-    assert any(map(is_told, range(3)))
 
 
 def test_a_killed_mechanism_is_a_fault(cell):

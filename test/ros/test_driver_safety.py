@@ -214,6 +214,8 @@ def test_new_settings_do_not_clear_a_latch(cell):
         Transition.TRANSITION_ACTIVATE,
     ):
         assert change.call(ChangeState.Request(transition=Transition(id=number))).success
+        if number != Transition.TRANSITION_ACTIVATE:
+            assert 'not active' in cell.call('cue_driver/clear_fault').message
         assert cell.state is State.ESTOP
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
 
