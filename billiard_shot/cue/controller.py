@@ -37,6 +37,9 @@ from billiard_shot.scene import Scene
 OVERRUN = 0.1
 """Part of its range by which a joint may be beyond it, as after a late brake."""
 
+RESTING = 0.05
+"""Part of its largest speed at which a joint counts as being at rest."""
+
 RECOVERY = 4.0
 """
 Time after a pause during which no input is trusted [s].
@@ -194,6 +197,8 @@ class Controller:
         decision = self._decide(Event.AIM, now, goal_valid=True)
         if not decision.accepted:
             raise RefusedError(Outcome.NOT_READY, decision.reason)
+        if moving := self._moving_joint():
+            raise RefusedError(Outcome.NOT_READY, moving)
         self._registry.register(goal)
         if self._balls is None:
             raise RefusedError(Outcome.TABLE_UNKNOWN, 'table_state: no valid message received')
@@ -450,6 +455,15 @@ class Controller:
                 f'joint_states: incline is at {length:.4g} m, which is not between {shortest:g} '
                 f'and {longest:g} m'
             )
+        return ''
+
+    def _moving_joint(self) -> str:
+        """Return which joint still brakes; '' if none does: a trajectory begins at rest."""
+        for name, unit, axis, velocity in zip(
+            JOINTS, UNITS, self.mechanism.axes, self._velocity, strict=True
+        ):
+            if abs(velocity) > RESTING * axis.speed:
+                return f'{name} still moves, at {velocity:.3g} {unit}/s'
         return ''
 
     def _overdue(self, now: float) -> float:

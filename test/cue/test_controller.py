@@ -430,3 +430,15 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     with pytest.raises(RefusedError) as caught:
         other.send_goal(SHOT)
     assert caught.value.outcome is Outcome.NONCE_REPEATED
+
+
+def test_no_goal_is_accepted_while_the_cue_still_brakes(bench):
+    """Its trajectory would begin at rest, and replace the stop."""
+    in_state(bench, State.FIRING)
+    bench.run(0.04)
+    bench.controller.disarm(bench.now, 'by hand')
+    with pytest.raises(RefusedError, match='stroke still moves, at') as caught:
+        bench.send_goal(SHOT, 'too early')
+    assert caught.value.outcome is Outcome.NOT_READY
+    bench.run(1.0)
+    assert bench.play(SHOT, 'later').outcome is Outcome.OK

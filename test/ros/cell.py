@@ -220,6 +220,7 @@ class Cell:
         assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, PATIENCE)
         assert self.player.until(lambda: self.state is State.DISARMED, PATIENCE)
         self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
+        assert self.player.until(lambda: not self.moving(), PATIENCE)
         for heard in (self.commands, self.angles, self.log):
             heard.clear()
         del self.player.states[:-1]
