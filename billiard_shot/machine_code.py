@@ -94,9 +94,15 @@ def folder() -> Path:
 
 def look(seconds_interpreted: float) -> None:
     """Begin to load or to compile machine code if a process has interpreted for so long."""
-    if seconds_interpreted < LOADING_PAYS or _worker or not available():
-        return
-    if seconds_interpreted > COMPILING_PAYS or is_complete():
+    if seconds_interpreted > COMPILING_PAYS:
+        prepare()
+    elif seconds_interpreted >= LOADING_PAYS:
+        load()
+
+
+def load() -> None:
+    """Begin to load machine code if all of it is compiled; return at once."""
+    if not _worker and available() and is_complete():
         prepare()
 
 

@@ -105,9 +105,9 @@ class Controller:
         self._near = settings.aim_tolerance * np.array(ranges)
 
     @property
-    def knows_table(self) -> bool:
-        """Whether a table state has been received."""
-        return self._balls is not None
+    def table_problem(self) -> str:
+        """Why the balls are not known; '' if they are."""
+        return '' if self._balls is not None else 'table_state: no valid message received'
 
     @property
     def shot_id(self) -> str:
@@ -201,7 +201,7 @@ class Controller:
             raise RefusedError(Outcome.NOT_READY, moving)
         self._registry.register(goal)
         if self._balls is None:
-            raise RefusedError(Outcome.TABLE_UNKNOWN, 'table_state: no valid message received')
+            raise RefusedError(Outcome.TABLE_UNKNOWN, self.table_problem)
         problem = moved(goal.plan.balls, self._balls, self._settings.table_tolerance)
         if problem:
             raise RefusedError(Outcome.TABLE_DIFFERS, problem)
@@ -248,11 +248,9 @@ class Controller:
         That is a latched state, the distrust of earlier messages, and which goals have been used.
         """
         self._registry.take_over(before._registry)
-        mine = self.estop, self.interlock, self.joints
-        for each, earlier in zip(
-            mine, (before.estop, before.interlock, before.joints), strict=True
-        ):
-            each.take_over(earlier)
+        self.estop.take_over(before.estop)
+        self.interlock.take_over(before.interlock)
+        self.joints.take_over(before.joints)
         self.position, self._velocity = before.position, before._velocity
         if before.state in LATCHED:
             self.state, self.reason = before.state, before.reason

@@ -23,7 +23,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke import SPEEDS, Stroke
 
 # Elevations of the first guesses [rad]; their offsets are those of a tip that sticks.
 ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
@@ -35,7 +35,7 @@ BRIEF, THOROUGH = 8, 40  # evaluations of a refinement
 APART = 0.1  # radii and rad, between starts
 RIM = 0.75  # largest a and b: farther out every tip slips
 BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
-SLOWEST = 1e-12  # m/s
+SLOWEST = SPEEDS[0]  # m/s, of a stroke
 EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
 STEP = 1e-6  # of the difference quotients, in radii and rad
 

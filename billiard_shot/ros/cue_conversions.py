@@ -178,7 +178,7 @@ def health(controller: Controller, life: str, now: float) -> dict[str, str]:
         'estop': controller.estop.problem(now),
         'interlock': controller.interlock.problem(now),
         'mechanism': controller.mechanism_fault(now),
-        'table': '' if controller.knows_table else 'table_state: no valid message received',
+        'table': controller.table_problem,
         'clock': controller.clock.problem(now),
         'other drivers': controller.other_drivers,
     }

@@ -120,7 +120,9 @@ class CueDriver(LifecycleNode):
         self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_service(
-            Trigger, '~/arm', self._while_active('arm', lambda now: self._controller.arm(now))
+            Trigger,
+            '~/arm',
+            _answering(lambda: self._refused('arm') or self._controller.arm(steady_time())),
         )
         self.create_service(
             Trigger,
@@ -130,7 +132,7 @@ class CueDriver(LifecycleNode):
         self.create_service(
             Trigger,
             '~/clear_fault',
-            self._while_active('clear', lambda now: self._controller.clear(now)),
+            _answering(lambda: self._refused('clear') or self._controller.clear(steady_time())),
         )
         steady_timer(self, self.get_parameter('period').value, self._tick)
         steady_timer(self, 1.0, self._publish_diagnostics)
@@ -261,17 +263,11 @@ class CueDriver(LifecycleNode):
             self._controller.receive_table(None)
             self._table = None
 
-    def _while_active(
-        self, name: str, act: Callable[[float], Decision]
-    ) -> Callable[..., Trigger.Response]:
-        """Make the callback of a service that is refused if the node is not active."""
-
-        def decide() -> Decision:
-            if self._inactive:
-                return Decision(False, self._controller.state, f'{name}: {self._inactive}')
-            return act(steady_time())
-
-        return _answering(decide)
+    def _refused(self, name: str) -> Decision | None:
+        """Return the refusal of a request that only an active node accepts; None if it is one."""
+        if not self._inactive:
+            return None
+        return Decision(False, self._controller.state, f'{name}: {self._inactive}')
 
     async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
         self._decision_time = self.get_clock().now()
@@ -285,13 +281,10 @@ class CueDriver(LifecycleNode):
             )
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
-            goal.abort()
-            return conversions.result_of(Result(error.outcome, str(error), None), Strike())
+            return _aborted(goal, error.outcome, str(error))
         except Exception as error:  # rclpy would end the goal with the outcome of success
             self.survive(error)
-            goal.abort()
-            reason = self._controller.reason
-            return conversions.result_of(Result(Outcome.FAULT, reason, None), Strike())
+            return _aborted(goal, Outcome.FAULT, self._controller.reason)
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result = await self._ended
@@ -390,13 +383,8 @@ class CueDriver(LifecycleNode):
 
     def _load_machine_code(self) -> None:
         """Begin to load the code that other nodes have compiled, while nothing moves."""
-        if (
-            self._controller.state is State.DISARMED
-            and machine_code.available()
-            and not machine_code.is_loaded()
-            and machine_code.is_complete()
-        ):
-            machine_code.prepare()
+        if self._controller.state is State.DISARMED:
+            machine_code.load()
 
     def _publish_diagnostics(self) -> None:
         now = steady_time()
@@ -415,6 +403,12 @@ class CueDriver(LifecycleNode):
         elif now - self._reminded > REMINDER_PERIOD:
             self._reminded = now
             self.get_logger().warning(f'not ready: {"; ".join(wrong)}')
+
+
+def _aborted(goal: GoalHandle, outcome: Outcome, reason: str) -> ExecuteShot.Result:
+    """End a goal that has not begun; return its result."""
+    goal.abort()
+    return conversions.result_of(Result(outcome, reason, None), Strike())
 
 
 def _answering(act: Callable[[], Decision]) -> Callable[..., Trigger.Response]:

@@ -188,8 +188,6 @@ def run(
                 while rclpy.ok() and not received:
                     try:
                         executor.spin_once(timeout_sec=SPIN_TIMEOUT)
-                    except ExternalShutdownException:
-                        raise
                     except Exception as error:
                         if survive is None or not rclpy.ok() or received:
                             raise

@@ -181,7 +181,7 @@ def test_a_table_that_is_not_valid_is_not_known_any_more(cell, wrong):
 
 def test_stamps_before_1970_do_not_end_the_driver(cell):
     cell.wait_for_services()
-    before = cell.processes['cue_driver'].pid
+    driver = cell.processes['cue_driver']
     table = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
     joints = cell.player.create_publisher(JointState, f'{SPACE}/joint_states', 10)
     state = copy.deepcopy(cell.player.table)
@@ -198,8 +198,8 @@ def test_stamps_before_1970_do_not_end_the_driver(cell):
         cell.player.destroy_publisher(joints)
         restore_table(cell)
     assert cell.call('cue_driver/disarm').success
-    assert cell.processes['cue_driver'].pid == before
-    assert cell.processes['cue_driver'].poll() is None
+    assert cell.processes['cue_driver'] is driver
+    assert driver.poll() is None, 'the driver has ended'
 
 
 def test_new_settings_do_not_clear_a_latch(cell):

@@ -31,6 +31,20 @@ def test_signals_end_it_with_exit_code_0(start, node, number):
     assert 'Traceback' not in said
 
 
+def said_by(script):
+    """Run a script until it ends with exit code 0; return its output."""
+    ended = subprocess.run(
+        [sys.executable, '-c', script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stdout
+    return ended.stdout
+
+
 FINALIZED = """
 import os, signal
 from rclpy.node import Node
@@ -52,16 +66,8 @@ run(Short, 'short', [])
 
 def test_a_signal_during_a_finalizer_ends_a_node():
     """Before, the node went on, and a traceback was printed."""
-    ended = subprocess.run(
-        [sys.executable, '-c', FINALIZED],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stdout
-    assert 'Traceback' not in ended.stdout
+    said = said_by(FINALIZED)
+    assert 'Traceback' not in said
 
 
 FAILING = """
@@ -93,16 +99,8 @@ run(Failing, 'failing', [], survive=Failing.survive)
 
 
 def test_a_node_that_survives_errors_goes_on():
-    ended = subprocess.run(
-        [sys.executable, '-c', FAILING],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert ended.returncode == 0, ended.stdout
-    assert ended.stdout.splitlines() == [f'survived error {i}' for i in (1, 2, 3)]
+    said = said_by(FAILING)
+    assert said.splitlines() == [f'survived error {i}' for i in (1, 2, 3)]
 
 
 @pytest.mark.parametrize(
