@@ -1,11 +1,11 @@
 """
-What the mechanical cue's nodes hold under load: the emergency stop's latency, and many shots.
+The mechanical cue's nodes under load: latency of the emergency stop, and many shots.
 
-Real processes and middleware, the mechanism simulated. Fails where a limit is not kept:
+Real processes and middleware, the mechanism simulated. Fails if a limit is not kept:
 - from the publication of the e-stop's message to the arrival of the zero command at a listener of
   the mechanism's topic: p99 at most 20 ms, while two niced processes plan on both cores;
 - 1,000 shots in a row: every one executed, no state missed, the speed within 0.5 % and the angle
-  within 0.02 degrees of what was planned, and no node grown by more than 5 MB.
+  within 0.02 degrees of the planned values, and no node grown by more than 5 MB.
 
     python benchmarks/cue.py [--stops N] [--shots N]
 """
@@ -64,7 +64,7 @@ SCENE = Scene.load('paper')
 
 @contextlib.contextmanager
 def processes(commands):
-    """Processes that run meanwhile."""
+    """Run processes during the block."""
     running = [subprocess.Popen([sys.executable, *command]) for command in commands]
     try:
         yield running
@@ -118,14 +118,14 @@ def stop_latencies(player, clear_fault, count):
 
 
 def play(player, clear_fault, reset, count):
-    """Play shots in a row; worst errors of speed (relative) and angle (degrees)."""
+    """Play shots in a row; return failures, worst speed (relative) and angle errors (degrees)."""
     random = np.random.default_rng(2)
     speed = angle = 0.0
     failed = 0
     for i in range(count):
         snapshot = int(reset().message.split()[1])
         assert player.until(lambda wanted=snapshot: player.table.snapshot_id >= wanted, 5.0)
-        player.until(lambda: False, 0.02)  # so that the driver has heard it too
+        player.until(lambda: False, 0.02)  # so that the driver has received it too
         planned = stroke(random)
         del player.states[:-1]
         result = player.execute(player.goal(planned, SCENE, f'shot {i}')).result
@@ -143,7 +143,7 @@ def play(player, clear_fault, reset, count):
 
 
 def main():
-    """Run both measurements; exit code 1 where a limit is not kept."""
+    """Run both measurements; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--stops', type=int, default=200)
     parser.add_argument('--shots', type=int, default=1000)

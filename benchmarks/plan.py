@@ -1,11 +1,14 @@
 """
-Plans: how good, how honest, how fast.
+Plans: their success, the accuracy of the predicted success, and their speed.
 
-Seeded scenes: pots in bins of cut angle and distance, at half, normal and twice the noise of the
-computer pool tournaments, measured by fresh strokes and compared with a player who aims at the
-ghost ball and hits the middle; balls that only a curve, massé or jump reaches, compared with brute
-force; pots that leave the cue ball at a place; the same pots from several seeds; tables of 15
-balls, with one ball to be potted, two, or any; the time of a cancellation.
+Seeded scenes:
+- pots in bins of cut angle and distance, at half, normal and twice the noise of the computer pool
+  tournaments, measured by fresh strokes and compared with a player who aims at the ghost ball and
+  hits the middle;
+- balls that only a curve, massé or jump reaches, compared with brute force;
+- pots that leave the cue ball at a place;
+- the same pots from several seeds;
+- tables of 15 balls, with one ball to be potted, two, or any; and the time of a cancellation.
 
     python benchmarks/plan.py [--full]
 
@@ -59,7 +62,7 @@ class Clock:
 
 
 def pots(report, clock, count, factor, seed):
-    """Said and measured success, and the baseline's."""
+    """Compare predicted success with measured success, and measured success with the baseline."""
     noise = TOURNAMENT.times(factor)
     draw = np.random.default_rng(seed)
     said, found, base, bins = [], [], [], defaultdict(list)
@@ -80,12 +83,12 @@ def pots(report, clock, count, factor, seed):
     name = f'{count} pots at {factor:g} x noise: '
     error = 100.0 * (said - found)
     report.row(f'{name}said minus measured, mean size', np.abs(error).mean(), 'points', 3.0)
-    # two standard errors: both numbers have one of at most 2 points
+    # two standard errors: that of either success is at most 2 points
     report.row(f'{name}bias', abs(error.mean()), 'points', 4.8 / count**0.5)
     report.row(f'{name}success, mean', 100.0 * found.mean(), '%')
     report.row(f"{name}the baseline's", 100.0 * base.mean(), '%')
     gains = {place: 100.0 * np.subtract(*np.mean(each, axis=0)) for place, each in bins.items()}
-    # two standard errors of what HELD_OUT_TRIALS strokes can tell, at least 0.1 points
+    # two standard errors of the success in HELD_OUT_TRIALS strokes, at least 0.1 points
     unsure = {
         place: 0.1
         + 200.0
@@ -109,7 +112,7 @@ def pots(report, clock, count, factor, seed):
 
 
 def blocked(report, clock, count, strokes):
-    """Plans against brute force where only a curve, massé or jump does."""
+    """Compare plans with brute force if only a curve, massé or jump reaches the ball."""
     draw = np.random.default_rng(3)
     reachable, planned, ratios = 0, 0, []
     for i in range(count):
@@ -132,7 +135,7 @@ def blocked(report, clock, count, strokes):
 
 
 def positions(report, clock, count):
-    """How far from where it should be the cue ball is left."""
+    """Measure the distance of the cue ball from its wanted place."""
     draw = np.random.default_rng(11)
     distances = []
     for i in range(count):
@@ -158,7 +161,7 @@ def positions(report, clock, count):
 
 
 def seeds(report, clock, count):
-    """How much the measured success of a plan depends on its random numbers."""
+    """Measure how much the success of a plan depends on its random numbers."""
     draw = np.random.default_rng(5)
     ranges = []
     for i in range(count):
@@ -175,10 +178,10 @@ def seeds(report, clock, count):
 
 
 def crowded(report, count):
-    """Any ball of 15: the time; two balls: as good as the better one alone; a cancellation."""
+    """Measure the time for any of 15 balls, the loss for two balls, and a cancellation."""
     draw = np.random.default_rng(17)
     clock, losses, late = Clock(), [], []
-    time_of_cancel(crowded_scene(draw), 1.0)  # loaded
+    time_of_cancel(crowded_scene(draw), 1.0)  # loads the library
     for i in range(count):
         scene = crowded_scene(draw)
         clock.plan(scene, {'pot': 'any'}, noise=TOURNAMENT, seed=i)
@@ -204,7 +207,7 @@ def crowded(report, count):
 
 
 def time_of_cancel(scene, after):
-    """Time in which a plan ends that is cancelled after a time [s]: in ms."""
+    """Time [ms] in which a plan ends if it is cancelled `after` a time [s]."""
     begin = perf_counter()
     plan(
         scene,
@@ -221,7 +224,7 @@ def main():
     parser.add_argument('--full', action='store_true')
     full = parser.parse_args().full
     report, clock, others = Report('Plans'), Clock(), Clock()
-    plan(*pot_scene(np.random.default_rng(0), 0, 0), budget=500)  # compiled, loaded
+    plan(*pot_scene(np.random.default_rng(0), 0, 0), budget=500)  # compiles and loads the library
     pots(report, clock, 200 if full else 30, 1.0, 7)
     for factor in (0.5, 2.0):
         pots(report, others, 200 if full else 15, factor, 8)

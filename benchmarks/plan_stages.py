@@ -44,7 +44,7 @@ def no_curves(problem, *_):
 
 
 def only_pairs(wanted):
-    """Make candidates for those pairs of cushions, (after, before), that are wanted."""
+    """Make candidates only for wanted pairs of cushions, (after, before)."""
     make = search._cushion_candidates
     return lambda problem, runner, cushions, count: make(
         problem, runner, list(filter(wanted, cushions)), count
@@ -74,7 +74,7 @@ def main():
         'pots': [pot_scene(draw, i % 5, i % 3) for i in range(count)],
         'crowded tables': [(crowded_scene(draw), {'pot': '8'}) for _ in range(count)],
     }
-    plan(*groups['pots'][0], budget=500)  # compiled, loaded
+    plan(*groups['pots'][0], budget=500)  # compiles and loads the library
     for name, scenes in groups.items():
         print(f'{name}: {count}')
         everything = None

@@ -1,5 +1,5 @@
 """
-What a prediction costs beyond the strike: the Python call, batches, the first one, the import.
+Cost of a prediction beyond the strike: Python call, batches, first prediction, import.
 
     python benchmarks/prediction.py
 """
@@ -20,7 +20,7 @@ from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.model import contact_properties, strike_model
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
-CROSS = 15.0  # us; the limit scales with what it takes here
+CROSS = 15.0  # us; the limit scales with the time of np.cross here
 BATCH = 3.0  # times the kernel alone
 FIRST_LIMITS = {'paper': 1.0, 'pool_table': 1.0, 'eight_ball': 2.0}  # s, with the import
 IMPORT = 0.3  # s
@@ -79,7 +79,7 @@ def ordinary(count, seed=3):
 
 
 def strike_time(scene, normals, velocities, tolerance):
-    """Time per strike of the kernel alone, at the accuracy that the shots' tolerance asks for."""
+    """Time per strike of the kernel alone, at the accuracy that the shots' tolerance needs."""
     model = strike_model(scene)
     work = []
     for normal, velocity in zip(normals, velocities, strict=True):

@@ -3,12 +3,13 @@ Random strikes over very wide ranges: all solved, all energy accounted for.
 
 Seeded; log-uniform over mass ratios 1e-6 to 1e6, stiffness ratios 1e-8 to 1e8, friction 1e-3 to
 10, speeds 1e-9 to 1e3 m/s, n.c from -1e-12 to -1; restitution 0 to 1, and one in ten each exactly
-0 or 1, or without friction; guided cues and light ends, both laws. At 1e-12 of the approach speed.
+0 or 1, or without friction; guided cues and light ends, both laws. The tolerance is 1e-12 of the
+approach speed.
 
     python benchmarks/random_strikes.py --count 1000000 [--mild] [--failures CSV] [--picture PNG]
 
-Without a count it takes ten thousand, for a first look; a million take an hour or two.
-Ctrl+C ends it with a report of those done by then.
+The default count is ten thousand, for a first look; a million strikes take an hour or two.
+Ctrl+C ends the run with a report of the strikes solved so far.
 
 `--mild` keeps to the published ranges: mass ratios 0.3 to 10, stiffness ratios 0.1 to 10, n.c from
 -0.3, friction 0 or 0.05 to 1, restitution 0, 0.3 to 0.95 or 1.
@@ -36,7 +37,7 @@ from billiard_shot.status import Status
 
 TIGHT = 1e-12
 LEDGER = 1e-10  # of the energy before
-UNSOLVED = 1e-3  # part of the strikes
+UNSOLVED = 1e-3  # fraction of the strikes
 PAPER = strike_model(Scene.load('paper'))
 BALL = PAPER.surface.mass
 CHUNK = 2000
@@ -121,8 +122,8 @@ def kinetic_energy(mass, end, c, speed, lever, impulse):
     """
     Energy of the bodies after the impulses.
 
-    From their own velocities: the tip and the table may press the ball with a million times the
-    impulse that it keeps, and the work of each, as a number, would no longer show what is left.
+    It is computed from the velocities. Tip and table may press the ball with a million times its
+    net impulse, so the energy would be lost in the rounding errors of their works.
     """
     on_cue, on_ball, turning = np.einsum('i,bik->bk', impulse, lever)
     along = on_cue @ c
@@ -165,7 +166,7 @@ def chunk(seed, count, mild):
 
 
 def run(count, seed, workers, mild):
-    """Rows of all strikes; after Ctrl+C, of those done by then."""
+    """Rows of all strikes; after Ctrl+C, rows of the strikes solved so far."""
     sizes = [min(CHUNK, count - i) for i in range(0, count, CHUNK)]
     seeds = np.random.SeedSequence(seed).spawn(len(sizes))
     with ProcessPoolExecutor(workers, initializer=begin_work) as pool:
@@ -180,7 +181,7 @@ def run(count, seed, workers, mild):
 
 
 def region(rows, failed, name):
-    """Where failures are: shares by decade of a parameter, as text."""
+    """Failure rates in the worst ranges of a parameter, as text."""
     values, special = rows[:, NAMES.index(name)], {}
     if name in LOGARITHMIC:
         with np.errstate(divide='ignore'):
@@ -223,7 +224,7 @@ def picture(path, rows):
 
 
 def main():
-    """Run them all; exit code 1 where a limit is missed."""
+    """Run all strikes; exit code 1 if a limit is missed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--count', type=int, default=10_000)
     parser.add_argument('--seed', type=int, default=1)
@@ -240,7 +241,7 @@ def main():
     failed = np.isin(rows[:, STATUS], (Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED))
     done = rows[finite & ~failed]
     report.row('strikes', len(rows), '')
-    report.row('exceptions', 0, '', 0.5)  # one would have ended this
+    report.row('exceptions', 0, '', 0.5)  # an exception would have ended this program
     report.row('not finite', (~finite).sum(), '', 0.5)
     report.row('not solved', 100 * failed.mean(), '%', 100 * UNSOLVED)
     report.row('largest gap in the ledger of a solved one', done[:, GAP].max(), '', LEDGER)

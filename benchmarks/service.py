@@ -1,7 +1,7 @@
 """
-What the ROS service costs, against the simplest service there is, in the same run.
+Cost of the ROS service, compared with the simplest possible service in the same run.
 
-Two processes, real middleware. Fails where a limit is not kept:
+Two processes, real middleware. Fails if a limit is not kept:
 - p50 of a PredictShot round trip with a 200-point trajectory at most 4 times that of
   std_srvs/SetBool, calls taken in turns;
 - 10,000 calls in a row: every one answered, the node's resident memory grows by less than 5 MB.
@@ -80,7 +80,7 @@ def growth(client, process, requests, calls):
 
 
 def main():
-    """Run both measurements; exit code 1 where a limit is not kept."""
+    """Run both measurements; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--calls', type=int, default=10_000)
     calls = parser.parse_args().calls

@@ -1,5 +1,5 @@
 """
-What one strike costs: the kernel, the same model in SciPy, and the paper's impulse scheme.
+Cost of one strike: the kernel, the same model in SciPy, and the paper's impulse scheme.
 
 All in one run, medians, errors checked against the kernel at 1e-12.
 
@@ -19,12 +19,12 @@ from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 ACCURACY = 1e-8
 SPEED_UP = 300.0  # over SciPy
-MEDIAN, TAIL = 80.0, 8.0  # us at 1e-8; 99 % within so many medians
+MEDIAN, TAIL = 80.0, 8.0  # us at 1e-8; p99 over the median
 STROKES = 2000
 
 
 def scipy_time(strike, exact):
-    """Time of the fastest SciPy run that is as accurate; None where there is none."""
+    """Time of the fastest SciPy run that is as accurate; None if no run is."""
     best = None
     for rtol in (3e-8, 1e-8, 3e-9, 1e-9, 3e-10, 1e-10, 1e-11):
         begin = perf_counter()

@@ -3,8 +3,8 @@ Whole tables: their cost, against pooltool 0.6.0 in the same run, and whether bo
 
     python benchmarks/table.py [--pooltool PYTHON]
 
-PYTHON: of an environment that has pooltool (or the variable POOLTOOL_PYTHON); without, the
-comparison is left out, visibly.
+PYTHON: interpreter of an environment that has pooltool; by default the variable POOLTOOL_PYTHON.
+Without one, the program reports that the comparison is skipped.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from billiard_shot import BallState, simulate, simulate_batch
 from billiard_shot.scene.table import BallBall
 
 RATIOS = {'one ball': 600.0, 'cut shot': 290.0, '9-ball break': 85.0, '8-ball break': 80.0}
-SPREAD = 4.0  # 95 % of racks within so many medians
+SPREAD = 4.0  # p95 of the cost of racks over the median
 OVERHEAD, CROSS = 150.0, 15.0  # us on a machine where np.cross takes CROSS
 FIRST = 20.0  # s
 FAR = 1e-3  # m: shots that end farther apart are listed
@@ -68,7 +68,7 @@ def first_break():
 
 
 def ask_pooltool(python):
-    """What pooltool played, and how long that took."""
+    """Run pooltool; return its simulated shots and their times."""
     worker = Path(__file__).parent / 'tools' / 'pooltool_worker.py'
     environment = {k: v for k, v in os.environ.items() if k != 'PYTHONPATH'}
     done = subprocess.run(
@@ -82,7 +82,7 @@ def ask_pooltool(python):
 
 
 def compare_speed(report, answer):
-    """Ratios for the layouts: with the same model of cushions in both, and each its default."""
+    """Compare times of the layouts: with the same cushion model in both, and with defaults."""
     for name, layout in answer['layouts'].items():
         given = states(layout['begin'])
         ours = per_shot(scene('han'), given)
@@ -103,7 +103,7 @@ def compare_speed(report, answer):
 
 
 def compare_ends(report, answer):
-    """Random shots with up to three impacts end in the same places, or not."""
+    """Compare the final positions of random shots with up to three impacts."""
     where = scene('han')
     gaps = []
     for number, shot in enumerate(answer['shots']):

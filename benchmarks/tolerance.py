@@ -1,9 +1,9 @@
 """
-Whether `tolerance` means what it says, and the error estimate holds.
+Errors of predictions, compared with `tolerance` and with the error estimate.
 
-Random shots (0.05 to 10 m/s, log-uniform) in scenes `paper` and `pool` and in random ones, at six
-tolerances: the true error is the largest distance between two trajectories at equal times, all
-along, against a run at the floor. That run is checked against SciPy where it finishes.
+Random shots (0.05 to 10 m/s, log-uniform) in scenes `paper` and `pool` and in random scenes, at
+six tolerances. The true error is the largest distance, at equal times, from the trajectory of a
+run at the floor of the tolerance. If SciPy finishes, that run is compared with SciPy.
 
     python benchmarks/tolerance.py [--count N]
 """
@@ -23,9 +23,9 @@ from billiard_shot.table.motion import Cause
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9)  # m
 FLOOR = 1e-15
-WITHIN = 0.99  # part of the shots
+WITHIN = 0.99  # fraction of the shots
 GROWTH = 4.0  # of the time from 1e-3 to 1e-9
-CHECKED, AGREED = 40, 1e-7  # strokes of each scene; part of the cue's speed
+CHECKED, AGREED = 40, 1e-7  # strokes of each scene; fraction of the cue's speed
 
 
 def gap(one, other):
@@ -41,7 +41,7 @@ def gap(one, other):
 
 
 def random_stroke(rng):
-    """Anywhere on the ball that a tip may hit, from level to nearly vertical."""
+    """Random stroke anywhere on the ball that a tip may hit, from level to nearly vertical."""
     while True:
         a, b = rng.uniform(-0.7, 0.7, 2)
         if np.hypot(a, b) < 0.7:
@@ -51,7 +51,7 @@ def random_stroke(rng):
 
 
 def random_scene(rng):
-    """Other cues, tips and cloths, both laws."""
+    """Random scene with another cue, tip, cloth and law."""
     cue = (
         {'mass': rng.uniform(0.1, 2.0), 'guided': True}
         if rng.random() < 0.5
@@ -76,7 +76,7 @@ def random_scene(rng):
 
 
 def checked(scenes, strokes, floors):
-    """Of the runs at the floor: agreed with SciPy, differed, not finished by SciPy."""
+    """Count runs at the floor that agree with SciPy, differ, or are not finished by SciPy."""
     counts = Counter()
     for scene, stroke, floor in zip(scenes, strokes, floors, strict=True):
         problem = Problem.of(scene, stroke)
@@ -95,7 +95,7 @@ def checked(scenes, strokes, floors):
 
 
 def study(report, name, scenes, rng):
-    """All tolerances on a stroke in each of the scenes."""
+    """Measure all tolerances, with one stroke in each scene."""
     strokes, floors, kept = [], [], []
     for scene in scenes:
         stroke = random_stroke(rng)
@@ -119,7 +119,7 @@ def study(report, name, scenes, rng):
             ]
         )
         estimates = np.array([shot.error_estimate for shot in shots])
-        lowest = np.array([floor.error_estimate for floor in floors])  # what the truth is good to
+        lowest = np.array([floor.error_estimate for floor in floors])  # errors of the reference
         said = np.array(
             [
                 shot.status in (Status.TOLERANCE_NOT_REACHED, Status.BUDGET_EXCEEDED)

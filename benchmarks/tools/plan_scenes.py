@@ -1,4 +1,4 @@
-"""Scenes for plans, drawn from a seed, and what was measured of a stroke by fresh noise."""
+"""Scenes for plans, drawn from a seed, and measurements of strokes under fresh noise."""
 
 import math
 
@@ -32,7 +32,7 @@ def table(balls):
 
 
 def can_lie(balls):
-    """Scene if balls can lie so, else None."""
+    """Scene with these balls; None if they cannot lie there."""
     try:
         return table(balls)
     except ValueError:
@@ -40,7 +40,7 @@ def can_lie(balls):
 
 
 def pot_scene(draw, cut_bin, length_bin):
-    """Scene, target and cut: one ball to be potted, nothing in the way; cut and length in bins."""
+    """Scene and target: one ball to be potted, nothing in the way; cut and length in bins."""
     while True:
         pocket = str(draw.choice(list(POCKETS)))
         there = np.array(POCKETS[pocket])
@@ -76,7 +76,7 @@ def crowded_scene(draw):
 
 
 def blocked_scene(draw):
-    """Endless cloth, a ball to be hit and one or two in the way: only curve, massé or jump do."""
+    """Scene and target: a ball that only a curve, massé or jump reaches, on an endless cloth."""
     while True:
         distance = draw.uniform(0.5, 1.4)
         balls = {'cue': (0.0, 0.0), '8': (distance, 0.0)}
@@ -95,7 +95,7 @@ def blocked_scene(draw):
 
 
 def position_scene(draw):
-    """A pot, and a place for the cue ball to which some stroke that pots brings it."""
+    """Scene, target, and a place where some stroke that pots the ball leaves the cue ball."""
     while True:
         scene, target = pot_scene(draw, int(draw.integers(4)), int(draw.integers(3)))
         count = 400
@@ -119,12 +119,12 @@ def ghost_azimuth(scene, target):
 
 
 def lifted(scene, strokes, noise):
-    """Strokes with the cue as low as there is room for it."""
+    """Strokes with the cue as low as clearance allows."""
     return raise_for_clearance(scene, limits_of(scene, None, noise), strokes)
 
 
 def baseline(scene, target, noise, budget, seed):
-    """Best stroke at the ghost ball, hit in the middle: the whole budget goes to its speed."""
+    """Best stroke at the ghost ball, hit in the middle: the whole budget is spent on its speed."""
     speeds = np.geomspace(0.4, 4.5, 12)
     strokes = np.zeros((len(speeds), 5))
     strokes[:, 3], strokes[:, 4] = ghost_azimuth(scene, target), speeds
@@ -137,7 +137,7 @@ def baseline(scene, target, noise, budget, seed):
 
 
 def brute_force(scene, target, noise, count, seed):
-    """Random strokes all over, the successful ones tried under noise; the best chance found."""
+    """Best success under noise among random strokes that succeed without noise."""
     draw = np.random.default_rng(seed)
     hits = []
     for begin in range(0, count, 20_000):

@@ -14,8 +14,8 @@ def pocket(mouth, turn_deg, jaw, depth, radius, inset, corner):
     """
     Pocket of the same shape, for a ball that touches a nose at its height.
 
-    pooltool lets a ball touch where its centre is a radius away from a nose; here it touches where
-    their surfaces do, `inset` nearer. So noses lie nearer to the middle, and jaws are rounder.
+    In pooltool a ball touches a nose if its centre is a radius away from it. Here a ball touches
+    if the surfaces do, `inset` nearer. So noses lie nearer to the middle, and jaws are rounder.
     """
     tangent = math.tan(0.5 * math.radians(turn_deg))
     if corner:  # along a nose, from the corner to where its straight part ends
@@ -38,10 +38,10 @@ def scene(cushion='han', flight='off', duration=0.0):
     """
     Scene with pooltool's numbers.
 
-    Flight is off because pooltool has none: there friction between balls never lifts one. The
-    friction between balls is a little lower: pooltool takes the speed at which they part, e v, for
-    their normal impulse per mass, which is (1 + e) v / 2. Impacts take no time there, nor here if
-    `duration` is 0 s.
+    Flight is off because pooltool does not model it: there friction between balls never lifts a
+    ball. The friction between balls is a little lower, because pooltool takes the speed at which
+    they part, e v, for their normal impulse per mass, which is (1 + e) v / 2. Impacts take no time
+    in pooltool, nor here if `duration` is 0 s.
     """
     weaker = 0.95 / (0.5 * (1.0 + 0.95))
     above = (2.0 * HEIGHT - 1.0) * RADIUS
@@ -81,7 +81,7 @@ def scene(cushion='han', flight='off', duration=0.0):
 
 
 def turned(vector):
-    """Vector in the frame `table`: x along the table, where pooltool has it across."""
+    """Vector in the frame `table`: its x is along the table, that of pooltool across."""
     x, y, z = vector
     return np.array([y, -x, z])
 

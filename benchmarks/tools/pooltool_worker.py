@@ -1,5 +1,5 @@
 """
-Runs in a Python that has pooltool 0.6.0: times its simulations and writes what it played as JSON.
+Runs in a Python that has pooltool 0.6.0: times simulations and writes their results as JSON.
 
     python benchmarks/tools/pooltool_worker.py REPEATS SHOTS
 
@@ -44,7 +44,7 @@ def struck(balls, **cue):
 
 def rack(game, seed):
     """Break at 8 m/s."""
-    np.random.seed(seed)  # noqa: NPY002 (what pooltool draws from)
+    np.random.seed(seed)  # noqa: NPY002 (the generator that pooltool uses)
     random.seed(seed)
     balls = pt.get_rack(game, pt.Table.default(), spacing_factor=1e-3)
     return struck(balls, V0=8.0, at='1', a=0.0, b=0.0, theta=0.0)
@@ -100,7 +100,7 @@ def states(system):
 
 
 def played(system):
-    """What pooltool makes of it: end positions, pocketed balls, events."""
+    """Simulate a system: first and last states, pocketed balls, events."""
     copy = system.copy()
     begin = states(copy)
     pt.simulate(copy, engine=ENGINE, inplace=True)

@@ -21,7 +21,7 @@ def paper_strikes(law):
 
 
 def random_strikes(count, law, seed=0):
-    """Ordinary strokes: level or down, offset up to 0.7 of the radius, usual tips and cloths."""
+    """Ordinary strokes: level or downward, offset up to 0.7 radii, usual tips and cloths."""
     rng = np.random.default_rng(seed)
     strikes = []
     while len(strikes) < count:
@@ -55,7 +55,7 @@ def random_strikes(count, law, seed=0):
 
 
 class Kernel:
-    """The compiled kernel, on as many copies of a strike as make its calls count for nothing."""
+    """The compiled kernel, on enough copies of a strike to make the cost of a call negligible."""
 
     COPIES = 20
 
@@ -72,5 +72,5 @@ class Kernel:
         return Status(solved.status[0])
 
     def error(self, strike: Problem, impulse: np.ndarray) -> float:
-        """Error of impulses against this one's last, in contact speeds over approach speed."""
+        """Error of impulses from the last solution: contact speed over approach speed."""
         return np.abs(strike.response @ (impulse - self.impulse)).max() / strike.speed

@@ -53,7 +53,7 @@ def resident(process) -> float:
 
 
 class Report:
-    """Prints a row a number, and remembers the limits that were missed."""
+    """Prints one row per number, and remembers the limits that were missed."""
 
     def __init__(self, title: str) -> None:
         self.missed: list[str] = []
@@ -62,7 +62,7 @@ class Report:
         print(machine())
 
     def row(self, name: str, value: float, unit: str, limit: float | None = None) -> None:
-        """Print a number; a limit is an upper one, or with a minus sign a lower one."""
+        """Print a number; a positive limit is an upper limit, -x is the lower limit x."""
         verdict = ''
         if limit is not None:
             kept = value <= limit if limit > 0.0 else value >= -limit

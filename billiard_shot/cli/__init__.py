@@ -88,7 +88,7 @@ def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
 
 
 def _check_files(options: argparse.Namespace) -> None:
-    """Raise ValueError if the name of a file to write is that of a folder, or in none."""
+    """Raise ValueError if a file to write is a folder, or if its folder does not exist."""
     for name in FILES:
         path = getattr(options, name, None)
         option = f'--{name.replace("_", "-")}'
@@ -99,5 +99,5 @@ def _check_files(options: argparse.Namespace) -> None:
 
 
 def _discard_output() -> None:
-    """Let Python not write the rest of the output as it ends."""
+    """Keep Python from writing the rest of the output at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

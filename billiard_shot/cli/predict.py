@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         for name, shot in shots.items():
             if shot.status.refused:
-                continue  # it is told below
+                continue  # it is reported below
             if len(shots) > 1:
                 print(f'stroke {name}')
             print(shot)
@@ -144,7 +144,7 @@ def _as_row(name: str, shot: Shot) -> dict[str, Any]:
 
 
 def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
-    """Explain why the ball of --pot does not fall; '' if it does, or is not asked for."""
+    """Explain why the ball of --pot does not fall; '' if it falls, or without --pot."""
     if options.pot is None:
         return ''
     table = shot.scene.table

@@ -1,4 +1,4 @@
-"""A progress bar on stderr; there is none if stderr is not a terminal."""
+"""A progress bar on stderr, shown only if stderr is a terminal."""
 
 from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from billiard_shot import machine_code
 T = TypeVar('T')
 
 WIDTH = 30  # characters of the bar itself
-INTERVAL = 0.1  # s between drawings at least
+INTERVAL = 0.1  # s, shortest time between drawings
 SAY_EVERY = 5.0  # s between lines if stderr is not a terminal
 
 

@@ -12,7 +12,7 @@ import textwrap
 from typing import Any
 
 WIDTH = 80  # characters of a line
-LAST = 24  # characters of a line that the last column has at least
+LAST = 24  # characters: smallest width of the last column
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,9 +23,9 @@ class Column:
     Attributes
     ----------
     key : str
-        Its name in CSV and JSON; numbers are there in SI units, unless the name has another unit.
+        Name in CSV and JSON, where numbers are in SI units unless the name has another unit.
     head, unit : str
-        Its name in text, and the line below. A column without `head` is not in the text.
+        Name in text, and the line below it. A column without `head` is not in the text.
     show : callable
         Formats a value as text.
 
@@ -58,7 +58,7 @@ def print_rows(
     group: str = '',
 ) -> None:
     """
-    Print rows as the options want them.
+    Print rows in the format that the options select.
 
     In text, a column named `group` becomes a heading above the rows with the same value.
     """
@@ -66,7 +66,7 @@ def print_rows(
         for row in rows:
             print(json.dumps(_plain(row), allow_nan=False, ensure_ascii=False))
     elif options.csv:
-        # Some columns put others together, for text alone.
+        # Some columns combine others, and exist only in text.
         keys = [column.key for column in columns]
         print_csv(rows, [key for key in keys if not rows or key in rows[0]])
     else:
@@ -85,7 +85,7 @@ def print_rows(
 
 
 def print_footer(text: str, options: argparse.Namespace) -> None:
-    """Print a paragraph below a table that is text."""
+    """Print a paragraph below a table in text format; print nothing in other formats."""
     if as_text(options):
         print()
         print(textwrap.fill(text, WIDTH))
@@ -122,7 +122,7 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 def numbers(values: Iterable[float], digits: int) -> str:
     """Format numbers with `digits` digits after the decimal point, right-aligned."""
-    # + 0.0 makes 0 of -0
+    # + 0.0 turns -0 into 0
     texts = (f'{round(value, digits) + 0.0:.{digits}f}' for value in values)
     return ' '.join(text.rjust(digits + 4) for text in texts)
 
@@ -136,7 +136,7 @@ def _flat(key: str, value: Any) -> list[tuple[str, Any]]:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Replace numbers that JSON does not know by None."""
+    """Replace numbers that JSON cannot represent by None."""
     return {
         key: None if isinstance(value, float) and not math.isfinite(value) else value
         for key, value in row.items()

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write pages or videos and print their paths; 1 if a stroke was refused, which has none."""
+    """Write pages or videos and print their paths; 1 if a stroke was refused, and so left out."""
     if options.video:
         require_encoder(options.video)  # before the work, not after it
     shots = shots_of(options)

@@ -35,7 +35,7 @@ def add_work_arguments(parser: argparse.ArgumentParser, workers: int = 1) -> Non
 
 def mapped(options: argparse.Namespace, work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
     """
-    Do work for each item, where the options want it, and yield the results in order.
+    Do work for each item with the selected workers, and yield the results in order.
 
     Raises
     ------
@@ -84,14 +84,14 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
 
 @contextmanager
 def _processes(workers: int) -> Iterator[Executor]:
-    # Fresh processes: a copy of one with threads can hang.
+    # Fresh processes: a fork of a process with threads can hang.
     others = active_children()
     pool = ProcessPoolExecutor(workers, get_context('spawn'), begin_work)
     try:
         yield pool
     except BaseException:
         for worker in {*active_children()} - {*others}:
-            worker.terminate()  # their current tasks are lost, but nobody waits for the results
+            worker.terminate()  # their current tasks are lost, but no longer needed
         raise
     finally:
         pool.shutdown(cancel_futures=True)
@@ -131,7 +131,7 @@ def _dask(workers: int, address: str) -> Iterator[Executor]:
                 n_workers=workers,
                 threads_per_worker=1,
                 dashboard_address=None,
-                silence_logs=logging.ERROR,  # at Ctrl-C it warns of the intended end
+                silence_logs=logging.ERROR,  # at Ctrl-C it would warn of the intended end
             ) as cluster,
             library.Client(cluster) as client,
         ):

@@ -1,5 +1,5 @@
 """
-Whether the cue touches a ball after the strike.
+Find when the cue touches a ball after the strike.
 
 The cue consists of two bodies: the tip (a point, or a sphere, as in the impact) and the round
 shaft behind it. Each body is the set of points within some distance of a half-line along the cue.

@@ -1,4 +1,4 @@
-"""A steady clock, and supervision of one that another machine, a simulator or a bag may set."""
+"""A steady clock, and a monitor of a clock that another machine, a simulator or a bag may set."""
 
 from dataclasses import dataclass
 import math
@@ -34,7 +34,7 @@ class ClockWatch:
 
     name: str
     timeout: float
-    _time: float = math.nan  # of the clock, when it was last read
+    _time: float = math.nan  # last reading of the clock
     _advanced: float = -math.inf  # steady time at which the clock last advanced
     _back: float = 0.0  # size of the last jump back
     _jumped: float = -math.inf  # steady time of the last jump back

@@ -35,10 +35,10 @@ from billiard_shot.cue.safety import (
 from billiard_shot.scene import Scene
 
 OVERRUN = 0.1
-"""Part of its range by which a joint may be beyond it, as after a late brake."""
+"""Largest plausible overrun of a joint beyond its range, relative to the range."""
 
 RESTING = 0.05
-"""Part of its largest speed at which a joint counts as being at rest."""
+"""Largest speed at which a joint counts as being at rest, relative to its speed limit."""
 
 RECOVERY = 4.0
 """
@@ -58,7 +58,7 @@ class Controller:
     ----------
     mechanism : Mechanism
     scene : Scene
-        Its cue is that of the mechanism, and guided.
+        Scene whose cue is that of the mechanism, and guided.
     settings : Settings
     on_state : callable
         Called after every change of `state` and `reason`.
@@ -106,7 +106,7 @@ class Controller:
 
     @property
     def table_problem(self) -> str:
-        """Why the balls are not known; '' if they are."""
+        """Reason why the positions of the balls are not known; '' if they are known."""
         return '' if self._balls is not None else 'table_state: no valid message received'
 
     @property
@@ -179,8 +179,8 @@ class Controller:
         ----------
         goal : ShotGoal
         clock : callable
-            Reads the steady clock [s], again before the motion begins: the preparation of a shot
-            takes long.
+            Reads the steady clock [s]. It is called again before the motion begins, because the
+            preparation of a shot takes long.
 
         Raises
         ------
@@ -243,9 +243,9 @@ class Controller:
 
     def take_over(self, before: 'Controller') -> None:
         """
-        Keep what other settings must not undo.
+        Take over the state that new settings must not reset.
 
-        That is a latched state, the distrust of earlier messages, and which goals have been used.
+        It consists of a latched state, the distrust of earlier messages, and the used goals.
         """
         self._registry.take_over(before._registry)
         self.estop.take_over(before.estop)
@@ -367,7 +367,7 @@ class Controller:
             )
 
     def _give_up(self, now: float, execution: Execution) -> bool:
-        """Whether the goal has ended, because it has expired or a ball has moved."""
+        """End the goal if it has expired or a ball has moved; return whether it has ended."""
         if now > execution.expires:
             self._event(Event.EXPIRE, now, 'the goal has expired', Outcome.EXPIRED)
             return True
@@ -456,7 +456,7 @@ class Controller:
         return ''
 
     def _moving_joint(self) -> str:
-        """Return which joint still brakes; '' if none does: a trajectory begins at rest."""
+        """Return which joint still moves; '' if all are at rest, where a trajectory must begin."""
         for name, unit, axis, velocity in zip(
             JOINTS, UNITS, self.mechanism.axes, self._velocity, strict=True
         ):

@@ -41,7 +41,7 @@ class ShotGoal:
 
 class GoalRegistry:
     """
-    Remembers goals, and refuses those that must not be played, or not again.
+    Remembers goals, and refuses goals that must not be played, or not a second time.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class JointTrajectory:
     times : (k,) float array
         Times of the knots [s], ascending from 0.
     positions, velocities, accelerations : (k, n) float array
-        Of the joints at the knots [m or rad, per s, per s^2].
+        Motion of the joints at the knots [m or rad, per s, per s^2].
 
     """
 

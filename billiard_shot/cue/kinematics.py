@@ -103,7 +103,8 @@ def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:
     """
     Find the height of the pivot [m] for travel between positions of these pivot heights [m].
 
-    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation.
+    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation,
+    unless the range of `base_z` ends lower.
     """
     hang = math.hypot(mechanism.reach, mechanism.axis_drop)
     return min(max(mechanism.travel_height + hang, *heights), mechanism.base_z.max)

@@ -1,4 +1,4 @@
-"""Limits of the mechanism: each one that a stroke violates, and by how much."""
+"""Limits of the mechanism: which limits a stroke violates, and by how much."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -14,7 +14,7 @@ class Outcome(IntEnum):
 
     OK = 0
     CANCELED = 1
-    DISARMED = 2  # by a call, with the node's deactivation, or by the interlock
+    DISARMED = 2  # by a call, deactivation or the interlock, or after a pause
     ARM_TIMEOUT = 3  # armed for too long without being able to fire
     ESTOP = 4
     FAULT = 5  # the mechanism did not follow its commands

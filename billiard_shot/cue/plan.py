@@ -51,11 +51,11 @@ class ShotPlan:
     shot_id : str
         Name of the shot; the same id always means the same shot.
     position : (3,) tuple of float
-        Of the tip before the stroke: any point on the cue's axis in front of the ball [m].
+        Position of the tip before the stroke: any point on its axis in front of the ball [m].
     quaternion : (4,) tuple of float
         Orientation of the tip frame, x y z w; +x points along the stroke.
     speed : float
-        Of the cue as it meets the ball [m/s].
+        Speed of the cue as it meets the ball [m/s].
     elevation : float
         Downward angle of the stroke [rad]; the same as that of the quaternion.
     balls : mapping of str to (x, y)
@@ -83,7 +83,7 @@ class ShotPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PreparedShot:
-    """Motion of the mechanism for a plan: the `aimed` joints (6,), the stroke; its prediction."""
+    """Motion of the mechanism for a plan: the `aimed` joints (6,), the stroke, the prediction."""
 
     plan: ShotPlan
     shot: Shot

@@ -76,7 +76,7 @@ def stroke_profile(
     clearance: float,
 ) -> StrokeProfile:
     """
-    Find the fastest stroke within the limits of acceleration, jerk and force.
+    Find the shortest stroke of a given speed within the limits of acceleration, jerk and force.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ COLOURS = {
     'MuJoCo': GREY,
     'closed form': BLACK,
 }
-LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; part of the cue speed. Less is drawn there.
+LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; fraction of the cue speed. Less is drawn there.
 
 Quantity = Callable[[Point], float]
 
@@ -27,7 +27,7 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     figure = new_figure(11.0, 4.8)
@@ -60,7 +60,7 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
             axis.plot(
                 [*map(work, others)], [*map(error, others)], 'o', color=colour, ms=4, mfc='none'
             )
-            left = name.startswith('SciPy')  # their points are between those of others
+            left = name.startswith('SciPy')  # its points lie between those of other methods
             axis.annotate(
                 name,
                 (work(paying[0]), error(paying[0])),
@@ -84,7 +84,7 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
 
 
 def settings_that_pay(points: Sequence[Point], work: Quantity, error: Quantity) -> list[Point]:
-    """Points that solve all strokes, and err less than all that cost less; by work."""
+    """Find points that solve the most strokes, with less error than all cheaper ones; by work."""
     most = max(p.answered for p in points)
     paying: list[Point] = []
     for point in sorted((p for p in points if p.answered == most), key=work):

@@ -22,7 +22,7 @@ LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
 RING = 1.9  # ball radii: around the ball that is to be potted
 SHORT = 8  # points of a contour line that is left out
 LIGHT = 0.6  # success from which on the colours are light, so that lines are black
-WIDTH, NARROW = 9.0, 4.0  # inches: of a picture, and at least of each map where there are many
+WIDTH, NARROW = 9.0, 4.0  # inches: smallest width of a picture, and of a map
 
 
 def draw_atlas(atlas: Atlas, path: Path) -> None:
@@ -32,7 +32,7 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     maps, half = atlas.maps, outline_of(atlas.scene).frame
@@ -121,7 +121,7 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
 
 
 def _long_lines(path: Any) -> Any:
-    """Leave out lines around single fields: they hide the field and have no room for a number."""
+    """Leave out lines around single fields: they hide the field, and a number does not fit in."""
     from matplotlib.path import Path as Line
 
     lines = [line for line in path.to_polygons(closed_only=False) if len(line) > SHORT]
@@ -129,5 +129,5 @@ def _long_lines(path: Any) -> Any:
 
 
 def _ink(success: float) -> str:
-    """Colour of lines that is visible on the colour of a success."""
+    """Choose a line colour that is visible on the colour of a success probability."""
     return 'black' if success > LIGHT else 'white'

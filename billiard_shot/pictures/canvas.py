@@ -1,14 +1,14 @@
-"""Pictures need matplotlib, an extra: it is imported when the first one is drawn."""
+"""Figures of matplotlib, an extra that is imported when the first picture is drawn."""
 
 import math
 from pathlib import Path
 from typing import Any
 
-IN_A_ROW = 7  # things of a legend
+IN_A_ROW = 7  # entries of a legend
 
 
 def require_matplotlib() -> None:
-    """Raise ValueError, with what installs it, if there is no matplotlib."""
+    """Raise ValueError, with the command that installs it, if matplotlib is missing."""
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError:
@@ -24,7 +24,7 @@ def new_figure(width: float, height: float) -> Any:
     Raises
     ------
     ValueError
-        If there is no matplotlib, with what installs it.
+        If matplotlib is missing, with the command that installs it.
 
     """
     require_matplotlib()

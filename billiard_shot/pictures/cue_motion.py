@@ -11,21 +11,21 @@ from billiard_shot.pictures.trails import Trails
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 
-SWING = 0.3  # m over which the cue is accelerated, at most
-LONGEST = 0.8  # s that it takes, at most
+SWING = 0.3  # m, largest distance over which the cue is accelerated
+LONGEST = 0.8  # s, largest duration of the acceleration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CueMotion:
     """
-    How the cue moves along its axis; the strike is at time 0.
+    Motion of the cue along its axis; the strike is at time 0.
 
     Attributes
     ----------
     tip : (3,) float array
-        Where the tip meets the ball [m], frame `table`.
+        Point where the tip meets the ball [m], frame `table`.
     direction : (3,) float array
-        Of the motion; a unit vector, frame `table`.
+        Direction of the motion; a unit vector, frame `table`.
     swing : float
         Distance over which the cue is accelerated evenly [m].
     time : float
@@ -42,7 +42,7 @@ class CueMotion:
     after: float
 
     def way(self, time: float) -> NDArray[np.float64]:
-        """Displacement of the cue from where it strikes (3,) [m]."""
+        """Displacement of the cue from its position at the strike (3,) [m]."""
         if time >= 0.0:
             return self.after * time * self.direction
         begun = max(1.0 + time / self.time, 0.0)
@@ -50,7 +50,7 @@ class CueMotion:
 
 
 def cue_motion(shot: Shot, trails: Trails) -> CueMotion:
-    """Choose how the cue of a shot moves: the shot says its speeds at the strike alone."""
+    """Choose how the cue of a shot moves: the shot has only its speeds at the strike."""
     radius = shot.scene.ball.radius
     stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / radius)
     swing = min(SWING, 0.5 * stroke.speed * LONGEST)

@@ -10,18 +10,18 @@ from billiard_shot.study.effects import EffectStudy
 from billiard_shot.table.colours import BLUE, GREY, VERMILION
 
 PALE = 0.35  # opacity of effects that no shot calls for
-LEAST = 1e-3  # mm: less is not drawn
+LEAST = 1e-3  # mm: smaller changes are not drawn
 LINEAR = 10.0  # us, to which the axis of time is linear
 
 
 def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None:
     """
-    Draw what effects change and cost as bars, medians where there are several shots.
+    Draw the changes and costs of effects as bars: medians if there are several shots.
 
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     figure = new_figure(10.0, 1.6 + 0.3 * len(studies))

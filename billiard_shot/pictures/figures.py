@@ -47,7 +47,7 @@ def opening() -> Shot:
 
 
 def masse() -> Shot:
-    """Play the paper's massé, as its model says."""
+    """Play the paper's massé, as computed by its model."""
     return predict(Scene.load('paper'), PRINTED['massé'][0])
 
 

@@ -1,4 +1,4 @@
-"""How fast balls are over time, how they spin, and the energy they have."""
+"""Speed, spin and energy of balls over time."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ SAMPLES = 12  # of each motion of each ball
 @dataclass(frozen=True, slots=True, eq=False)
 class History:
     """
-    What balls do at n times, in order; at an event, just before it and just after.
+    Motion and energy of balls at n times, in order; at an event, just before it and just after.
 
     Attributes
     ----------
     time : (n,) float array
         [s].
     speeds : mapping of str to (n,) float array
-        Of every ball that ever moves [m/s].
+        Speed of every ball that ever moves [m/s].
     rims : mapping of str to (n,) float array
-        How fast a ball's surface turns about a level axis [m/s]: its speed, if it rolls.
+        Surface speed of a ball's rotation about a level axis [m/s]: its speed, if it rolls.
     spins : mapping of str to (n, 3) float array
         [rad/s], frame `table`.
     translation, rotation, height : (n,) float arrays
-        Energies of all balls together [J]; that of height above lying on the cloth. What falls
-        into a pocket or off the table has none any more.
+        Energies of all balls together [J]. The energy of height is relative to lying on the cloth.
+        A ball in a pocket or off the table has no energy.
 
     """
 
@@ -46,7 +46,7 @@ class History:
 
 
 def history_of(trails: Trails) -> History:
-    """Follow all balls that move over the time that is shown."""
+    """Sample the motion of all moving balls over the time that is shown."""
     ball, gravity = trails.scene.ball, trails.scene.cloth.gravity
     moving = [name for name in trails.balls if trails.moved(name)]
     time = _times(trails, moving)
@@ -70,10 +70,10 @@ def history_of(trails: Trails) -> History:
 
 def _times(trails: Trails, names: list[str]) -> Vector:
     """
-    Both sides of all events, and times between them.
+    Find times just before and just after all events, and between them.
 
-    While an impact lasts, its balls move at constant velocities that stand for the impact; their
-    speeds and energies mean nothing, so there are no times within it.
+    During an impact, its balls move at constant velocities that stand for the impact. Their speeds
+    and energies have no meaning then, so there are no times within an impact.
     """
     starts = np.concatenate(
         [[0.0, trails.until], *(trails.balls[name].rows['time'] for name in names)]

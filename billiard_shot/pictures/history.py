@@ -36,8 +36,8 @@ LABELLED = {
     EventKind.CLUSTER: 'balls',
     EventKind.CUE: 'cue',
 }
-VISIBLE = 2e-3  # of the energy of motion
-MOST_NAMED = 5  # balls beside the cue ball that the key names
+VISIBLE = 2e-3  # smallest energy of height that is drawn, relative to that of motion
+MOST_NAMED = 5  # balls besides the cue ball that the key names
 
 
 def draw_history(trails: Trails, path: Path, title: str = '') -> None:
@@ -47,7 +47,7 @@ def draw_history(trails: Trails, path: Path, title: str = '') -> None:
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     history = history_of(trails)

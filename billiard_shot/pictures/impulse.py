@@ -219,7 +219,7 @@ def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
 
 
 def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[State]) -> None:
-    """Write how things stand at the end of each state."""
+    """Write impulses, velocities and energies at the end of each state."""
     axes = figure.add_axes((0.06, 0.01, 0.9, 0.17))
     axes.set_axis_off()
     impulses = impulses_of(trace)

@@ -34,7 +34,7 @@ def draw(
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     rows = math.ceil(len(sweeps) / COLUMNS)

@@ -1,8 +1,8 @@
 """
 The trajectories of the paper's Table 1: its figures (a), (b) and (c).
 
-As the model says, and as the printed velocities and spins do; the two are not the same, see
-reproduction.py. As in the paper the ball does not bounce (its footnote 7).
+Each is drawn as computed by the model, and as it follows from the printed velocities and spins.
+The two differ, see reproduction.py. As in the paper (footnote 7), the ball does not bounce.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState, EventKind
 
 PANELS: Mapping[str, str] = {'vertical': 'a', 'horizontal': 'b', 'massé': 'c'}
-BEYOND = 1.8  # times the slide's extent that is shown
+BEYOND = 1.8  # size of a panel, relative to the extent of the slide
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,7 +116,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
 
 
 def turn_to_roll(trails: Trails) -> tuple[float, float]:
-    """Where the cue ball begins to roll, (x, y) [m]."""
+    """Find the point (x, y) [m] where the cue ball begins to roll."""
     mark = next(mark for mark in trails.marks if mark.kind == EventKind.ROLL)
     x, y, _ = mark.position.tolist()
     return x, y

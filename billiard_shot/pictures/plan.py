@@ -19,7 +19,7 @@ from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import GREEN, VERMILION
 
-PATHS = 60  # of the cue ball that are drawn
+PATHS = 60  # drawn paths of the cue ball
 
 
 def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
@@ -29,7 +29,7 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     scene, trails = planned.scene, trails_of(planned.shot)

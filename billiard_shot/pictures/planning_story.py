@@ -1,4 +1,4 @@
-"""How the planner finds a stroke: what each stage tries, what errors leave of it, the winner."""
+"""How the planner finds a stroke: candidates of each stage, success under errors, the winner."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -73,7 +73,7 @@ def _draw_winner(axes: Any, story: Story) -> None:
 def _draw_paths(
     axes: Any, scene: Scene, strokes: Iterable[Stroke], reached: Iterable[bool]
 ) -> None:
-    """Draw the ways of the cue ball to its first contact, and of the ball to be potted."""
+    """Draw the paths of the cue ball to its first contact, and of the ball to be potted."""
     half = outline_of(scene).frame
     axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal', xticks=[])
     axes.set_yticks([])

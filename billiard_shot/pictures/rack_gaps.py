@@ -1,4 +1,4 @@
-"""A break over the gaps in the rack: how fast the balls leave it."""
+"""Speeds of the balls after a break, over the gap between balls in the rack."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ COLOUR = '#1b6b4a'
 
 
 def draw_rack_gaps(path: Path) -> None:
-    """Draw the speeds of all fifteen balls over the gap, with and without a duration."""
+    """Draw the speeds of the fifteen balls over the gap, with and without contact duration."""
     scene = Scene.load('pool')
     duration = 1e3 * scene.contacts.ball_ball.duration
     panels = (

@@ -1,4 +1,4 @@
-"""A strike seen close up: what tip and cloth do to the ball while they touch it."""
+"""A strike seen close up: forces of tip and cloth on the ball during contact."""
 
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,8 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
     Raises
     ------
     ValueError
-        If there was no strike, or the ball touched more than the cloth; if there is no
-        matplotlib, or the file cannot be written.
+        If there was no strike, if the ball touched more than the cloth, if matplotlib is missing,
+        or if the file cannot be written.
 
     """
     heights = (2.3, 1.9, 1.9, 1.9)
@@ -75,7 +75,7 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
 
 
 def grip_of(trace: CollisionTrace, contact: int, friction: float) -> NDArray[np.float64]:
-    """Friction relative to what the pressing force allows (n,): 1 where it slides, else NaN."""
+    """Friction force relative to its limit (n,): 1 during slip; NaN without a normal force."""
     limit = friction * trace.forces[:, 3 * contact]
     enough = trace.active[:, contact] & (limit > 1e-6 * limit.max())
     return np.where(enough, trace.friction(contact) / np.where(enough, limit, 1.0), np.nan)

@@ -42,7 +42,7 @@ NAMES = {
     Motion.FLIGHT: 'flies',
 }
 DASHES = {Motion.SLIDE: '-', Motion.ROLL: '-', Motion.FLIGHT: (0, (2.5, 1.5))}
-MARKS = {  # marker, colour, what it says
+MARKS = {  # marker, colour, label
     EventKind.ROLL: ('o', VERMILION, 'begins to roll'),
     EventKind.BOUNCE: ('v', BLACK, 'bounces'),
     EventKind.LAND: ('v', 'white', 'lands'),
@@ -66,7 +66,7 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
     ----------
     scene : Scene
     points : (n, 2) array_like
-        What has to be in view on an endless cloth [m], beside the scene's balls.
+        Points that have to be in view on an endless cloth [m], besides the scene's balls.
     title : str
 
     Returns
@@ -76,7 +76,7 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
     Raises
     ------
     ValueError
-        If there is no matplotlib, with what installs it.
+        If matplotlib is missing, with the command that installs it.
 
     """
     if scene.table is not None:
@@ -108,7 +108,7 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
 
 
 def draw_table(axes: Any, scene: Scene) -> None:
-    """Draw cloth, cushions and pockets; of an endless cloth, the cloth."""
+    """Draw cloth, cushions and pockets; for a scene without a table, the cloth."""
     from matplotlib.patches import Circle, Polygon, Rectangle
 
     if scene.table is None:
@@ -132,7 +132,7 @@ def draw_balls(
     axes: Any, scene: Scene, places: Mapping[str, ArrayLike], *, faint: bool = False
 ) -> dict[str, list[Any]]:
     """
-    Draw balls where they lie, by name: (2,) or (3,) [m]; faint: where they are not any more.
+    Draw balls at their places, by name: (2,) or (3,) [m]; `faint` draws them pale.
 
     Returns the matplotlib artists of each ball.
     """
@@ -163,7 +163,7 @@ def draw_balls(
 
 
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
-    """Draw where balls went, what happened to them on the way, and ghost balls."""
+    """Draw the paths of balls, events on the way, and ghost balls."""
     from matplotlib.patches import Circle
 
     for name in trails.balls:
@@ -244,7 +244,7 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[
         zorder=6.1,
     )
     if length < scene.ball.radius:
-        return list(artists)  # upright: from above, all of it is there
+        return list(artists)  # vertical: from above, only the tip is visible
     butt = tip - length * _unit(x, y)
     aside = np.array([-1.0, 1.0]) * _unit(x, y)[::-1]
     wide = np.array([0.0065, 0.0145])  # m, half the width of a usual cue at its ends
@@ -260,19 +260,19 @@ def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[
 
 def draw_shot(shot: Shot, path: Path, title: str = '') -> None:
     """
-    Write a picture of a shot's table from above; `title` is what happened by default.
+    Write a picture of a shot's table from above; the default `title` summarises the shot.
 
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     save(shot_figure(shot, title), path)
 
 
 def shot_figure(shot: Shot, title: str = '') -> Any:
-    """Draw a shot's table from above; `title` is what happened by default."""
+    """Draw a shot's table from above; the default `title` summarises the shot."""
     trails = trails_of(shot)
     figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
     draw_trails(axes, trails)
@@ -285,7 +285,7 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
 
 
 def shot_title(shot: Shot) -> str:
-    """Say what happened in a shot, in lines that fit a picture."""
+    """Summarise a shot, in lines that fit a picture."""
     return textwrap.fill(f'{shot.status.name}: {shot.message}', TITLE)
 
 

@@ -20,7 +20,7 @@ def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
     Raises
     ------
     ValueError
-        If there is no matplotlib, or the file cannot be written.
+        If matplotlib is missing, or the file cannot be written.
 
     """
     figure = new_figure(10.0, 4.4)

@@ -1,9 +1,9 @@
 """
 The trace of a collision: velocities, forces, impulses and energies over its time.
 
-The solver goes from event to event in steps that are polynomials in time, and keeps none of them.
-Here the same solver is interpreted, some hundred times as slow, and every step is sampled
-before it is taken. Nothing is integrated anew, and the solver knows nothing of it.
+The solver goes from event to event in steps that are polynomials in time, and does not store them.
+Here the same solver runs as interpreted Python, some hundred times slower, and every step is
+sampled before it is taken. No equation is integrated a second time, and the solver is unchanged.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SAMPLES = 24  # of a step, beside its ends
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionTrace:
     """
-    A collision of N contacts at n times, in order; those of events are there twice.
+    A collision of N contacts at n times, in order; the time of an event occurs twice.
 
     Contact j has components 3 j (normal), 3 j + 1 and 3 j + 2 (tangential).
 
@@ -45,7 +45,7 @@ class CollisionTrace:
     ----------
     time : (n,) float array
         Scaled: the unit is 1 / sqrt(W k), with the largest normal response W [1/kg] and the
-        largest stiffness k. A contact alone is compressed for pi / 2 of it (exponent 1).
+        largest stiffness k. The compression of a single contact lasts pi / 2 (exponent 1).
     active : (n, N) bool array
     velocities : (n, 3 N) float array
         Contact velocities [m/s].
@@ -54,7 +54,7 @@ class CollisionTrace:
     impulses : (n, 3 N) float array
         On bodies a, since the start [N s].
     energies : (n, N) float array
-        In the contacts' springs [J]; what a law leaves there when a contact ends, is lost.
+        Elastic energies of the contacts [J]; energy that a law leaves when a contact ends is lost.
 
     """
 
@@ -82,7 +82,7 @@ class CollisionTrace:
 
 @dataclass(slots=True)
 class _Recorder:
-    """Takes the solver's steps in place of `advance`, and notes what happens on the way."""
+    """Takes the solver's steps in place of `advance`, and samples them."""
 
     now: float = 0.0
     rows: list[Vector] = field(default_factory=list)
@@ -126,7 +126,7 @@ class _Recorder:
 
 
 def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
-    """Return a function with other meanings of some names that it uses."""
+    """Copy a function, with other values for some of the global names that it uses."""
     meanings = {**function.__globals__, **names}
     return FunctionType(function.__code__, meanings, argdefs=function.__defaults__)
 
@@ -150,7 +150,7 @@ def trace_of(
     exponent: float = 1.0,
     tolerance: float = 1e-8,
 ) -> CollisionTrace:
-    """Watch a collision stated in contact space; see `solve.solve_in_contact_space`."""
+    """Trace a collision given in contact space; see `solve.solve_in_contact_space`."""
     count = len(friction)
     recorder = _Recorder()
     properties = Properties(friction, restitution, stiffness, LAWS[law], exponent)
@@ -173,7 +173,7 @@ def trace_of(
 
 
 def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
-    """Watch bodies collide."""
+    """Trace a collision of bodies."""
     contacts = collision.contacts
     space = contact_space(system_of(collision.bodies, contacts))
     return trace_of(
@@ -188,7 +188,7 @@ def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
 
 
 def trace_of_strike(shot: Shot) -> CollisionTrace:
-    """Watch the strike of a shot; ValueError if there was none, or the ball touched others."""
+    """Trace the strike of a shot; ValueError if it was refused, or the ball touched others."""
     if shot.status.refused or len(shot.impact.dissipated) != 2:
         raise ValueError(
             'strike: is not allowed here; it must be of a ball that touches nothing but the '

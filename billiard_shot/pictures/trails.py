@@ -1,4 +1,4 @@
-"""Where balls went, in the form that pictures take: lines by motion, marks, ghost balls."""
+"""Paths of balls, in the form that pictures take: lines by motion, marks, ghost balls."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
 
-ENDLESS = 2.0  # s that a motion without end is shown
-SAGITTA = 1e-4  # m by which a line drawn may miss the curve
-MOST = 400  # points of a segment
+ENDLESS = 2.0  # s for which a motion without end is shown
+SAGITTA = 1e-4  # m, largest distance of a drawn line from the curve
+MOST = 400  # largest number of points of a segment
 GONE = (Motion.POCKETED, Motion.OFF_TABLE)
 
 
@@ -44,7 +44,7 @@ class Mark:
 @dataclass(frozen=True, slots=True, eq=False)
 class Trails:
     """
-    What balls did.
+    Paths and events of balls.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Trails:
     marks : tuple of Mark
         In the order of time.
     ghosts : tuple of (3,) float arrays
-        Where the cue ball was as it met other balls [m].
+        Positions of the cue ball as it met other balls [m].
     until : float
-        Time up to which they are shown [s].
+        Time up to which the balls are shown [s].
 
     """
 
@@ -67,7 +67,7 @@ class Trails:
     until: float
 
     def pieces(self, name: str) -> tuple[Piece, ...]:
-        """Lines of a ball, none for one that never moves."""
+        """Lines of a ball; empty if the ball never moves."""
         return tuple(_pieces(self.balls[name], self.until))
 
     def all_points(self) -> NDArray[np.float64]:
@@ -116,7 +116,7 @@ def _until(balls: Mapping[str, Trajectory]) -> float:
 
 
 def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:
-    """Pieces, those of like motion that follow each other made one."""
+    """Yield the pieces of a path; consecutive segments of like motion are one piece."""
     motion, times = Motion.REST, [np.zeros(0)]
     for segment in ball.segments:
         if segment.start >= until or segment.motion in (Motion.REST, *GONE):
@@ -132,7 +132,7 @@ def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:
 
 def _piece(ball: Trajectory, motion: Motion, times: list[NDArray[np.float64]]) -> Piece:
     every = np.concatenate(times)
-    # the state just before the last time: at an event it is of what begins then
+    # the state just before the last time: at an event, `at` gives the state after it
     points = ball.at(np.append(every[:-1], np.nextafter(every[-1], 0.0))).position
     return Piece(motion, every, points)
 

@@ -1,5 +1,5 @@
 """
-The paper's section 2: a ball falls onto another one on a table; what its Figs. 3 to 5 show.
+The paper's section 2, for its Figs. 3 to 5: a ball falls onto another one on a table.
 
 Impulses are upward, I1 on the falling ball and I2 on the lower one; velocities are upward, too.
 """
@@ -28,11 +28,12 @@ class State:
     Attributes
     ----------
     name : str
-        S1: both impacts act; S2: that with the table; S3: that of the balls.
+        S1: both impacts act; S2: only the impact on the table; S3: only that of the balls.
     events : str
-        In their order: C, an impact ends its compression; R, its restitution; 1 or 2, which one.
+        In their order. C1, C2: end of compression of the balls' or of the table's impact; R1, R2:
+        end of its restitution.
     samples : slice
-        Of the trace.
+        Samples of the trace.
 
     """
 
@@ -52,7 +53,7 @@ class TwoBalls:
     law: str = 'energetic'
 
     def trace(self) -> CollisionTrace:
-        """Watch the collision."""
+        """Trace the collision."""
         return trace_of_collision(
             stacked(self.masses, self.restitution, self.ratio, -self.v0), self.law
         )
@@ -80,7 +81,7 @@ class TwoBalls:
         """
         Impulses (count, 2) [N s] that leave the kinetic energy as it was: equation 15.
 
-        None can be beyond: there is no more energy than in the beginning.
+        Impulses outside this ellipse are impossible: they would need more energy than there was.
         """
         angle = np.linspace(0.0, 2.0 * math.pi, count)
         m1, m2 = self.masses
@@ -88,7 +89,7 @@ class TwoBalls:
         return np.column_stack([first, first + self.v0 * math.sqrt(m1 * m2) * np.sin(angle)])
 
     def compression_lines(self, first: ArrayLike) -> tuple[Vector, Vector]:
-        """I2 [N s] where the impact of the balls, and that on the table, turn: equation 12."""
+        """I2 [N s] at the end of compression of the balls, and of ball and table: equation 12."""
         i1 = np.asarray(first, float)
         m1, m2 = self.masses
         return m2 * (self.v0 + (1.0 / m1 + 1.0 / m2) * i1), i1.copy()

@@ -25,8 +25,8 @@ Draw = Callable[[NDArray[np.float64]], Iterator[NDArray[np.uint8]]]
 RATE = 25  # images per second
 DPI = 100.0
 BLOCK = 16  # pixels: encoders of MP4 want multiples of it
-STILL = 1.0  # s that the end is shown
-FOLLOW = 0.25  # s that the cue is shown after the strike
+STILL = 1.0  # s for which the end is shown
+FOLLOW = 0.25  # s for which the cue is shown after the strike
 SHADOW = 0.5  # m by which the shadow of a ball is displaced, per m of height
 COLOURS = 64  # of a GIF
 
@@ -46,15 +46,15 @@ def write_video(
     path : Path
         Ends with `.gif` or `.mp4`.
     title : str
-        What happened by default.
+        Title of the pictures; by default a summary of the shot.
     report : callable
         Called with the number of images written, of `len(image_times(shot))`.
 
     Raises
     ------
     ValueError
-        If the shot was refused, if the ending of the file is another, if matplotlib, or
-        imageio for an MP4, is missing, or if the file cannot be written.
+        If the shot was refused, if the file has another ending, if matplotlib (or imageio for an
+        MP4) is missing, or if the file cannot be written.
 
     """
     require_encoder(path)
@@ -98,10 +98,10 @@ WRITERS = {'.gif': _write_gif, '.mp4': _write_mp4}
 
 
 def require_encoder(path: Path) -> None:
-    """Raise ValueError if videos of this kind cannot be written, with what installs what lacks."""
+    """Raise ValueError, with the command that installs it, if the encoder of a file is missing."""
     if path.suffix not in WRITERS:
         raise ValueError(f'{path}: is not allowed; a video must end with {" or ".join(WRITERS)}')
-    require_matplotlib()  # which brings what writes a GIF
+    require_matplotlib()  # matplotlib depends on Pillow, which writes a GIF
     if path.suffix == '.mp4':
         try:
             import imageio  # noqa: F401
@@ -122,7 +122,7 @@ def images(shot: Shot, times: NDArray[np.float64], title: str = '') -> Iterator[
     times : (n,) float array
         [s]; the strike is at 0.
     title : str
-        What happened by default.
+        Title of the pictures; by default a summary of the shot.
 
     Yields
     ------
@@ -154,7 +154,7 @@ def image_times(shot: Shot) -> NDArray[np.float64]:
 
 
 class _Moving:
-    """All that moves, as animated artists: canvas.draw() leaves them out."""
+    """All moving things, as animated artists: canvas.draw() leaves them out."""
 
     def __init__(self, axes: Any, shot: Shot, trails: Trails) -> None:
         from matplotlib.patches import Circle
@@ -195,7 +195,7 @@ class _Moving:
             artist.set_animated(True)
 
     def draw(self, time: float) -> None:
-        """Draw everything where it is at a time [s]."""
+        """Draw all moving things at their places at a time [s]."""
         for name, line in self.paths.items():
             times, points = self.points[name]
             shown = points[: int(np.searchsorted(times, time))]

@@ -1,9 +1,9 @@
 """
-A shot as one HTML file, with all in it: a table to turn and zoom, balls that move and turn.
+A shot as one self-contained HTML file: a table to turn and zoom, balls that move and turn.
 
-The page evaluates the trajectory's own segments, so that what it shows at a time is what
-`Trajectory.at` says; of orientations it has enough to go from one to the next. Its parts are the
-files in `page`, put together here.
+The page evaluates the segments of the trajectory, so that its positions are those of
+`Trajectory.at`. It interpolates between orientations, which are close enough for that. Its parts
+are the files in `page`, put together here.
 """
 
 from importlib.resources import files
@@ -46,7 +46,7 @@ YELLOW = '#f0e442'
 CUE_PATH, PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
 DRAWN = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
 Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-CUE_LENGTH = 1.47  # m, where the scene does not say
+CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
 def page_of(shot: Shot, title: str = 'shot') -> str:
@@ -69,7 +69,7 @@ def page_of(shot: Shot, title: str = 'shot') -> str:
 
 
 def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
-    """Write the page of a shot to a file; ValueError if that cannot be done, or it is refused."""
+    """Write the page of a shot to a file; ValueError if it was refused, or if that fails."""
     if shot.status.refused:
         raise ValueError(f'{path}: not written: {shot.status.name}: {shot.message}')
     try:
@@ -111,7 +111,7 @@ def path_colours(trails: Trails) -> dict[str, str]:
     """
     Choose the colours of the paths of the balls that move.
 
-    The cue ball's is white. With more than five other balls, colours come again.
+    The path of the cue ball is white. With more than five other balls, colours repeat.
     """
     moving = [name for name in trails.balls if trails.moved(name) and name != CUE_BALL]
     return {CUE_BALL: CUE_PATH} | dict(zip(moving, cycle(PATHS), strict=False))
@@ -190,8 +190,8 @@ def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str,
 
 
 def _first(number: int) -> NDArray[np.float64]:
-    """Orientation of a ball to begin with: its number seen from above, each a bit elsewhere."""
-    around = 2.4 * number  # the golden angle: no two balls look the same way
+    """Choose the first orientation of a ball: its number up, tilted to its own side."""
+    around = 2.4 * number  # the golden angle: no two balls are tilted to the same side
     # the number, at +x with its head at +z, comes to +z with its head at +x
     up = product(rotation(math.pi * Z), rotation(-0.5 * math.pi * Y))
     aside = rotation(0.6 * np.array([math.cos(around), math.sin(around), 0.0]))

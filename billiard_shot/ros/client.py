@@ -37,7 +37,7 @@ PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
 """Outward normal at the contact point (of any length), and velocity of the cue (m/s)."""
 
 RETREAT = 0.05
-"""Distance from the ball to the start of the tip [m]."""
+"""Distance of the tip from the contact point in a request [m]."""
 
 START_UP = 120.0
 """Time to wait for the service [s]; a predictor may have to compile the library first."""
@@ -49,8 +49,8 @@ RENEWAL_PERIOD = 20.0
 """
 Time without an answer after which a new client replaces the one that asked [s].
 
-On busy machines, Fast DDS 3.2 sometimes never tells a server of a client. A new client is
-announced anew.
+On busy machines with Fast DDS 3.2, a server sometimes never discovers a client. A new client is
+announced again.
 """
 
 
@@ -146,7 +146,7 @@ class ServiceCaller:
         raise TimeoutError(f'no answer from {self.service_name} within {timeout} s')
 
     def destroy(self) -> None:
-        """Take the client from its node."""
+        """Remove the client from its node."""
         self._node.destroy_client(self.client)
 
     def _renew(self) -> None:

@@ -238,7 +238,7 @@ def trajectory_message(trajectory: Trajectory, count: int) -> BallTrajectory:
 
 
 def key_times(trajectory: Trajectory) -> NDArray[np.float64]:
-    """Find the times [s] of start, changes of motion, and rest: at most `MAX_KEY_TIMES`."""
+    """Find the times [s] of start, first changes of motion, and rest: at most `MAX_KEY_TIMES`."""
     segments = trajectory.segments
     changes = [now.start for before, now in pairwise(segments) if now.motion != before.motion]
     return np.unique([0.0, *changes[: MAX_KEY_TIMES - 2], trajectory.duration])

@@ -1,4 +1,4 @@
-"""Between messages and the mechanical cue's library: pure functions, each way."""
+"""Conversions between messages and the mechanical cue's library, both ways: pure functions."""
 
 from collections.abc import Container, Mapping, Sequence
 import math
@@ -112,7 +112,7 @@ def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
 
 
 def result_of(result: Result, strike: Strike) -> ExecuteShot.Result:
-    """Message of the result of a goal; `strike` is that of its strike, if it has one."""
+    """Message of the result of a goal; `strike` is the message of its strike, if it has one."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
         message.struck = True

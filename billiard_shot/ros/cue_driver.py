@@ -73,7 +73,7 @@ class CueDriver(LifecycleNode):
     Services: `~/arm`, `~/disarm` and `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to
     `joint_states`, `table_state`, and to `estop` (true means stop) and `interlock` (true means
     safe), std_msgs/msg/Bool. These two must be repeated: silence stops the cue, and so do messages
-    that were written too long ago. Another publisher of its commands is a fault.
+    that were written too long ago. Another node that publishes commands is a fault.
     Its parameters are `cue_parameters.CUE_DRIVER`. They can be set while the node is unconfigured.
     """
 
@@ -152,7 +152,7 @@ class CueDriver(LifecycleNode):
         Raises
         ------
         ValueError, OSError
-            If they contradict each other, or if a file that they name can no longer be read.
+            If parameters contradict each other, or if a file that they name can no longer be read.
 
         """
 
@@ -214,19 +214,19 @@ class CueDriver(LifecycleNode):
         return super().on_shutdown(state)
 
     def survive(self, error: Exception) -> None:
-        """Latch a fault after an error of this program, and go on: the stop is repeated."""
+        """Latch a fault after an error of this program, and go on, to repeat the stop."""
         lines = ''.join(traceback.format_exception(error))
         self.get_logger().error(f'error of this program: {lines}')
         self._controller.fail(steady_time(), f'error of this program: {error!r}')
 
     def leave(self) -> None:
         """
-        Take back the offer of commands.
+        Withdraw the publisher of commands.
 
-        A signal ends the process without that, and rclpy publishes nothing any more. A new driver
-        would see this one until its lease expires, 20 s later, and would take it for a rival.
-        Nothing else is taken back: in another process the end of a publisher can deadlock with an
-        announcement (Fast DDS 3.2).
+        A process that a signal ends does not withdraw it, and rclpy no longer publishes anything.
+        A new driver would see this driver until its lease expires, 20 s later, and would report
+        it as a second driver. No other publisher is withdrawn, because in another process the end
+        of a publisher can deadlock with an announcement (Fast DDS 3.2).
         """
         self.destroy_publisher(self._actuation)
 
@@ -264,7 +264,7 @@ class CueDriver(LifecycleNode):
             self._table = None
 
     def _refused(self, name: str) -> Decision | None:
-        """Return the refusal of a request that only an active node accepts; None if it is one."""
+        """Return the refusal of a request if the node is not active; None if it is active."""
         if not self._inactive:
             return None
         return Decision(False, self._controller.state, f'{name}: {self._inactive}')

@@ -16,7 +16,7 @@ from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
 
 try:
     from tf2_msgs.msg import TFMessage
-except ImportError:  # PyPI has no wheel of it
+except ImportError:  # PyPI has no wheel for it
     TFMessage = None
 
 TRANSFORMS = QoSProfile(depth=100)

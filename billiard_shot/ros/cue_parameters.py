@@ -79,7 +79,7 @@ NICENESS = Parameter(
 
 
 def _timeout(name: str, description: str, former: str = '', read_only: bool = False) -> Parameter:
-    """Time-out for a stop; more than 2 s would be too long to wait for it."""
+    """Make the parameter of a time-out for a stop, at most 2 s: a later stop would be too late."""
     return Parameter(
         name, 0.5, description, unit='s', limits=(0.05, 2.0), read_only=read_only, former=former
     )

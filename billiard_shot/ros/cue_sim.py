@@ -21,7 +21,7 @@ from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness, stead
 from billiard_shot.ros.writing_time import written
 
 CATCH_UP = 0.25
-"""If the process did not run for longer than this [s], the mechanism pauses for the rest."""
+"""Longest time that is simulated after an interruption [s]; for the rest, the mechanism pauses."""
 
 
 class CueSim(Node):
@@ -32,12 +32,12 @@ class CueSim(Node):
     driver and the number of the command. A trajectory is followed from its first arrival on, as
     long as it is repeated with the same number at least every `command_timeout` seconds. A single
     point at stamp 0 with zero velocities is a command to stop. Trajectories are refused if they
-    are older than `command_timeout`, if their number is lower than one before, or if they come
-    from a second driver.
+    are older than `command_timeout`, if their number is lower than an earlier one, or if they come
+    from a second driver while the first one still commands.
     Publishes `joint_states` (sensor_msgs/msg/JointState). Faults are parameters that can be set at
     any time. Its parameters are `cue_parameters.CUE_SIM`.
 
-    If this process pauses, so does the mechanism, and every simulated step is published. The node
+    If this process pauses, the mechanism pauses too. Every simulated step is published. The node
     stands for a machine with its own processor, which a busy desktop computer does not delay.
     """
 
@@ -131,7 +131,7 @@ class CueSim(Node):
         return self._trajectory
 
     def _clocks(self) -> tuple[float, Time]:
-        """Read the steady clock [s] and the ROS clock; again, if an interruption came between."""
+        """Read the steady clock [s] and the ROS clock; repeat if interrupted between the two."""
         while True:
             now, ros_now = monotonic(), self.get_clock().now()
             if monotonic() - now < self._period:
@@ -141,9 +141,9 @@ class CueSim(Node):
         """
         Simulate all steps that are due, and publish each.
 
-        Both clocks are read once, at the same moment. If the process was interrupted between two
-        readings, stamps would be too late, and later ones earlier than these. The driver ignores
-        messages with earlier stamps.
+        Both clocks are read at the same moment. If the process were interrupted between the two
+        readings, the stamps would be too late, and the next stamps would be earlier. The driver
+        ignores messages with earlier stamps.
         """
         now, ros_now = self._clocks()
         self._behind = min(self._behind + now - self._ran, CATCH_UP)

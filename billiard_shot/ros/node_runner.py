@@ -31,14 +31,14 @@ SAFETY_INPUT = QoSProfile(depth=10)
 """
 QoS of `estop` and `interlock`: a short press of a button is not lost if the driver pauses.
 
-A queue makes no message fresh: they count from when they were written.
+A queued message does not become fresh: its age counts from the time of writing.
 """
 
 JOINT_STATES = QoSProfile(depth=500)
 """
-QoS of `joint_states`: a strike is measured from a series, and lasts for a few messages only.
+QoS of `joint_states`: a strike is measured from a series of only a few messages.
 
-So no message is lost if the reader or the writer pauses for half a second, at up to 1000 Hz.
+At this depth no message is lost if the reader or writer pauses for half a second, at up to 1 kHz.
 """
 
 SPIN_TIMEOUT = 1.0
@@ -159,8 +159,8 @@ def run(
     def end(number: int, _: object) -> None:
         received.append(number)
         if starting:
-            # Compiled code is being loaded by callbacks from C, which an exception must not pass
-            # through; and nothing has been started yet that would have to be ended.
+            # Compiled code is being loaded by callbacks from C, and an exception must not pass
+            # through C. Nothing has been started yet that would have to be ended.
             os._exit(0)
         # Not KeyboardInterrupt: if it passes through code made by exec, which NumPy and numba
         # contain, Python ends as if it had not been caught.
@@ -195,7 +195,7 @@ def run(
             except ExternalShutdownException:
                 pass
             except Exception:
-                # A signal may surface as an error of whatever was being executed.
+                # A signal may surface as an error of the code that was being executed.
                 if rclpy.ok() and not received:
                     raise
             finally:

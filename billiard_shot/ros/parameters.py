@@ -45,7 +45,7 @@ class Parameter:
     read_only : bool
         Whether the value can be given only when the node starts.
     former : str
-        Name in the version before, which is still accepted when the node starts; '' for none.
+        Name in the previous version, still accepted when the node starts; '' if it is unchanged.
 
     """
 
@@ -172,7 +172,7 @@ def _under_former_name(node: Node, parameter: Parameter) -> Any:
         f'parameter {parameter.former!r} is now named {parameter.name!r}; the next version will '
         'ignore the former name'
     )
-    # Declared again with its type and range, which rclpy checks.
+    # The former name is declared again with its type and range, which rclpy checks.
     descriptor = replace(parameter, read_only=False).descriptor
     value = node.declare_parameter(parameter.former, parameter.default, descriptor).value
     node.undeclare_parameter(parameter.former)

@@ -260,7 +260,7 @@ def _flat(kind: type, place: tuple[float, float] | None) -> Any:
 def result_of(
     result: PlanResult, plan_id: str, scene: Scene, goal: PlanShot.Goal, header: Header
 ) -> PlanShot.Result:
-    """Make the result of a goal that was planned in `scene`, in the requested length."""
+    """Make the result of a goal planned in `scene`, with the requested number of strokes."""
     radius = scene.ball.radius
     return PlanShot.Result(
         status=int(result.status),

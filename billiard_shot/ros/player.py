@@ -55,13 +55,13 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}
 """Topics of the safety inputs, and the values that allow motion."""
 
 QUIET_WAIT = 2.0
-"""Time of waiting after which the player logs what it waits for [s]."""
+"""Waiting time after which the player logs what it is waiting for [s]."""
 
 ANSWER_TIME = 30.0
 """Longest time in which a node answers, if the machine is busy [s]."""
 
 SIGNAL_PERIOD = 0.05
-"""Time between two looks at the signals that were caught [s]."""
+"""Time between two checks for caught signals [s]."""
 
 REMINDER = 8.0
 """Time between two messages in the log about the same wait [s]."""
@@ -100,7 +100,7 @@ class Player(Node):
     Parameters
     ----------
     namespace : str
-        Of the node; '' for that of the command line.
+        Namespace of the node; '' for the one given on the command line.
     simulate_safety_inputs : bool
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
@@ -168,8 +168,8 @@ class Player(Node):
     def exit_on(self, signals: list[int]) -> None:
         """Exit as soon as there is a signal in the list, between two callbacks."""
 
-        # If a handler of signals raised SystemExit, it would do so within rclpy at times, which
-        # loses it.
+        # A signal handler that raises SystemExit would sometimes do so within rclpy, which drops
+        # the exception.
         def look() -> None:
             if signals:
                 sys.exit(128 + signals.pop())
@@ -209,7 +209,7 @@ class Player(Node):
             raise NotReadyError(f'no {name} within {self._timeout:g} s')
 
     def _until(self, condition: Callable[[], object], words: str, seconds: float) -> bool:
-        """Spin as in `until`; log these words after `QUIET_WAIT`, then after every `REMINDER`."""
+        """Spin as in `until`; log `words` after `QUIET_WAIT`, then after every `REMINDER`."""
         deadline, silence = monotonic() + seconds, QUIET_WAIT
         while not self.until(condition, min(silence, deadline - monotonic())):
             if monotonic() > deadline:
@@ -339,11 +339,11 @@ class Player(Node):
         self, strike: Time | None = None, seconds: float = 60.0
     ) -> NDArray[np.float64] | None:
         """
-        Wait until the cue ball is at rest, at (x, y) [m]; None if it is not, or is pocketed.
+        Wait until the cue ball rests, and return (x, y) [m]; None if it moves on or is pocketed.
 
-        Table states that are older than the stamp of the strike do not count: a starved camera, or
-        a starved simulation, shows for a while where the balls lay before. NotReadyError if there
-        is none that counts.
+        Table states older than the stamp of the strike are ignored, because a camera or simulation
+        without enough processor time shows the earlier positions for a while. Raises NotReadyError
+        if no newer table state is received.
         """
         deadline = monotonic() + seconds
         if strike and not self.until(
@@ -364,7 +364,7 @@ class Player(Node):
 
 
 def _is_after(stamp: Time, strike: Time) -> bool:
-    """Whether a table state was seen after a strike; one without a stamp may have been."""
+    """Whether a table state was seen after a strike; true if the table state has no stamp."""
     seen = cue_conversions.seconds(stamp)
     return seen == 0.0 or seen > cue_conversions.seconds(strike)
 

@@ -15,7 +15,7 @@ from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
-"""Time from an answer to its path and markers [s]; only the last answer in it is shown."""
+"""Delay from an answer to its path and markers [s]; of several answers, the last is shown."""
 
 
 class Predictor(Node):

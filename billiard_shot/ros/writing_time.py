@@ -32,7 +32,7 @@ def written(info: Mapping[str, Any], now: float) -> float:
 
 
 def nanoseconds(stamp: TimeMessage) -> int:
-    """Time of a stamp [ns]; rclpy.time.Time refuses negative ones."""
+    """Time of a stamp [ns]; rclpy.time.Time refuses negative stamps."""
     return 10**9 * stamp.sec + stamp.nanosec
 
 
@@ -40,7 +40,7 @@ def stamped(stamp: TimeMessage, clock: Clock, now: float) -> float:
     """
     Convert the stamp of a message to the steady clock [s].
 
-    The result is infinity if there is no stamp; then it does not limit the time of writing.
+    If there is no stamp, the result is infinity, which does not limit the time of writing.
     """
     time = nanoseconds(stamp)
     return now - 1e-9 * (clock.now().nanoseconds - time) if time else math.inf

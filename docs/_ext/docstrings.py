@@ -1,8 +1,8 @@
 """
 An extension that reads docstrings in numpydoc form.
 
-What is an attribute of a class and has no docstring of its own has a comment behind it in the
-source; these comments become a list of attributes.
+An attribute of a class that has no docstring of its own has a comment behind it in the source.
+These comments become a list of attributes.
 """
 
 from dataclasses import is_dataclass
@@ -37,7 +37,7 @@ def attributes(kind: type) -> list[tuple[str, str, str]]:
 
 
 def read(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Turn a docstring from numpydoc form into what Sphinx reads."""
+    """Convert a docstring from numpydoc form to the form that Sphinx reads."""
     if what in ('property', 'attribute', 'data'):
         return  # in a single line, where a colon is just a colon
     documented = any(line in ('Parameters', 'Attributes') for line in lines)
@@ -52,7 +52,7 @@ def read(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[s
 def hide(
     app: Any, what: str, name: str, thing: Any, options: Any, signature: str, returned: str
 ) -> tuple[str, str] | None:
-    """Hide how results are made: nobody but the library makes them."""
+    """Hide the constructors of results, because only the library makes results."""
     if what != 'class' or '.scene.' in thing.__module__:
         return None
     return None if 'Parameters\n' in (inspect.getdoc(thing) or '') else ('', '')

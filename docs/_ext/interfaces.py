@@ -39,7 +39,7 @@ class Part:
 
     @property
     def fields(self) -> list[Item]:
-        """What is sent."""
+        """Fields of the message, without its constants."""
         return [item for item in self.items if isinstance(item, Item)]
 
 
@@ -121,7 +121,7 @@ def _parts(file: Path) -> Iterator[Part]:
 
 
 def _part(name: str, text: str) -> Part:
-    """Read one part: paragraphs of comments, then what the last of them is about."""
+    """Read one part: paragraphs of comments, each followed by the declarations it describes."""
     comments: list[str] = []
     header = ''
     items: list[Item | Group] = []

@@ -1,4 +1,4 @@
-"""The page of all parameters, made of what the nodes declare them with."""
+"""The page of all parameters, made from their declarations in the nodes."""
 
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +10,7 @@ ROS = ('rclpy', 'rcl_interfaces', 'billiard_shot_msgs', 'geometry_msgs', 'std_ms
 
 
 def declared(folder: Path) -> dict[str, Any]:
-    """Parameters of each node, by its name; ROS need not be there."""
+    """Parameters of each node, by its name; ROS does not have to be installed."""
     found = {}
     with mock(list(ROS)):
         for file in sorted((folder / 'ros').glob('*parameters.py')):
@@ -31,7 +31,7 @@ def page(folder: Path) -> str:
         '# Parameters of the nodes',
         '',
         'Defaults are also in `config/NODE.yaml`. Every parameter is checked when a node starts '
-        'and when it is set; what is refused is answered with the reason.',
+        'and when it is set; a refused value is answered with the reason.',
         '',
     ]
     for node, parameters in declared(folder).items():
