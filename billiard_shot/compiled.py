@@ -1,5 +1,5 @@
 """
-Functions that run as Python at once, and as machine code as soon as there is some.
+Functions that Python interprets at first, and that run as machine code once it is loaded.
 
 The inner functions of the library are plain Python. `inner` and `innermost` note how numba is to
 compile a function into its callers. `Entry` is a function that other modules call. Nothing here
@@ -20,7 +20,7 @@ R = TypeVar('R')
 
 # Divisions follow IEEE 754, as in NumPy. Compiled code releases the GIL: threads run in parallel.
 OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
-# No wrapper for calls from C, which nobody makes: a fifth of the compile time.
+# No wrapper for calls from C, which are never made: it takes a fifth of the compile time.
 INNER: dict[str, Any] = {**OPTIONS, 'no_cfunc_wrapper': True}
 
 _parts: list[tuple[Callable[..., Any], dict[str, bool]]] = []
@@ -101,7 +101,7 @@ class Entry:
 
     """
 
-    machine_code: ClassVar[dict['Entry', Compiled]] = {}  # of all entries, or of none
+    machine_code: ClassVar[dict['Entry', Compiled]] = {}  # of all entries, or empty
 
     def __init__(
         self, function: Callable[..., Any], example: Callable[[Storage], tuple[Any, ...]]
@@ -112,7 +112,7 @@ class Entry:
         self.__doc__ = function.__doc__
 
     def current(self) -> Run:
-        """Return the fastest way there is to call the function."""
+        """Return the compiled function if it is loaded, otherwise the interpreted one."""
         compiled = self.machine_code.get(self)
         if compiled is not None:
             return compiled
@@ -122,7 +122,7 @@ class Entry:
         return self.interpreted
 
     def on(self, storage: Storage) -> Run:
-        """Return how to call the function with arguments in a storage."""
+        """Return the function that takes arguments in a storage."""
         return self.machine_code[self] if storage is ROWS else self.interpreted
 
 

@@ -4,8 +4,8 @@ The machine code of the entries: compiled once, in other processes, and kept on 
 A process interprets until the machine code is there, and then switches to it. Compiling takes tens
 of seconds, so it begins only where that pays: `require` (batches, plans) waits for it, `prepare`
 (nodes) begins it, and so does a process that has interpreted for some seconds. Each entry is
-compiled in a process of its own, because compiling in a thread stops all others. A lock makes it
-happen once, however many processes ask.
+compiled in a process of its own, because compiling in a thread stops all others. A lock ensures
+that it is compiled once, even if many processes need it.
 
 Machine code is kept in `folder()`, named after everything that it depends on: sources, versions,
 processor. If anything goes wrong, a warning says so, and the process goes on interpreting.
@@ -55,13 +55,13 @@ POLL = 0.1  # s
 _HERE = Path(__file__).parents[1]  # a child finds the same package from there
 
 Report = Callable[[int, int, float], None]
-"""Is told how many entries are compiled, how many there are, and the time [s] waited so far."""
+"""Called with the number of compiled entries, of all entries, and the time waited so far [s]."""
 
 
 @cache
 def available() -> bool:
-    """Whether there is a numba to compile with. If not, warns once, and says what that costs."""
-    if os.environ.get('NUMBA_DISABLE_JIT') not in (None, '', '0'):  # numba's way to say so
+    """Whether numba can compile; if it is not installed, warn once."""
+    if os.environ.get('NUMBA_DISABLE_JIT') not in (None, '', '0'):  # numba is turned off
         return False
     if find_spec('numba') is None:
         _warn(
@@ -74,7 +74,7 @@ def available() -> bool:
 
 @cache
 def folder() -> Path:
-    """Where the machine code of this version is kept, on this machine."""
+    """Return the folder of the machine code of this version, on this machine."""
     home = os.environ.get('BILLIARD_SHOT_CACHE') or os.environ.get('XDG_CACHE_HOME')
     root = Path(home or Path.home() / '.cache') / 'billiard_shot' / _key()
     try:
@@ -93,7 +93,7 @@ def folder() -> Path:
 
 
 def look(seconds_interpreted: float) -> None:
-    """Begin to load or to compile machine code if a process has interpreted for so long."""
+    """Begin to load or to compile machine code if interpreting has taken long enough."""
     if seconds_interpreted > COMPILING_PAYS:
         prepare()
     elif seconds_interpreted >= LOADING_PAYS:
@@ -121,8 +121,8 @@ def require(report: Report | None = None) -> bool:
     Parameters
     ----------
     report : callable, optional
-        Is called several times a second while this waits: with the number of entries compiled, of
-        all entries, and the seconds waited so far.
+        Called several times a second while this waits, with the number of compiled entries, of all
+        entries, and the seconds waited so far.
 
     """
     begin = monotonic()
@@ -154,7 +154,7 @@ class _Worker(Thread):
         atexit.register(self.end)
 
     def run(self) -> None:
-        """Do it; if anything fails, warn, and leave the process interpreting."""
+        """Compile and load all entries; if anything fails, warn, and keep interpreting."""
         waiting = [name for name in ENTRIES if not _is_compiled(name)]
         failed = why = ''
         while (waiting and not failed) or self.running:
@@ -275,7 +275,7 @@ def compile_one(where: Path, name: str) -> None:
             flock(lock, LOCK_EX)
         done = _path(name, 'done', where)
         if not done.exists():
-            gc.disable()  # to look through a heap as large as numba's takes a tenth of the time
+            gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
             os.nice(5)
             compile_entries([_entry(name)], where)
             done.touch()

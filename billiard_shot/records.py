@@ -6,7 +6,7 @@ A record is a class whose annotations name its fields. Functions read and write 
 as fast as fields of a NumPy record; compiled, only rows of an array exist.
 
 Three rules keep the two alike. A vector is changed element by element. A record is never copied or
-swapped, only its fields are. Who calls compiled code keeps the arrays alive.
+swapped, only its fields are. The caller of compiled code keeps the arrays alive.
 """
 
 from collections.abc import Sequence
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 R = TypeVar('R')
 
 Vector = Sequence[float] | NDArray[np.float64]
-"""What compiled code takes for an array of one dimension: interpreted, a list of floats."""
+"""A one-dimensional array of compiled code; interpreted, a list of floats."""
 Floats = Any
-"""A vector that is written to. mypy knows no type that is a list and an array."""
+"""An array that is written to. mypy has no type that is a list and an array."""
 Vector3 = Annotated[Any, 3]
 """Three numbers in a record, along the axes of a frame."""
 _KINDS: dict[Any, str] = {float: 'f8', int: 'i8', bool: '?'}
@@ -55,7 +55,7 @@ def record(cls: type[R]) -> type[R]:
 
 
 class Storage(Protocol):
-    """Where records and arrays live: in objects and lists, or in arrays."""
+    """Storage of records and arrays: in objects and lists, or in arrays."""
 
     def records(self, kind: type[R], count: int) -> Any:
         """Return new records, all fields zero."""
@@ -71,7 +71,7 @@ class Storage(Protocol):
 
 
 class Objects:
-    """For functions that Python interprets."""
+    """Storage of functions that Python interprets."""
 
     def records(self, kind: type[R], count: int) -> list[R]:
         """Return new records, all fields zero."""
@@ -97,7 +97,7 @@ class Objects:
 
 
 class Rows:
-    """For functions that are compiled."""
+    """Storage of functions that are compiled."""
 
     def records(self, kind: type[R], count: int) -> NDArray[np.void]:
         """Return new records, all fields zero."""

@@ -1,4 +1,4 @@
-"""How a computation ended: one enumeration for library, command line and ROS interfaces."""
+"""Outcome of a computation: one enumeration for library, command line and ROS interfaces."""
 
 from enum import IntEnum
 
@@ -17,15 +17,15 @@ class Status(IntEnum):
     INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was taken to its limit
     NEGATIVE_ENERGY = 3  # law `poisson` drove an elastic energy below zero
     NEVER_RESTS = 4  # nothing on this cloth brings the ball to rest
-    TOLERANCE_NOT_REACHED = 5  # the result is the best there is, its error estimate says how good
+    TOLERANCE_NOT_REACHED = 5  # the result is the best available; see its error estimate
     BUDGET_EXCEEDED = 6  # too many states or steps
     OFF_TABLE = 7
     NO_PLAN = 8  # no stroke was found that reaches the target
-    CANCELLED = 9  # ended by whoever asked for it; the result is the best so far
+    CANCELLED = 9  # ended on request; the result is the best so far
     MISS = 100  # the cue does not meet the ball
     NEGATIVE_ELEVATION = 101  # the stroke points up
     CUE_THROUGH_CLOTH = 102  # the cue would have to pass through the cloth
-    INVALID_STROKE = 103  # a direction, point or speed that is not finite, zero or negative
+    INVALID_STROKE = 103  # a direction, point or speed that is zero, negative or not finite
     INVALID_REQUEST = 104  # any other field of a request
     CUE_THROUGH_BALL = 105  # the cue would have to pass through another ball
     CUE_THROUGH_CUSHION = 106  # the cue would have to pass through a cushion
@@ -36,7 +36,7 @@ class Status(IntEnum):
         return self >= 100
 
 
-# Compiled code knows numbers, and no enumerations.
+# Compiled code uses integers instead of enumerations.
 OK = int(Status.OK)
 MISCUE = int(Status.MISCUE)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)

@@ -1,8 +1,8 @@
 """
 Simultaneous frictional impacts between rigid bodies.
 
-Knows nothing of billiards. `collide` is the front door; `impulse_scheme` holds the paper's own
-method, to compare with.
+This layer does not depend on billiards. Its public function is `collide`. The paper's own method,
+for comparison, is in study/impulse_scheme.py.
 """
 
 from billiard_shot.impact.bodies import Body, Contact

@@ -1,4 +1,4 @@
-"""The end of a step: the state moves to it, impulses and the work of friction are booked."""
+"""Advance of the state to the end of a step, with the impulses and losses of the step."""
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.options import OPTIONS
@@ -18,7 +18,7 @@ from billiard_shot.records import Vector
 
 @inner
 def integral(c: Vector, order: int, x: float) -> float:
-    """Integral of a polynomial with so many coefficients from 0 to x."""
+    """Integral from 0 to x of a polynomial with `order` coefficients."""
     total = 0.0
     for k in range(order - 1, -1, -1):
         total = total * x + c[k] / (k + 1)
@@ -41,7 +41,7 @@ def friction_work(c: ContactState, order: int, x: float) -> float:
 
 @inner
 def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x: float) -> None:
-    """Move the state to x on the polynomials, and book the impulses and the work of friction."""
+    """Move the state to x on the polynomials, and add the impulses and the friction losses."""
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode != INACTIVE:
@@ -54,7 +54,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
     for j in range(len(contacts)):
         c = contacts[j]
         if m.balls.number > 0 and c.normal_mode == INACTIVE:
-            continue  # its balls say where it is: moving_balls.py
+            continue  # its state follows from its balls: moving_balls.py
         c.velocity[0] = evaluate(c.velocity, order, x)
         if c.friction > 0.0:
             c.slip_1[0] = evaluate(c.slip_1, order, x)

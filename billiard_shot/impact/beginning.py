@@ -1,8 +1,8 @@
 """
-How a collision begins: contacts and progress in its own units.
+Start of a collision: contacts and progress in the units of the collision.
 
-Everything inside the solver is in units of the largest approach speed, response and stiffness:
-answers cannot depend on them.
+The solver works in units of the largest approach speed, response and stiffness. Its results
+therefore do not depend on the scale of these quantities.
 """
 
 from math import inf, sqrt
@@ -70,16 +70,17 @@ class Collisions(NamedTuple):
     distances : bool
         Whether open contacts have a distance, see `Model`.
     lengths : (n, N) floats
-        Compressions of the springs before the collision; below zero: minus the distances [m]. Only
-        law bistiffness knows how a compressed spring goes on. Without `distances` they are unused.
+        Compressions of the springs before the collision [m]; if negative, minus the distances.
+        Only law bistiffness defines how a spring that is already compressed continues. Unused
+        without `distances`.
     until : float
-        Time after which a collision ends, whatever is still active [s].
+        Time at which a collision ends, even if contacts are still active [s].
     balls : Balls
-        That move: `Workspace.motion` says where they are when the only collision begins, and
-        afterwards where they are then. Or NO_BALLS: bodies stay in place.
+        Balls that move, or NO_BALLS if bodies stay in place. With balls there is only one
+        collision: `Workspace.motion` holds their motion at its start and, afterwards, at its end.
     tolerance : (n,) floats
-        Error of the velocities relative to the largest approach speed. A collision with a
-        tolerance that is not above 0 is left out.
+        Error of the velocities relative to the largest approach speed. A collision whose tolerance
+        is not above 0 is skipped.
 
     """
 
@@ -100,7 +101,7 @@ def begin(
     given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: Progress
 ) -> tuple[Model, Units]:
     """
-    Set contacts and progress to where a collision begins, in its own units.
+    Set contacts and progress to the start of a collision, in the units of the collision.
 
     Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
     """
@@ -165,7 +166,7 @@ def start_contact(
     distances: bool,
     j: int,
 ) -> None:
-    """Set a contact to where the collision begins."""
+    """Set a contact to its state at the start of the collision."""
     speed = units.speed
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
@@ -189,7 +190,7 @@ def start_contact(
 
 @inner
 def start_length(c: ContactState, law: int, exponent: float, length: float) -> None:
-    """Set a contact's compression, or minus its distance, to what the collision begins with."""
+    """Set the initial compression of a contact, or minus its initial distance."""
     c.compression[0] = length
     c.initial_energy = elastic_energy(c.stiffness, length, exponent)
     c.normal_mode = INACTIVE
@@ -202,7 +203,7 @@ def start_length(c: ContactState, law: int, exponent: float, length: float) -> N
 
 @inner
 def start(p: Progress) -> None:
-    """Set the progress of a collision to its beginning."""
+    """Set the progress to the start of a collision."""
     p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
     p.section, p.section_start, p.sections = -1, 0, 0
     p.scale, p.speed = 1.0, 1.0
@@ -212,7 +213,7 @@ def start(p: Progress) -> None:
 
 @inner
 def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
-    """Whether no slip can ever turn: nothing happens along any second tangent."""
+    """Whether no slip can ever turn, because nothing acts along any second tangent."""
     w = ws.delassus
     for i in range(len(contacts)):
         if contacts[i].friction > 0.0:

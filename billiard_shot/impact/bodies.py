@@ -1,4 +1,4 @@
-"""What collides: rigid bodies, and the contacts between them."""
+"""Rigid bodies, and the contacts between them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Vector = NDArray[np.float64]
 
 
 def vector(field: str, value: ArrayLike, size: int = 3) -> Vector:
-    """Check a vector; ValueError names the field, its value and what it must be."""
+    """Check a vector; a ValueError names the field, its value and the allowed values."""
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -36,7 +36,7 @@ def direction(field: str, value: ArrayLike, size: int = 3) -> Vector:
 def number(
     field: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False
 ) -> float:
-    """Check a number in [low, high], or (low, high]; infinity is never one."""
+    """Check that a number is finite and in [low, high], or in (low, high] if `open_low`."""
     allowed = f'{"(" if open_low else "["}{low:g}, {high:g}{")" if high == np.inf else "]"}'
     try:
         x = float(value)
@@ -60,7 +60,7 @@ class Body:
         Moments of inertia about the centre of mass [kg m^2], in the body's frame: None for a body
         that does not turn, one number, three principal moments, or the whole matrix.
     velocity, spin : (3,) array-like
-        Of the centre of mass [m/s] and about it [rad/s], common frame.
+        Velocity of the centre of mass [m/s], and angular velocity [rad/s], common frame.
     position : (3,) array-like
         Centre of mass [m], common frame.
     orientation : (4,) array-like
@@ -68,8 +68,8 @@ class Body:
     guide : None or (3,) array-like
         Direction that the body is constrained to move along.
     end_mass : None or float
-        Mass [kg] that moves across the guide: of a cue, whose end is light and flexible. None for
-        a rigid guide.
+        Effective mass [kg] for motion across the guide, as of the light, flexible end of a cue.
+        None if the guide is rigid.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Body:
 
     @classmethod
     def fixed(cls) -> 'Body':
-        """Body that nothing moves: a table."""
+        """Make a body that nothing moves, such as a table."""
         return cls(mass=np.inf)
 
     def inverse_mass(self) -> Vector:
@@ -131,7 +131,7 @@ class Body:
         if self.inertia is None or self.mass == np.inf:
             return np.zeros((3, 3))
         inertia = np.asarray(self.inertia)
-        if (inertia == inertia[0, 0] * np.eye(3)).all():  # as of a ball, however it is turned
+        if (inertia == inertia[0, 0] * np.eye(3)).all():  # as of a ball, in any orientation
             return np.eye(3) / inertia[0, 0]
         turn = rotation(np.asarray(self.orientation))
         inverse: Vector = turn @ np.linalg.inv(inertia) @ turn.T
@@ -186,16 +186,16 @@ class Contact:
     a, b : int
         Indices of two different bodies.
     point : (3,) array-like
-        Where they touch [m], common frame.
+        Point at which they touch [m], common frame.
     normal : (3,) array-like
-        From b into a, of any length but zero.
+        Direction from b into a, of any length but zero.
     restitution : float
         Coefficient of restitution, 0 to 1.
     friction : float
         Coulomb coefficient, 0 or above.
     stiffness : float
-        Of the contact's virtual spring [N/m^exponent], above 0. Without gaps only the contacts'
-        ratios matter for velocities and impulses.
+        Stiffness of the contact's virtual spring [N/m^exponent], above 0. Without gaps, velocities
+        and impulses depend only on the ratios of the stiffnesses.
     gap : float
         Distance of the bodies [m], 0 or above; see `reactivation` of `collide`.
 
@@ -216,7 +216,7 @@ class Contact:
     gap: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check everything but that the bodies exist."""
+        """Check all fields; `check_indices` checks that the bodies exist."""
         object.__setattr__(self, 'point', vector('point', self.point))
         object.__setattr__(self, 'normal', direction('normal', self.normal))
         number('restitution', self.restitution, 0.0, 1.0)
@@ -228,7 +228,7 @@ class Contact:
 
 
 def check_indices(bodies: Sequence[Body], contacts: Sequence[Contact]) -> None:
-    """Raise ValueError for a contact with a body that is not there."""
+    """Raise ValueError if a contact names a body that does not exist."""
     for i, contact in enumerate(contacts):
         for field in ('a', 'b'):
             if not 0 <= getattr(contact, field) < len(bodies):

@@ -1,4 +1,4 @@
-"""Simultaneous frictional impacts between any rigid bodies: the library's front door."""
+"""Simultaneous frictional impacts between any rigid bodies: the public function `collide`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from billiard_shot.impact.laws import LAWS
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
 from billiard_shot.status import Status
 
-USUAL_PHASES = 64  # room for them; a collision with more is solved twice
+USUAL_PHASES = 64  # that the log has room for; a collision with more is solved twice
 REACTIVATIONS = 'instant', 'distance'
 
 
@@ -40,7 +40,7 @@ class Phase:
     ending : Ending
         Why the phase ended.
     contact : int
-        At which contact; -1 where the whole collision ended.
+        Contact at which it ended; -1 if the whole collision ended.
     impulses : (N, 3) float array
         Impulses on bodies a since the start of the collision [N s], common frame.
     energies : (N,) float array
@@ -58,7 +58,7 @@ class Phase:
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionResult:
     """
-    What a collision leaves.
+    Result of a collision.
 
     Attributes
     ----------
@@ -72,16 +72,15 @@ class CollisionResult:
     dissipated : (N, 2) float array
         Kinetic energy lost at each contact to restitution and to friction [J].
     slips : (N,) float array
-        Slip [m/s] with which each contact last ended.
+        Slip of each contact when it last ended [m/s].
     lengths : (N,) float array
-        Of the contacts [m]: below zero, minus the distance at which a contact ended; zero without
-        distances.
+        Minus the distance of each contact at the end of the collision [m]; zero without distances.
     duration : float
-        Until no contact is active [s], if stiffnesses are in N/m^exponent.
+        Time until no contact is active [s], if stiffnesses are in N/m^exponent.
     phases : tuple of Phase
         The states that the collision passed through.
     evaluations : int
-        Series expanded and collocation steps taken.
+        Number of steps. An implicit step with n stiff contacts counts as 1 + 4 n^2 steps.
 
     """
 
@@ -131,22 +130,22 @@ def collide(
     Parameters
     ----------
     bodies : sequence of Body
-        All that take part; what cannot move is `Body.fixed()`.
+        All bodies that take part. A body that cannot move is `Body.fixed()`.
     contacts : sequence of Contact
-        All points at which the bodies touch; those that approach begin the collision, the others
-        take part when, and only when, the motion closes them.
+        All points at which the bodies touch. Contacts that approach start the collision. The
+        others become active only if the motion closes them.
     law : {'bistiffness', 'energetic', 'poisson'}
         Law of restitution; see `laws.py`.
     exponent : float
-        Of the virtual springs, force = stiffness * compression ** exponent: 1, or 1.5 after Hertz;
-        not below 1.
+        Exponent of the virtual springs, force = stiffness * compression ** exponent; at least 1. 1
+        is linear, 1.5 is Hertz's.
     tolerance : float
         Error of the velocities relative to the largest approach speed, 1e-13 to 1e-2.
     reactivation : {'instant', 'distance'}
-        When a contact that is not active joins. `instant`: as soon as its bodies approach, as in
-        the paper. `distance`: when the bodies have come as close as they were when it last ended;
-        at first, by its `gap`. The collision ends as soon as no contact is active, even if bodies
-        at a distance still approach.
+        When an inactive contact becomes active. `instant`: as soon as its bodies approach, as in
+        the paper. `distance`: when the bodies are as close as when the contact last ended or, the
+        first time, when its `gap` is closed. The collision ends as soon as no contact is active,
+        even if bodies at a distance still approach.
     phases : bool
         Whether to return the phases; without them a collision of many contacts takes less time.
 
@@ -157,8 +156,8 @@ def collide(
     Raises
     ------
     ValueError
-        For a law, exponent, tolerance, reactivation or body index that does not exist, naming it
-        and its range; for a gap with reactivation `instant`, which knows none.
+        If the law, exponent, tolerance, reactivation or a body index is not allowed, naming it and
+        its range. If a contact has a gap and reactivation is `instant`.
 
     References
     ----------

@@ -63,7 +63,7 @@ TABLEAUS = {storage: tuple(map(storage.array, tableau())) for storage in _STORAG
 def implicit_step(
     m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
 ) -> tuple[float, float]:
-    """Collocate, with shorter and shorter steps until one is good; return its length and error."""
+    """Collocate, with a shorter step until its error is allowed; return its length and error."""
     while scale > OPTIONS.min_implicit_step:
         error = collocate(m, contacts, ws, scale, tolerance)
         if error <= tolerance:
@@ -101,9 +101,9 @@ def collocate(
         to_coefficients(ws, c.friction_2)
     for k in range(STAGES):
         integrate_coefficients(contacts, ws, scale, k)
-    if stiff == 1:  # several may share a constraint, which their rounding must not break
+    if stiff == 1:  # several may share a constraint, which rounding must not violate
         align_slip_with_angle(contacts[ws.indices[0]], ws)
-    # The last coefficients, taken back to the Legendre basis, say what the next one would change:
+    # The last coefficients, transformed back to the Legendre basis, estimate the next one:
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0
     for j in range(len(contacts)):
@@ -118,7 +118,7 @@ def collocate(
 
 @inner
 def to_coefficients(ws: Workspace, values: Floats) -> None:
-    """Turn values at the stages into coefficients."""
+    """Convert values at the stages to coefficients."""
     at_nodes = ws.residual
     for i in range(STAGES):
         at_nodes[i] = values[i]
@@ -165,7 +165,7 @@ def solve_stages(
         turned = newton_on_slip_angles(contacts, ws, scale, stiff)
         change, last = max(moved, turned), max(last_moved, last_turned)
         if not change < inf or (iteration > 2 and change > OPTIONS.stalling * max(last, before)):
-            return False  # twice: a small move may make the next turn seem to go back
+            return False  # relative to two: after one small change the next may seem to grow
         contraction = max(moved / max(last_moved, moved, 1e-300), OPTIONS.min_contraction)
         contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
         share = OPTIONS.iteration_share * (1.0 / contraction - 1.0)
@@ -186,7 +186,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
             continue
         stiff, slipping = is_stiff(m, c), slips(c)
         for i in range(STAGES):
-            # Continued to y < 0, beyond the event that ends the step: no kink in the polynomial.
+            # Continued to y < 0, beyond the event that ends the step, to avoid a kink.
             y = c.node_compression[i]
             c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
             c.friction_1[i], c.friction_2[i] = 0.0, 0.0
@@ -211,8 +211,8 @@ def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scal
     """
     Integrate velocities and compressions at the stages from the forces there.
 
-    Returns the largest change of a velocity since the last time. Changes of a stiff contact count
-    only along its slip: those across are for the angles to make.
+    Returns the largest change of a velocity since the last time. For a stiff contact only the
+    change along its slip counts: the angles determine the change across.
     """
     change = 0.0
     slope = ws.residual
@@ -274,10 +274,10 @@ def newton_on_slip_angles(
     contacts: list[ContactState], ws: Workspace, scale: float, stiff: int
 ) -> float:
     """
-    One Newton step on the angles at which the stiff contacts slip, at all stages.
+    Make one Newton step on the slip angles of the stiff contacts, at all stages.
 
     The slip must point along the angle: 0 = slip_i . t_i with d_i = (cos, sin), and t_i = d_i
-    turned by a right angle. Returns the largest turn, or infinity if there is no solution.
+    turned by a right angle. Returns the largest turn, or infinity if the matrix is singular.
     """
     matrix, residual = ws.newton, ws.residual
     size = STAGES * stiff
@@ -320,10 +320,10 @@ def slips_forward(contacts: list[ContactState], ws: Workspace, stiff: int) -> bo
 @inner
 def align_slip_with_angle(c: ContactState, ws: Workspace) -> None:
     """
-    Set how far a stiff contact's slip turns aside to what its angle says.
+    Set the transverse slip of a stiff contact from its angle.
 
-    The integral of the forces says the same, but for rounding, which is large where much friction
-    acts on little mass.
+    The integral of the forces gives the same except for rounding, which is large if strong
+    friction acts on a small mass.
     """
     d_1, d_2 = c.slip_dir_1, c.slip_dir_2
     aside = ws.residual

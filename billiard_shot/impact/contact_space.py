@@ -27,7 +27,7 @@ class System(NamedTuple):
     mobility: Vector  # (B, 6, 6) velocity and spin per impulse and angular impulse
     turns: NDArray[np.bool_]  # (B,) whether a body can turn
     guides: Vector  # (guided bodies, 3) unit vectors
-    pairs: NDArray[np.int64]  # (N, 2) numbers of the bodies a and b of a contact
+    pairs: NDArray[np.int64]  # (N, 2) indices of the bodies a and b of a contact
     points: Vector  # (N, 3) m
     normals: Vector  # (N, 3) unit vectors, from b into a
 
@@ -37,7 +37,7 @@ class System(NamedTuple):
 
 
 def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
-    """Collect the numbers of bodies and contacts."""
+    """Write bodies and contacts as arrays."""
     return System(
         np.array([body.position for body in bodies]),
         np.array([body.velocity for body in bodies]),
@@ -52,7 +52,7 @@ def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
 
 
 class Written(NamedTuple):
-    """What `write_contact_space` writes of N contacts."""
+    """Output of `write_contact_space` for N contacts."""
 
     axes: Floats  # (3 N, 3) three rows a contact: the normal and two tangents
     # (2 N, 3, 6) of bodies a and b of each contact: contact velocities per velocity and spin, and
@@ -66,7 +66,7 @@ class Written(NamedTuple):
 
 
 def _room(storage: Storage, count: int) -> Written:
-    """Make room for N contacts."""
+    """Allocate the output for N contacts."""
     zeros, size = storage.zeros, 3 * count
     jacobian, moved = zeros(2 * count, 3, 6), zeros(2 * count, 3, 6)
     return Written(zeros(size, 3), jacobian, moved, zeros(size, size), zeros(size))
@@ -96,9 +96,9 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 @entry(_example)
 def write_contact_space(system: System, across: Vector, written: Written) -> None:
     """
-    Write the axes of contacts, their velocities, and how impulses change these.
+    Write the axes and velocities of contacts, and W.
 
-    `across` (3,) is the normal of the plane in which everything happens; zero if there is none.
+    `across` (3,) is the normal of the plane of all motion; zero if the motion is not planar.
     """
     pairs, normals, velocities = system.pairs, system.normals, system.velocities
     axes, jacobian, moved, delassus, approach = written
@@ -170,7 +170,7 @@ def multiply(jacobian: Floats, mobility: Floats, product: Floats) -> None:
 
 @inner
 def add_block(moved: Floats, jacobian: Floats, delassus: Floats, row: int, column: int) -> None:
-    """Add what a body that two contacts share couples of them: a (3, 3) block."""
+    """Add the (3, 3) coupling of two contacts by a body that they share."""
     for k in range(3):
         for m in range(3):
             w = 0.0
@@ -182,7 +182,7 @@ def add_block(moved: Floats, jacobian: Floats, delassus: Floats, row: int, colum
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactSpace:
     """
-    What a system looks like from its N contacts.
+    A system in the contact space of its N contacts.
 
     Attributes
     ----------
@@ -215,9 +215,9 @@ def contact_space(system: System) -> ContactSpace:
 
 def _normal_of_plane(system: System) -> Vector:
     """
-    Find the normal (3,) of the plane in which everything happens; zero if there is none.
+    Find the normal (3,) of the plane of all motion; zero if the motion is not planar.
 
-    If the second tangents are normal to it, nothing couples to them.
+    If the second tangents are normal to that plane, nothing couples to them.
     """
     arms, pairs = system.arms(), system.pairs
     turns = system.turns[pairs]

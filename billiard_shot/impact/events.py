@@ -26,10 +26,10 @@ from billiard_shot.records import Floats
 
 
 class EventKind(IntEnum):
-    """What happens to a contact at the end of a step."""
+    """Kind of the event at the end of a step."""
 
     NO_EVENT = 0  # the step ends for the sake of accuracy
-    NORMAL_REVERSAL = 1  # compression ends, or begins anew
+    NORMAL_REVERSAL = 1  # compression ends, or begins again
     RESTITUTION_END = 2
     ACTIVATION = 3  # an inactive contact closes
     SLIP_STOP = 4
@@ -45,7 +45,7 @@ class EventKind(IntEnum):
 class Step(NamedTuple):
     """A step of the integration, whose polynomials are in the contacts."""
 
-    scale: float  # time per unit of x; 0: no step is possible
+    scale: float  # time per unit of x; 0 if no step is possible
     order: int  # of the velocities
     end: float  # x up to which the polynomials hold
     noise: float  # error of the polynomials, relative to the largest velocity
@@ -119,21 +119,21 @@ def first_event(
             x = cone_root(c, ws, order, noise, end)
             if x != NO_ROOT:
                 end, kind, contact = x, CONE_EXIT, j
-        if opens and (kind != CONE_EXIT or contact != j):  # not by a friction that it cannot have
+        if opens and (kind != CONE_EXIT or contact != j):  # not by friction outside its cone
             end, kind, contact = 0.0, RESTITUTION_END, j
     return Event(end, kind, contact)
 
 
 @inner
 def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Floats) -> float:
-    """First x at which the distance at an open contact is used up."""
+    """First x at which an open contact closes."""
     at_start = step.noise * speed * step.scale if c.compression[0] == 0.0 else NOT_ZERO
     return first_root(c.compression, step.order, -1.0, 0.0, at_start, end, work)
 
 
 @inner
 def impulse_root(c: ContactState, ws: Workspace, step: Step, end: float) -> float:
-    """First x at which a contact's normal impulse has reached its end (law poisson)."""
+    """First x at which the normal impulse ends the restitution of a contact (law poisson)."""
     p = ws.polynomials[2]
     p[0] = c.restitution_end - c.impulse
     for k in range(step.order):
@@ -146,11 +146,11 @@ def slip_root(
     m: Model, c: ContactState, ws: Workspace, order: int, noise: float, end: float
 ) -> tuple[float, bool]:
     """
-    First x at which a contact's slip has stopped, or has used up its share; whether it stopped.
+    First x at which a contact's slip stops, or falls to the allowed minimum; whether it stops.
 
-    If the slip direction turns, a step may not come too near to the end of the slip: the series of
-    the direction would step over the end unseen. If the slip is straight to within the tolerance,
-    the end of the slip is a plain root.
+    If the slip direction turns, a step must not come too close to the end of the slip, because the
+    series of the direction does not show that end. If the slip is straight to within the
+    tolerance, its end is an ordinary root.
     """
     p = ws.polynomials[2]
     turning = 0.0

@@ -1,8 +1,8 @@
 """
-Coulomb friction at contacts without slip: which of them hold, and where the others begin to slip.
+Coulomb friction at contacts without slip: which contacts stick, and how the others start to slip.
 
-Contacts without friction, with slip and with stick obey linear relations between forces. Only the
-passage through zero slip needs a decision, and it is made here.
+Frictionless, slipping and sticking contacts obey linear relations between forces. Only the passage
+through zero slip needs a decision, which this module makes.
 """
 
 from math import atan2, cos, sin, sqrt
@@ -91,7 +91,7 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
 
 @inner
 def find_coupled(contacts: list[ContactState], ws: Workspace) -> None:
-    """List the active contacts whose forces a contact feels: in a rack, a third at most."""
+    """List the active contacts that accelerate each contact: in a rack, a third at most."""
     for i in range(len(contacts)):
         found = 0
         for j in range(len(contacts)):
@@ -186,7 +186,7 @@ def acceleration(
 @inner
 def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Floats) -> None:
     """
-    Find the friction of the contacts without slip, given the normal forces and those of slip.
+    Find the friction of the contacts without slip, given all other forces.
 
     Gauss's principle of least constraint: among the friction forces inside their discs, the real
     ones minimise F.W.F/2 + b.F (a convex problem, b the slip acceleration without them). Projected
@@ -246,8 +246,9 @@ def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
     Let a sticking contact begin to slip along its slip direction, if the other contacts allow it.
 
-    Contacts that share a constraint may hold one of them in place although its own share of the
-    friction (least norm) is beyond its cone. They hold as long as any division of friction can.
+    If contacts share a constraint, the others may hold a contact whose own share of the friction
+    (least norm) is outside its cone. All stick as long as some division of the friction can hold
+    them.
     """
     c = contacts[j]
     c.friction_mode = SLIP_ONSET
@@ -291,9 +292,9 @@ def assign_friction_modes(
     """
     Give every active contact its friction mode, and eliminate the friction of those that stick.
 
-    Contacts that slip keep slipping. The others stick or start to slip as the forces of this
-    moment ask or, if all springs are still empty, those of the next moment. Slip up to `least` is
-    zero.
+    Contacts that slip keep slipping. The others stick or start to slip, depending on the present
+    forces or, if all springs are still empty, on the forces of the next moment. Slip up to `least`
+    counts as zero.
     """
     force = ws.vector[0]
     loaded = False

@@ -1,12 +1,12 @@
 """
-Infinite sequences of geometrically decaying cycles: their rest is summed as a series.
+Infinite sequences of geometrically decaying cycles: the remaining cycles are summed as a series.
 
-With linear springs the equations of a collision are homogeneous. A state that is smaller by a
-factor, but for slip that goes on, passes the same events after the same times, all impulses
-smaller by the factor and all energies by its square. So bodies that are pressed together and lose
-a share of their motion in every cycle of impacts come to go through cycles that differ by one
-ratio only. (With forces ~ y^p compressions shrink with another power, and the times grow. The
-series of the impulses is the same.)
+With linear springs the equations of a collision are homogeneous. If a state is scaled by a factor,
+except for slip that continues, the same events follow after the same times. All impulses scale
+with the factor, all energies with its square. Bodies that are pressed together lose a share of
+their motion in every cycle of impacts. Their cycles therefore come to differ only by one ratio.
+(With forces ~ y^p compressions shrink with another power, and the times grow. The series of the
+impulses is the same.)
 
 A section is the time from one end of a chosen contact's compression to the next. A cycle is one
 section, or several.
@@ -40,7 +40,7 @@ RESTITUTION_LOSS, FRICTION_LOSS, FINAL_SLIP, DURING = range(7, SECTION)
 def ends_in_geometric_tail(
     m: Model, contacts: list[ContactState], ws: Workspace, p: Progress
 ) -> bool:
-    """At the end of a section: whether the rest is a geometric series; if so, it is added."""
+    """At the end of a section, add the rest if it is a geometric series; return whether it is."""
     record_section(contacts, ws, p)
     return m.law != POISSON and add_tail(m, contacts, ws, p)
 
@@ -65,7 +65,7 @@ def record_section(contacts: list[ContactState], ws: Workspace, p: Progress) -> 
 
 @inner
 def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> bool:
-    """If the rest of a sequence is a geometric series, add it to the state; whether it is."""
+    """Add the rest of a sequence to the state if it is a geometric series; return whether."""
     row = p.sections - 1
     for sections in range(1, MAX_SECTIONS + 1):
         if p.sections <= 2 * sections or not same_events(ws, row, sections):
@@ -85,7 +85,7 @@ def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress)
 
 @inner
 def same_events(ws: Workspace, row: int, sections: int) -> bool:
-    """Whether the last cycle of so many sections had the same events as the one before."""
+    """Whether the last two cycles, of this many sections each, had the same events."""
     for k in range(row - sections + 1, row + 1):
         if ws.hashes[k % HISTORY] != ws.hashes[(k - sections) % HISTORY]:
             return False
@@ -96,7 +96,7 @@ def same_events(ws: Workspace, row: int, sections: int) -> bool:
 def amplitude(
     m: Model, contacts: list[ContactState], ws: Workspace, now: Floats, before: Floats
 ) -> float:
-    """How large the motion is after a cycle, as a velocity, at the contacts that it pressed."""
+    """Amplitude of the motion after a cycle, as a velocity, at the contacts that it pressed."""
     square = 0.0
     for j in range(len(contacts)):
         n = SECTION * j
@@ -179,10 +179,10 @@ def add_cycles(
 @inner
 def limit_of_loss(now: float, before: float, first: float, ratio: float) -> float:
     """
-    Limit of an energy.
+    Limit of an energy loss.
 
-    A part of it may shrink with the ratio, if slip goes on, the rest with its square: two cycles
-    tell how much.
+    If slip continues, a part of the loss in a cycle shrinks with the ratio, the rest with its
+    square. Two cycles determine that part.
     """
     square = ratio * ratio
     change = now - before

@@ -13,7 +13,8 @@ Contract of the integrator, as long as a contact is active or approaches:
 5. *Apply its transition*, which changes modes, never velocities by a finite amount; law poisson
    excepted (transitions.py).
 
-Whenever the set of active contacts changes, a phase is logged. A status says how it ended.
+Whenever the set of active contacts changes, a phase is logged. A status says how the collision
+ended.
 """
 
 from math import log10, sqrt
@@ -61,7 +62,7 @@ from billiard_shot.impact.taylor import explicit_step
 from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
-ENERGY_FLOOR = 10  # why a phase ended, beside the kinds of events: the motion has died down
+ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has died down
 
 
 @inner
@@ -162,7 +163,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
     """
     Whether there are active contacts, and all have negligible velocities.
 
-    Bodies at a distance may still approach: they collide later. Those that close now count.
+    Open contacts count only if their distance is zero. Bodies at a distance may collide later.
     """
     speed = -1.0
     for j in range(len(contacts)):
@@ -176,7 +177,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
 
 @inner
 def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> Step:
-    """Fill the polynomials of a step as long as the tolerance allows; scale 0 if none is good."""
+    """Fill the polynomials of the longest step within the tolerance; scale 0 if none is found."""
     stiff, redundant = prepare_contacts(m, contacts)
     p.steps += 1 + OPTIONS.implicit_cost * stiff * stiff
     p.steps_since_event += 1
@@ -208,7 +209,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
 
 @inner
 def prepare_contacts(m: Model, contacts: list[ContactState]) -> tuple[int, bool]:
-    """Note the slip directions; count stiff contacts, and say whether one sticks redundantly."""
+    """Set the slip directions; count stiff contacts; return whether one sticks redundantly."""
     stiff, redundant = 0, False
     for j in range(len(contacts)):
         c = contacts[j]
@@ -225,7 +226,7 @@ def prepare_contacts(m: Model, contacts: list[ContactState]) -> tuple[int, bool]
 def take_step(
     m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, step: Step, event: Event
 ) -> None:
-    """Advance to an event; note what that changes of the modes."""
+    """Advance to an event, and update the friction modes."""
     if event.kind == CONE_EXIT:
         set_onset_direction(contacts[event.contact], step.order, event.x)
     if event.x > 0.0:
@@ -255,7 +256,7 @@ def take_step(
 
 @inner
 def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> bool:
-    """Whether a contact slips too slowly for an explicit step of a length."""
+    """Whether a contact slips too slowly for an explicit step of this length."""
     x, y = 3 * j + 1, 3 * j + 2
     response = max(ws.reduced[x][x], ws.reduced[y][y])
     turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
@@ -271,7 +272,7 @@ def carry_out(
     log: list[PhaseLog],
     event: Event,
 ) -> None:
-    """Log the phase that an event ends, if it ends one, and apply its transition."""
+    """Apply the transition of an event; first log the phase, if the event ends it."""
     kind, j = event.kind, event.contact
     p.steps_since_event = 0
     p.events += 1
@@ -302,7 +303,7 @@ def next_scale(p: Progress, step: Step) -> float:
 
 @inner
 def cancel_slip_onsets(m: Model, contacts: list[ContactState], tolerance: float) -> None:
-    """Cancel the slip onsets that no implicit step resolves; contacts that slip go on."""
+    """Cancel slip onsets that no implicit step resolves; contacts with finite slip keep it."""
     defer_friction(m, contacts)
     for j in range(len(contacts)):
         c = contacts[j]
@@ -319,8 +320,8 @@ def defer_friction(m: Model, contacts: list[ContactState]) -> None:
     """
     Defer friction at stiff contacts whose normal force is still negligible.
 
-    If many contacts join at once the springs load one after the other, as ever higher powers of
-    time: the first is under way before anything can be said of the last.
+    If many contacts become active at once, the springs load one after the other, as ever higher
+    powers of time. The first forces are significant long before the last ones can be resolved.
     """
     for j in range(len(contacts)):
         c = contacts[j]
@@ -330,7 +331,7 @@ def defer_friction(m: Model, contacts: list[ContactState]) -> None:
 
 @inner
 def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
-    """Whether the active contacts are pressed together for good: nothing moves, nor will."""
+    """Whether the active contacts stay pressed together: no motion, and no acceleration."""
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode == INACTIVE:
@@ -369,7 +370,7 @@ def is_over(contacts: list[ContactState]) -> bool:
 def end(
     m: Model, contacts: list[ContactState], p: Progress, log: list[PhaseLog], status: int
 ) -> bool:
-    """Log the last phase and end all contacts; True."""
+    """Log the last phase and end all contacts; return True."""
     log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
     for j in range(len(contacts)):
         if is_active(contacts[j]):
@@ -387,7 +388,7 @@ def log_phase(
     ending: int,
     contact: int,
 ) -> None:
-    """Log a phase that ends now, if the log has room; else only count it."""
+    """Count a phase that ends now, and log it if the log has room."""
     first = p.phases * len(contacts)
     p.phases += 1
     if first + len(contacts) > len(log):

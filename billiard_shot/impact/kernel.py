@@ -36,7 +36,7 @@ from billiard_shot.status import INFINITE_SEQUENCE
 
 
 class Scratch(NamedTuple):
-    """What the solver writes to while it solves a collision of N contacts."""
+    """Scratch of the solver for a collision of N contacts."""
 
     contacts: list[ContactState]
     workspace: Workspace
@@ -53,7 +53,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
-    """One contact that approaches."""
+    """Make one contact that approaches."""
     properties = storage.records(ContactProperties, 1)
     properties[0].stiffness = 1.0
     one = Collisions(

@@ -4,7 +4,7 @@ Laws of restitution: how a compressed contact spring gives its energy back.
 One spring a contact, F = k y^exponent, E = k y^(exponent+1)/(exponent+1) (exponent 1, or 3/2 after
 Hertz). A law says how fast the spring opens and when its contact ends:
 
-bistiffness  opens 1/e^2 faster than it closed and ends at y = 0. The spring itself is the memory.
+bistiffness  opens 1/e^2 times as fast as it closed and ends at y = 0, whatever the peak was.
 energetic    ends when the energy fell to (1 - e^2) of its maximum (paper, section 2.2).
 poisson      ends when the impulse reached (1 + e) times its value at the end of compression.
 """
@@ -18,9 +18,9 @@ LAWS = {'bistiffness': BISTIFFNESS, 'energetic': ENERGETIC, 'poisson': POISSON}
 
 
 class Opening(NamedTuple):
-    """How a spring opens after its compression; each number has no unit."""
+    """Opening of a spring after its compression; the numbers have no unit."""
 
-    rate: float  # how much faster the spring opens than the bodies part
+    rate: float  # opening speed of the spring relative to the speed at which the bodies part
     end: float  # compression at which the contact ends, relative to the peak
     lost: float  # share of the energy that is lost while the spring opens
 
@@ -28,10 +28,10 @@ class Opening(NamedTuple):
 @inner
 def opening(law: int, restitution: float, exponent: float) -> Opening:
     """
-    Return how a law opens springs.
+    Return the opening of springs by a law.
 
-    Law poisson opens them until they have given an impulse (events.py): it may end before they are
-    relaxed, or ask for more than they have.
+    Law poisson opens a spring until its impulse is complete (events.py). The contact may then end
+    before the spring is relaxed, or need more energy than the spring has.
     """
     if restitution == 0.0:
         return Opening(1.0, 1.0, 0.0)

@@ -1,12 +1,12 @@
 """
 Balls that move while they collide: a contact takes its normal when it closes.
 
-Positions, velocities and spins of balls are polynomials, as the forces are. They say how far the
-balls of an open contact are apart; it closes at the distance at which it ended last. An open
-contact has no row in W: it gets one, with its normal, when it closes, and its force is zero then.
-Both laws that know distances keep their energy so.
+Positions, velocities and spins of balls are polynomials, like the forces. They give the distance
+of the balls of an open contact, which closes at the distance at which it last ended. An open
+contact has no rows in W. When it closes, it gets its normal and its rows. Its force is zero then,
+so both laws with distances keep their energy balance.
 
-Balls are equal. Spins are times the radius, so they are velocities.
+All balls are equal. Spins are multiplied by the radius, so they are velocities.
 """
 
 from math import sqrt
@@ -34,12 +34,12 @@ def place_contact(
     contacts: list[ContactState], motion: Floats, axes: Floats, j: int, gap: float
 ) -> None:
     """
-    Give a contact of balls its axes where their collision begins.
+    Set the axes of a contact of balls at the start of their collision.
 
     Parameters
     ----------
     contacts : N ContactState
-        Whose `ball_a` and `ball_b` are known; contact j is written.
+        `ball_a` and `ball_b` must be set; contact j is written.
     motion : `Workspace.motion`
         Constant coefficients: places [m], velocities, and radius times spins [m/s].
     axes : (3, 3) floats
@@ -52,7 +52,7 @@ def place_contact(
     c = contacts[j]
     c.closing_distance = distance(c, motion) - gap
     a, b = motion[c.ball_a], motion[c.ball_b]
-    # Tangents along the cloth and across it: balls that lie stay in a plane.
+    # Tangents parallel and normal to the cloth: balls that lie on it stay in a plane.
     c.tangent_1[0], c.tangent_1[1], c.tangent_1[2] = b[1][0] - a[1][0], a[0][0] - b[0][0], 0.0
     turn_axes(c, motion, axes)
 
@@ -75,7 +75,7 @@ def write_contact_motion(
 
 @inner
 def in_units(balls: Balls, mobility: float) -> Balls:
-    """Divide the numbers of balls by a unit of 1 / mass."""
+    """Divide the responses of balls by a unit of 1 / mass."""
     return Balls(balls.number, balls.response / mobility, balls.turning / mobility)
 
 
@@ -105,7 +105,7 @@ def change_units(
 
 @inner
 def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
-    """Take the rows of all open contacts from W."""
+    """Clear the rows and columns of all open contacts in W."""
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
             release(contacts, ws, j)
@@ -113,7 +113,7 @@ def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
 
 @inner
 def release(contacts: list[ContactState], ws: Workspace, j: int) -> None:
-    """Take the rows of a contact from W."""
+    """Clear the rows and columns of a contact in W."""
     for row in range(3 * j, 3 * j + 3):
         for column in range(3 * len(contacts)):
             ws.delassus[row][column] = ws.delassus[column][row] = 0.0
@@ -121,14 +121,14 @@ def release(contacts: list[ContactState], ws: Workspace, j: int) -> None:
 
 @inner
 def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
-    """Note at which distance a contact ends: there it closes again."""
+    """Store the distance at which a contact ends, and closes again; clear its rows in W."""
     contacts[j].closing_distance = distance(contacts[j], ws.motion)
     release(contacts, ws, j)
 
 
 @inner
 def push_balls(balls: Balls, c: ContactState, motion: Floats, impulses: Vector, at: int) -> None:
-    """Add what a contact's impulses do to coefficient `at` of its balls' velocities and spins."""
+    """Add the effect of impulses of a contact to coefficient `at` of the motion of its balls."""
     n, t, s = c.normal, c.tangent_1, c.tangent_2
     a, b = motion[c.ball_a], motion[c.ball_b]
     for k in range(3):
@@ -182,11 +182,11 @@ def expand_distance(
     """
     Fill the polynomials of an open contact.
 
-    Its compression is (D^2 - d^2) / (2 D) for a distance d that closes at D: the square of d is a
-    polynomial. If the balls cannot come so near in this step, the polynomials are constants.
+    Its compression is (D^2 - d^2) / (2 D) for a distance d that closes at D, because the square of
+    d is a polynomial. If the balls cannot close in this step, the polynomials are constants.
     """
     a, b, apart = ws.motion[c.ball_a], ws.motion[c.ball_b], ws.polynomials
-    farthest = 0.0  # that one ball can move relative to the other
+    farthest = 0.0  # largest distance that one ball can move relative to the other
     for row in range(3):
         power = 1.0
         for k in range(order + 1):
@@ -219,7 +219,7 @@ def advance_motion(
     order: int,
     x: float,
 ) -> None:
-    """Move the balls to x on their polynomials, and find how far open contacts are then."""
+    """Move the balls to x on their polynomials, and update the open contacts."""
     for b in range(balls.number):
         for row in range(9):
             series = ws.motion[b][row]
@@ -250,7 +250,7 @@ def measure(c: ContactState, motion: Floats) -> None:
 def take_normal(
     balls: Balls, planar: bool, contacts: list[ContactState], ws: Workspace, j: int
 ) -> None:
-    """Give a contact that closes its axes, velocity and rows in W; `planar`: see `Model`."""
+    """Set axes, velocity and rows in W of a contact that closes; `planar`: see `Model`."""
     c, impulse = contacts[j], ws.vector[0]
     for k in range(3):
         impulse[k] = (
@@ -270,7 +270,7 @@ def take_normal(
 
 @inner
 def turn_axes(c: ContactState, motion: Floats, axes: Floats) -> None:
-    """Turn the axes of a contact to where its balls are; the first tangent as little as can be."""
+    """Align the axes of a contact with its balls; turn the first tangent as little as possible."""
     a, b, direction, size = motion[c.ball_a], motion[c.ball_b], c.normal, distance(c, motion)
     for k in range(3):
         direction[k] = (a[k][0] - b[k][0]) / size
@@ -295,7 +295,7 @@ def velocity_of(c: ContactState, motion: Floats) -> tuple[float, float, float]:
 
 @inner
 def couple(balls: Balls, contacts: list[ContactState], w: Floats, j: int, k: int) -> None:
-    """Write into W how contacts j and k change the velocities of each other."""
+    """Write the coupling of contacts j and k into W."""
     c, d = contacts[j], contacts[k]
     same = (1.0 if c.ball_a == d.ball_a else 0.0) + (1.0 if c.ball_b == d.ball_b else 0.0)
     other = (1.0 if c.ball_a == d.ball_b else 0.0) + (1.0 if c.ball_b == d.ball_a else 0.0)

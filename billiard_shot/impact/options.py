@@ -8,7 +8,7 @@ class Options(NamedTuple):
     Options of the solver.
 
     They are constants of the compiled code. If a value in this file changes, the library is
-    compiled anew.
+    compiled again.
 
     Velocities are relative to the largest approach speed of the collision. Lengths of steps are in
     its unit of time, 1 / sqrt(W k) for the largest response W [1/kg] and stiffness k.
@@ -18,58 +18,58 @@ class Options(NamedTuple):
     max_tolerance : float
         Loosest tolerance. A looser one would save a sixth of the steps, and lose its meaning.
     rounding : float
-        Velocities below are zero. They are rounding errors of velocities of size one.
+        Smaller velocities count as zero. They are rounding errors of velocities of size one.
     time_rounding : float
-        Relative to the time at which a collision is to end: it ends so much earlier, or it would
-        take a last step that rounding has left.
+        Relative to the time at which a collision must end. The collision ends earlier by this
+        fraction, to avoid a last step that is only rounding.
     step_share : float
         Fraction of the tolerance that a step may use up, as long as there are few steps.
     nominal_steps : int
         A collision with more steps than this takes smaller shares, because their errors add up.
     min_step_tolerance : float
-        Lowest tolerance of a step, relative to the velocities: nothing finer can be seen.
+        Lowest tolerance of a step, relative to the velocities: smaller errors are rounding.
     zero_slip_share : float
         Slip below this fraction of the tolerance is zero.
     max_steps : int
-        Steps of a collision. More of them would take more than 0.1 s.
+        Largest number of steps of a collision. More would take over 0.1 s.
     max_steps_per_contact : int
-        The same per contact, where that is more.
+        The same per contact, if that is more.
     max_step : float
-        Longest step, where nothing would end it.
+        Longest step, if nothing else ends it.
     max_redundant_step : float
-        Longest step while contacts stick beyond their own cones. After every step is it asked
-        again whether any division of friction can hold them.
+        Longest step while contacts stick beyond their own cones. After every step it is checked
+        again whether some division of the friction can hold them.
     rescale_interval : int
-        Steps without an event after which velocities may have grown unnoticed.
+        Number of steps without an event after which the largest velocity is determined again.
     jam_speed : float
         Normal velocity below which a contact that is pressed does not move.
     energy_floor : float
         Velocities below this fraction of the tolerance end an infinite sequence.
     negligible_force : float
-        A spring whose velocity is below this fraction of the tolerance exerts no force: with
-        exponent 3/2 the force has no Taylor series at zero.
+        A spring force below this fraction of the tolerance counts as zero: with exponent 3/2 the
+        force has no Taylor series at zero.
     end_margin : float
-        Compression, relative to its peak, that is zero at the end of restitution: contacts that
-        end together stay together.
+        Compression, relative to its peak, that counts as zero at the end of restitution, so that
+        contacts that end together stay together.
 
     explicit_margin : float
-        Part of its estimated length that an explicit step takes: the estimate holds for the first
-        terms that the polynomials leave out, not for all.
+        Fraction of its estimated length that an explicit step takes. The estimate covers only the
+        first terms that the polynomials leave out.
     max_rescale : float
         Largest factor between the scales of successive explicit steps. Coefficients are powers of
         the scale, and could overflow.
     direction_error : float
         Largest error of a slip direction in a step.
     min_remaining_slip : float
-        Fraction of the slip that a step leaves. The series of its direction ends where slip does.
+        Fraction of the slip that a step leaves. The series of its direction ends at zero slip.
     planar_slip : float
-        Slip that turns by less than this fraction of the tolerance in a step moves on a line.
+        Slip that turns by less than this fraction of the tolerance in a step counts as straight.
 
     creeping_share : float
-        A slip is stiff, and needs implicit steps, if friction can change so large a part of it
-        within an explicit step.
+        A slip is stiff, and needs implicit steps, if it is below this fraction of the change that
+        friction can cause within the step.
     implicit_cost : int
-        An implicit step counts as so many, times the square of its stiff contacts.
+        An implicit step with n stiff contacts counts as 1 + `implicit_cost` n^2 steps.
     implicit_factor : float
         Tolerance of an implicit step relative to an explicit one: its errors count for more.
     min_implicit_tolerance : float
@@ -77,42 +77,44 @@ class Options(NamedTuple):
     first_implicit_factor : float
         Length of the first implicit step relative to the explicit one before it.
     min_implicit_step : float
-        A slip whose implicit step would be shorter does not begin at all.
+        Shortest implicit step. A slip onset that needs a shorter one is cancelled.
     implicit_margin : float
-        Part of its estimated length that the next implicit step takes: a step too long is solved
-        for nothing.
+        Fraction of its estimated length that the next implicit step takes, because a step that is
+        too long is solved in vain.
     min_growth, max_growth : float
-        Least and largest factor between the lengths of successive implicit steps: the estimate
-        looks no farther.
+        Smallest and largest factor between the lengths of successive implicit steps: the estimate
+        does not hold beyond.
     retry_margin : float
-        Part of its estimated length that an implicit step takes if a longer one was too wrong,
+        Fraction of its estimated length that an implicit step takes if the error of a longer one
+        was too large.
     min_retry : float
-        the least factor by which it is then shortened,
+        Smallest factor by which such a step is shortened.
     divergence_factor : float
-        and the factor if the longer one was not solved at all.
+        Factor by which a step is shortened if no solution was found.
     max_iterations : int
-        Of an implicit step. One that needs more is better shortened.
+        Largest number of iterations of an implicit step. A step that needs more is shortened.
     stalling : float
-        Iterations whose changes do not fall below this part of those before do not converge.
+        Iterations do not converge if their changes stay above this fraction of those before.
     min_contraction : float
-        Iterations are not trusted to converge faster than by this factor.
+        Smallest factor by which the changes are assumed to shrink in an iteration.
     iteration_share : float
-        Part of the tolerance by which the rest of the iterations may still change a step,
+        Fraction of the tolerance by which the remaining iterations may still change a step.
     min_iteration_share : float
-        and the part that the last change may be in any case.
+        Fraction of the tolerance that is always allowed as the last change.
     min_turn : float
         Turn of a slip direction [rad] that is only rounding.
 
     max_friction_sweeps : int
-        Sweeps over contacts that share friction. They all converge in far fewer, or not at all.
+        Largest number of sweeps over contacts that share friction. They converge in far fewer, or
+        not at all.
     cone_margin : float
-        A force so close to its friction cone, relative to the cone, is on it.
+        A force within this fraction of its friction cone counts as on the cone.
     min_yield : float
         Tangential response of a contact, relative to that of its bodies alone, above which it can
         slip: below, other contacts hold it.
     onset_noise, division_noise : float
-        Tangential acceleration, relative to the terms that it is a sum of, that is only rounding:
-        when slip begins, and when contacts share friction, whose division is iterated.
+        Tangential acceleration, relative to its terms, that is only rounding: when slip begins,
+        and when contacts share friction, whose division is iterated.
 
     tail_after : int
         Events after which a sequence of impacts may be summed as a geometric series.
@@ -120,15 +122,15 @@ class Options(NamedTuple):
         Events without the end of a section (geometric_tail.py), after which another contact is
         chosen to count sections by.
     max_tail_ratio : float
-        A sequence that decays more slowly is not taken for a series: it would be summed from
-        differences that are only rounding.
+        A sequence that decays more slowly is not summed as a series: its differences are only
+        rounding.
     tail_share : float
         Fraction of the tolerance that the sum may use up.
 
     imbalance : float
-        Energy imbalance, in tolerances, above which the tolerance was not reached,
+        Energy imbalance, relative to the tolerance, above which the tolerance was not reached.
     min_imbalance : float
-        and the lowest imbalance that counts.
+        Smallest energy imbalance that counts.
 
     """
 

@@ -1,4 +1,4 @@
-"""How a collision ends: its results in SI units, and whether its energies add up."""
+"""End of a collision: its results in SI units, and the check of its energy balance."""
 
 from math import inf
 from typing import NamedTuple
@@ -35,7 +35,7 @@ class ContactResult:
     friction_loss: float  # [J]
     final_slip: float  # [m/s] when the contact last ended
     # Least margin of a decision between restitution and recompression, relative to the peak of
-    # compression; infinite if there was none. Near 0, the result is close to a discontinuity.
+    # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
     length: float  # [m] of the spring's compression; below zero: minus the distance
     closings: int  # how often the contact became active
@@ -43,7 +43,7 @@ class ContactResult:
 
 @record
 class CollisionOutcome:
-    """How a collision ended."""
+    """Status and cost of a collision."""
 
     status: int  # Status
     phases: int
@@ -52,7 +52,7 @@ class CollisionOutcome:
 
 
 class Results(NamedTuple):
-    """What the solver writes about n collisions of N contacts."""
+    """Results of n collisions of N contacts."""
 
     contacts: list[ContactResult]  # n N
     log: list[PhaseLog]  # of the last collision, N for each phase as far as there is room
@@ -146,7 +146,7 @@ def energy_imbalance(
 def energy_imbalance_of_balls(
     m: Model, contacts: list[ContactState], before: float, ws: Workspace
 ) -> float:
-    """Energy imbalance of balls that move, relative to all the energy exchanged at most."""
+    """Energy imbalance of moving balls, relative to normal impulses times the approach speed."""
     gap, turnover = kinetic_energy(m.balls, ws.motion) - before, 0.0
     for j in range(len(contacts)):
         c = contacts[j]

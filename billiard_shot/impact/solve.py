@@ -1,4 +1,4 @@
-"""Many collisions of the same contacts, given as arrays: what Python calls the solver with."""
+"""Many collisions of the same contacts, given as arrays: the Python interface of the solver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class Properties:
     """
     Law and contacts of n collisions of N contacts.
 
-    Numbers of contacts are (N,), the same for all collisions, or (n, N).
+    Arrays are (N,), the same for all collisions, or (n, N).
     """
 
     friction: Sequence[float] | NDArray[np.float64]  # Coulomb coefficients, without slip
@@ -89,9 +89,10 @@ def solve_in_contact_space(
     delassus, velocity, tolerance
         (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `Collisions`.
     phases : int
-        Of the last collision that are logged. If it has more, all of them are.
+        Phases of the last collision that the log has room for; 0 for no log. If the collision has
+        more, it is solved again, and all are logged.
     lengths : (n, N) float array, optional
-        See `Collisions`; without them there are no distances at all.
+        See `Collisions`. Without them, contacts have no distances.
     until : float
         See `Collisions`.
 
@@ -127,7 +128,7 @@ def solve_in_contact_space(
 
 
 class _Thread(threading.local):
-    """The scratch of this thread: to make it anew would take a tenth of the time of a strike."""
+    """Scratch of this thread; a new one would take a tenth of the time of a strike."""
 
     def __init__(self) -> None:
         self.kept: dict[tuple[Storage, int], Scratch] = {}
@@ -154,7 +155,7 @@ def solve_stored(
     until: float = inf,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
-    Solve collisions whose numbers are in a storage; see `solve_in_contact_space`.
+    Solve collisions whose arrays are in a storage; see `solve_in_contact_space`.
 
     Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
     """

@@ -12,14 +12,14 @@ from billiard_shot.records import Floats, record, Storage, Vector3
 MAX_COEFFICIENTS = 26  # of a step's polynomials
 STAGES = 8  # of an implicit step
 HISTORY = 15  # sections of a sequence that are kept, see geometric_tail.py
-SECTION = 11  # numbers of a contact in each
+SECTION = 11  # numbers that a section has for each contact
 
 Series = Annotated[Any, MAX_COEFFICIENTS]
 Nodes = Annotated[Any, STAGES]
 
 
 class NormalMode(IntEnum):
-    """What the spring of a contact does."""
+    """Mode of the spring of a contact."""
 
     INACTIVE = 0
     COMPRESSION = 1
@@ -35,7 +35,7 @@ class FrictionMode(IntEnum):
     """
 
     FRICTIONLESS = 0
-    DEFERRED = 1  # no friction yet: the contact presses too little to say where it will slip
+    DEFERRED = 1  # no friction yet: the normal force is too small to set the slip direction
     STICK = 2
     REDUNDANT_STICK = 3  # its own share of friction is beyond its cone; other contacts hold it
     SLIP = 4
@@ -58,17 +58,17 @@ class ContactState:
     """
 
     friction: float  # coefficient without slip
-    fading: float  # by which slip lowers it at most; 0: it does not depend on slip
-    decay: float  # of what slip has left of that, per slip
+    fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
+    decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     restitution: float
     stiffness: float  # relative to the largest
     normal_mode: int
     friction_mode: int
-    # Relative to the approach: y' = -rate u_n; 0: y of an open contact is 0.
+    # Relative to the approach: y' = -rate u_n; 0 if y of an open contact stays 0.
     compression_rate: float
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
-    lost_share: float  # of the energy that the spring gives up in restitution
+    lost_share: float  # of the energy that the spring releases in restitution
     initial_energy: float  # in the spring, when the collision began
     activation_impulse: float  # normal impulse when the contact became active
     negligible_compression: float  # up to which the force is negligible
@@ -114,7 +114,7 @@ class ContactState:
 
 @record
 class Progress:
-    """How far the integration of a collision is."""
+    """Progress of the integration of a collision."""
 
     status: int
     phases: int  # logged so far
@@ -127,7 +127,7 @@ class Progress:
     event_hash: int  # of the events in this section
     scale: float  # length of the next step
     speed: float  # largest velocity that a contact has, or that its spring could still give
-    modes_changed: bool  # forces jumped: friction modes must be assigned anew
+    modes_changed: bool  # forces jumped: friction modes must be assigned again
     time: float  # since the start
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
@@ -136,10 +136,10 @@ class Progress:
 
 @record
 class PhaseLog:
-    """How a contact stood at the end of a phase; N of these are one phase."""
+    """State of a contact at the end of a phase; N of these are one phase."""
 
     ending: int  # why the phase ended, an `Ending`
-    contact: int  # at which contact, -1: at all
+    contact: int  # contact at which it ended; -1 if the whole collision ended
     active: int
     impulse: float  # [N s] on body a since the start
     impulse_1: float
@@ -148,7 +148,7 @@ class PhaseLog:
 
 
 class Balls(NamedTuple):
-    """Equal balls that move while they collide; none: bodies stay in place."""
+    """Equal balls that move while they collide; if their number is 0, bodies stay in place."""
 
     number: int
     response: float  # 1 / mass [1/kg]
@@ -166,7 +166,7 @@ class Model(NamedTuple):
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
-    until: float  # time at which the collision ends, whatever is still active
+    until: float  # time at which the collision ends, even if contacts are still active
     balls: Balls  # that move
 
 
@@ -175,7 +175,7 @@ class Workspace(NamedTuple):
 
     delassus: Any  # (3 N, 3 N) W: contact velocities per contact impulse
     reduced: Any  # (3 N, 3 N) the same, with the friction of sticking contacts eliminated
-    coupled: Any  # (N, N + 1) active contacts whose forces `reduced` lets a contact feel, then -1
+    coupled: Any  # (N, N + 1) active contacts that accelerate a contact by `reduced`, then -1
     stick_gain: Any  # (3 N, 3 N) friction of sticking contacts per other force
     matrix: Any  # (3, 2 N, 2 N) scratch
     newton: Any  # (STAGES N, STAGES N) scratch
@@ -188,11 +188,11 @@ class Workspace(NamedTuple):
     monomial: Any  # (STAGES, STAGES) from values at the nodes to coefficients
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
-    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) polynomials of moving_balls.py, a matrix a ball
+    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) of moving_balls.py, one matrix per ball
 
 
 def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
-    """Make room for a collision of N contacts; `tableau`: of collocation, in the storage."""
+    """Allocate the workspace of N contacts; `tableau`: of collocation, in the storage."""
     zeros, size, nodes = storage.zeros, 3 * count, STAGES * count
     delassus, reduced, stick_gain = zeros(3, size, size)
     stages, integral, monomial = tableau

@@ -211,10 +211,10 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
 @innermost
 def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: float) -> float:
     """
-    Length of a step in units of its scale, from the last two coefficients; 0: overflow.
+    Length of a step in units of its scale, from the last two coefficients; 0 if they overflow.
 
-    The direction of slip is looked at too. If another contact holds the slip, velocities do not
-    show how wrong the friction is.
+    The error of the slip direction limits the step too. If another contact holds the slip, the
+    velocities do not show the error of the friction.
     """
     last = 0.0
     before = 0.0

@@ -1,4 +1,4 @@
-"""What an event does to the state of a collision: the arrows of the state transition diagram."""
+"""Changes of a collision's state at events: the arrows of the state transition diagram."""
 
 from math import inf, sqrt
 
@@ -39,9 +39,9 @@ def apply(
     m: Model, contacts: list[ContactState], ws: Workspace, event: Event, known: bool
 ) -> bool:
     """
-    Make the change that an event brings; return whether forces jumped.
+    Apply the transition of an event; return whether forces jumped.
 
-    `known`: the normal velocity of the contact is passing zero just now.
+    `known`: whether the normal velocity of the contact is zero at the event.
     """
     j = event.contact
     c = contacts[j]
@@ -74,7 +74,7 @@ def apply(
 
 @inner
 def activate(c: ContactState, known: bool) -> None:
-    """Make a contact active; `known`: its normal velocity is passing zero just now."""
+    """Make a contact active; `known`: whether its normal velocity is zero at the event."""
     c.normal_mode = COMPRESSION
     c.friction_mode = FRICTIONLESS
     c.compression[0] = 0.0
@@ -87,7 +87,7 @@ def activate(c: ContactState, known: bool) -> None:
 
 @inner
 def deactivate(m: Model, c: ContactState) -> None:
-    """End a contact: book the energy that its spring keeps, and note its slip."""
+    """End a contact: count the energy left in its spring as lost, and store its slip."""
     c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
     c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
@@ -99,7 +99,7 @@ def deactivate(m: Model, c: ContactState) -> None:
 
 @inner
 def reverse_normal_motion(m: Model, c: ContactState) -> None:
-    """End a contact's compression, or begin it anew."""
+    """End a contact's compression, or start a recompression."""
     c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
@@ -117,7 +117,7 @@ def reverse_normal_motion(m: Model, c: ContactState) -> None:
 
 @inner
 def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
-    """Let a contact's spring open from a peak of compression, as a law says."""
+    """Start the restitution of a contact from its peak compression, by a law."""
     opens = opening(law, c.restitution, exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost
@@ -137,7 +137,7 @@ def recompression_margin(m: Model, contacts: list[ContactState], ws: Workspace, 
     """
     Further decompression before recompression would have begun, relative to the peak.
 
-    Infinite if none was coming. A small value means that the contact only just ended.
+    Infinite if no recompression was coming. A small value means that the contact only just ended.
     """
     c = contacts[j]
     if m.law == POISSON or c.normal_mode != RESTITUTION or c.restitution == 0.0:
@@ -181,10 +181,10 @@ def set_onset_direction(c: ContactState, order: int, x: float) -> None:
 @inner
 def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """
-    Law poisson: give a contact with an empty spring the rest of its impulse, all others untouched.
+    Law poisson: apply the rest of the impulse of a contact whose spring is empty.
 
-    Friction acts as before the moment (it holds, or slips until it stops). The energy that the
-    spring does not have is booked as a negative loss.
+    No other normal impulse changes. Friction keeps its mode: contacts stick, or slip until the
+    slip stops. The energy that the spring does not have counts as a negative loss.
     """
     c, n = contacts[j], 3 * j
     push, change = ws.vector[0], ws.vector[1]

@@ -1,1 +1,1 @@
-"""Roots, small linear algebra, contact frames and rounding: numbers without any physics."""
+"""Roots, small linear algebra, contact frames and rounding, without any physics."""

@@ -10,8 +10,8 @@ def contact_axes(n: Vector, first: Vector, second: Vector, axes: Floats, at: int
     """
     Write the axes of a contact as three rows from row `at` on: n and two tangents.
 
-    The first tangent is in the plane of n and `first`, or `second` if that is parallel to n, or
-    else anywhere. The second one is normal to that plane.
+    The first tangent is in the plane of n and `first`, or of n and `second` if `first` is parallel
+    to n, or else in any direction. The second tangent is normal to that plane.
     """
     tangent, other = axes[at + 1], axes[at + 2]
     for i in range(3):

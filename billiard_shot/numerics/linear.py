@@ -16,7 +16,7 @@ def pseudo_inverse(a: Floats, inverse: Floats, v: Floats, n: int) -> None:
     `a` is used up; `v` is scratch, for the eigenvectors.
 
     Cyclic Jacobi rotations (Golub, Van Loan, Matrix Computations, section 8.5). For contacts that
-    share one constraint this is the least-norm solution, which no numbering of contacts changes.
+    share one constraint this is the least-norm solution, which does not depend on their numbering.
     """
     for i in range(n):
         for j in range(n):

@@ -6,8 +6,8 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.records import Floats, Vector
 
 NO_ROOT = -1.0
-MIN_SEPARATION = 1e-7  # of two roots, relative to the interval: closer ones are no event
-MAX_SUBDIVISIONS = 500  # a polynomial that is zero but for rounding would need them without end
+MIN_SEPARATION = 1e-7  # of two roots, relative to the interval: closer ones are not an event
+MAX_SUBDIVISIONS = 500  # a polynomial that is zero except for rounding would need infinitely many
 NOT_ZERO = -1.0  # in place of `noise`: the function is not known to be zero at the start
 
 
@@ -92,10 +92,10 @@ def first_root(
     """
     First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.
 
-    The function is positive at 0, or exactly zero because an event happened there: then that root
-    is divided out, as are coefficients that move the function by less than `noise` and so have no
-    sign, and a negative leading coefficient is an immediate event, 0. `noise` is NOT_ZERO in the
-    first case. `work`: two rows or more.
+    The function is positive at 0 (`noise` is NOT_ZERO), or exactly zero because an event happened
+    there. In the second case that root is divided out, and so are the lowest coefficients if they
+    change the function by less than `noise`: their signs are not known. If the lowest remaining
+    coefficient is negative, the event is immediate, at 0. `work`: two rows or more.
     """
     p = work[0]
     zero_at_start = noise >= 0.0

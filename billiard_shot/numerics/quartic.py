@@ -1,17 +1,17 @@
 """
-The first root of a polynomial of fourth degree: as polynomial.py, but without arrays.
+The first root of a polynomial of fourth degree: like polynomial.py, but without arrays.
 
 On an interval the polynomial lies between its Bernstein coefficients. If none is below zero, there
 is no root. If their sign changes once, there is exactly one root (variation diminishing property;
 Farin, Curves and Surfaces for CAGD, ch. 5), and Newton's method finds it inside a bracket. If the
-sign changes more often, half of the interval is looked at.
+sign changes more often, the interval is halved.
 """
 
 import math
 
 from billiard_shot.compiled import inner
 
-NARROW = 1e-7  # of the interval: a polynomial that is negative for less has no root there
+NARROW = 1e-7  # of the interval: if the polynomial is negative for less, there is no event
 
 
 @inner
@@ -51,7 +51,7 @@ def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
             low += width
             width = min(2.0 * width, 1.0 - low)
             continue
-        # From positive on, the signs change once if they never return to positive.
+        # Starting from positive, the signs change once if they never become positive again.
         once = b4 <= 0.0 and (b3 <= 0.0 or (b2 > 0.0 and b1 > 0.0)) and (b2 <= 0.0 or b1 > 0.0)
         if once:
             return refine(a, b, c, d, e, low, low + width)

@@ -1,10 +1,10 @@
-"""Tolerances that only rounding asks for; those that steer a method are beside the method."""
+"""Tolerances for rounding errors; tolerances that control a method are beside the method."""
 
 SUM = 1e-15
-"""Of numbers that were added up, relative to the largest."""
+"""Of a sum, relative to its largest term."""
 
 COUPLING = 8 * 2.0**-52
-"""Of the coupling of two contacts in W, relative to the mean of the contacts' own responses."""
+"""Of the coupling of two contacts in W, relative to the geometric mean of their own responses."""
 
 PLACE = 1e-9
-"""Of the places of bodies, which people and files give to so many digits [m]."""
+"""Of positions of bodies [m], which users and files give with a limited number of digits."""

@@ -19,7 +19,7 @@ def dot(a: Vector, b: Vector) -> float:
 
 @inner
 def unit(v: Vector, direction: Floats) -> float:
-    """Write the direction of a vector, and return its length; NaN if it has none above 0."""
+    """Write the direction of a vector, and return its length; both NaN if it is 0 or infinite."""
     square = dot(v, v)
     length = sqrt(square) if 0.0 < square < inf else nan
     for k in range(3):
@@ -36,16 +36,16 @@ def cross(a: Vector, b: Vector, product: Floats) -> None:
 
 
 def cross_rows(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vector products of arrays (..., 3), for few of which np.cross takes three times as long."""
+    """Vector products of arrays (..., 3); for small arrays np.cross takes three times as long."""
     return a[..., (1, 2, 0)] * b[..., (2, 0, 1)] - a[..., (2, 0, 1)] * b[..., (1, 2, 0)]
 
 
 @inner
 def perpendicular_unit(v: Vector, n: Vector, unit: Floats) -> bool:
-    """Write the unit vector of the part of v that is normal to n; False if there is none."""
+    """Write the unit vector of the part of v that is normal to n; False if that part is zero."""
     for i in range(3):
         unit[i] = v[i]
-    for _ in range(2):  # of a vector nearly along n, rounding leaves a part that the second takes
+    for _ in range(2):  # if v is nearly along n, the second pass removes what rounding has left
         along = dot(unit, n)
         for i in range(3):
             unit[i] -= along * n[i]

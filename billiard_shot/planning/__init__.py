@@ -1,1 +1,1 @@
-"""Which stroke to play: strokes searched for a target, under noise and a robot's limits."""
+"""Search for the stroke most likely to reach a target, under noise and a robot's limits."""

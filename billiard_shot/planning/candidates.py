@@ -20,7 +20,7 @@ from billiard_shot.planning.waypoints import (
 
 SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
-CUSHION_FACTOR = 3.0  # on the uncertainty of a route by cushions; on its cost, for each cushion
+CUSHION_FACTOR = 3.0  # of the uncertainty of a route by cushions; of its cost, for each cushion
 SPEEDS = 5
 # b of stun, draw and follow, then half of these; for offset_max 0.5
 HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)
@@ -32,7 +32,7 @@ class Candidates(NamedTuple):
 
     strokes: Array  # (n, 5) a, b, elevation, azimuth, speed
     spread: Array  # (n,) rad: uncertainty of the azimuth
-    route: NDArray[np.int64]  # (n,) number of the route; strokes of a route meet the same things
+    route: NDArray[np.int64]  # (n,) number of the route: its strokes meet the same ball and noses
 
     def take(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> 'Candidates':
         """Select some of the candidates."""

@@ -64,7 +64,7 @@ def refine(
     """
     Run the iterations that the budget allows; yield the population after each.
 
-    At the end, the runner knows the success of the best stroke.
+    At the end, `runner.best` is at least the success of the best stroke.
     """
     best = 0.0
     for sigma_scale, kept, samples in SCHEDULE:

@@ -27,7 +27,8 @@ SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the
 HEIGHT_FACTORS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
 SPEEDS = 14
-# A path is approximated by lines: so many for each of its first segments, and for all the others.
+# A path is approximated by lines: number for each of its first segments, number of these segments,
+# and number for all other segments together.
 LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
 MAX_SEGMENTS = 40  # of a path
 SAMPLES = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path

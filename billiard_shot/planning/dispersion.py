@@ -1,4 +1,4 @@
-"""How execution noise disperses the outcomes of a planned stroke."""
+"""Dispersion of the outcomes of a planned stroke by execution noise."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Why a shot misses a pot: the shot beside the ideal one, in the direction of the potted ball."""
+"""Why a shot misses a pot: the direction of the ball compared with the ideal direction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.trajectory import EventKind
 from billiard_shot.table.words import ball_in_words, place_in_words
 
-LEAST = math.radians(0.05)  # smaller deviations are not told
+LEAST = math.radians(0.05)  # smaller deviations are not reported
 FIRM = 2.0  # m/s, speed of a straight attempt
 Vector = NDArray[np.float64]
 
@@ -28,10 +28,10 @@ Vector = NDArray[np.float64]
 @dataclass(frozen=True, slots=True)
 class Deviation:
     """
-    Where a ball goes beside the pocket, and what turns it there.
+    Deviation of a ball from the direction to a pocket, and its causes.
 
-    Angles are in radians, positive if they make the cut thicker: the ball goes more along the way
-    of the cue ball. The causes add up to `thick`.
+    Angles are in radians. They are positive if they make the cut thicker, that is, turn the ball
+    towards the path of the cue ball. The causes add up to `thick`.
 
     Attributes
     ----------
@@ -39,13 +39,13 @@ class Deviation:
     thick : float
         Angle between the ideal direction, to the middle of the pocket, and the real one.
     aim : float
-        If the cue ball went along the stroke, and the balls had no friction.
+        Deviation if the cue ball went along the stroke, and the balls had no friction.
     squirt : float
-        Because the cue ball leaves beside the stroke.
+        Part because the cue ball does not leave along the stroke.
     swerve : float
-        Because the way of the cue ball is not straight.
+        Part because the path of the cue ball is not straight.
     throw : float
-        Because the balls have friction.
+        Part because the balls have friction.
 
     """
 
@@ -75,7 +75,7 @@ def why_missed(shot: Shot, ball: str, pockets: Sequence[str] = POCKET_NAMES) -> 
     ball : str
         The ball that was meant to fall.
     pockets : sequence of str
-        Into one of these.
+        Pockets into which it was meant to fall.
 
     """
     if shot.status.refused:
@@ -94,8 +94,9 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     """
     Compare the direction of a ball after its first contact with the ideal one.
 
-    None if the cue ball never meets that ball, or meets it during the strike, or meets a cushion
-    or several balls at once before, or if the nearest pocket is behind.
+    Returns None if the cue ball never meets that ball, or meets it during the strike, after a
+    cushion, or together with other balls. Also None if a straight cue ball would miss the ball, or
+    if the nearest pocket is behind.
     """
     event = next((e for e in shot.events if {CUE_BALL, ball} <= {*e.balls}), None)
     if event is None or event.time == 0.0:  # during the strike
@@ -112,7 +113,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     ideal = {pocket: _angle(holes[POCKET_NAMES.index(pocket), :2] - there) for pocket in pockets}
     pocket = min(ideal, key=lambda name: abs(_turn(ideal[name], real)))
     way = _angle(before.velocity)
-    # the side on which the ball leaves the way of the cue ball: turning away from it is thin
+    # the side on which the ball leaves the path of the cue ball: turning away from it is thin
     side = math.copysign(1.0, _turn(way, ideal[pocket]))
     lines = [
         _line_of_centres(place[:2], _angle(velocity), there, 2.0 * shot.scene.ball.radius)
@@ -132,7 +133,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 
 
 def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:
-    """Name the obstacle of the best straight pot of a ball not to keep; '' if one succeeds."""
+    """Say what prevents the best straight pot of a ball outside `keep`; '' if a pot succeeds."""
     reasons = []
     others = [each for each in scene.balls if each != CUE_BALL and each not in keep]
     wanted = [each for each in others if target.wants(each)]
@@ -151,7 +152,7 @@ def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str
 
 
 def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
-    """Aim the centre of the cue ball at the ghost ball of a pot, as level as the cue has room."""
+    """Play a centre-ball stroke at the ghost ball of a pot, with the cue as level as possible."""
     there = np.array(scene.balls[ball])
     hole = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2]
     ghost = there - 2.0 * scene.ball.radius * (hole - there) / math.dist(hole, there)

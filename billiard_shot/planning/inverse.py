@@ -79,7 +79,7 @@ def invert_strike(
     ------
     ValueError
         If a number is not finite, if the velocity is zero, or if no stroke comes nearer to the
-        wanted ones than a ball at rest, as where the ball should move straight down.
+        wanted motion than a ball at rest, for example if the ball should move straight down.
 
     """
     scene = Scene.load(scene)

@@ -1,4 +1,4 @@
-"""What players call a shot, derived from its events."""
+"""Players' name for a shot, derived from its events."""
 
 import math
 
@@ -10,7 +10,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
 from billiard_shot.table.trajectory import EventKind
 
-STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are no cut
+STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are not a cut
 MASSE = math.radians(30.0)  # elevation: above it, a curve is a massé
 CURVED = 0.5  # ball radii: deviation from a straight line that makes a path a curve
 TOUCH = 1e-4  # ball radii: balls at smaller distances touch

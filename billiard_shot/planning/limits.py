@@ -37,8 +37,8 @@ class Limits:
     ----------
     robot : Robot
     first_contact : tuple of str
-        One of these balls must be met before any other, as the rules of many games demand; empty:
-        any may be.
+        One of these balls must be met before any other, as the rules of many games demand; if
+        empty, any ball may be met first.
     keep : tuple of str
         Balls that must not be pocketed.
     elevation_margin : float
@@ -116,7 +116,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 
 
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
-    """Read the name of a ball, or several; add what is wrong with them to the mistakes."""
+    """Read the name of a ball, or several names; add the unknown ones to the mistakes."""
     names = () if value is None else one_or_many(value)
     others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
@@ -130,7 +130,8 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     """
     Raise the cue of strokes (n, 5) until it clears balls, cushions and cloth.
 
-    Strokes with enough clearance are not changed. A stroke without any within the limits is NaN.
+    Strokes with enough clearance are not changed. Strokes without clearance within the limits
+    become NaN.
     """
     lowest, highest = limits.elevations
     # with errors, a level cue may point up

@@ -87,8 +87,8 @@ def plan(
     Raises
     ------
     ValueError
-        If the request is invalid, or the limits leave the cue no room: naming the fields to
-        change.
+        If the request is invalid, or the limits leave the cue no clearance; the message names the
+        fields to change.
 
     """
     scene = Scene.load(scene)
@@ -109,7 +109,7 @@ def plan(
         runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit)
         found = search(problem, runner, seed)
     finally:
-        # after a cancellation, tasks that are running are not waited for
+        # after a cancellation, do not wait for running tasks
         threads.shutdown(wait=False, cancel_futures=True)
     ranking = tuple(
         RankedStroke(

@@ -41,7 +41,7 @@ class Problem:
     pockets: NDArray[np.int64]  # pockets into which the balls may fall
     goal: NDArray[np.void]  # (1,) Goal
     rules: NDArray[np.void]  # (balls,) BallRule; none is `sought`
-    wanted: Array  # (balls, POCKETS) above 0: the ball may fall into the pocket
+    wanted: Array  # (balls, POCKETS) above 0 if the ball may fall into the pocket
     holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
 

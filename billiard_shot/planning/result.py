@@ -38,9 +38,10 @@ class RankedStroke:
     interval : (float, float)
         95 % confidence interval of the success probability (Wilson).
     trials : int
-        Simulated strokes with random errors behind `success`. They are held-out trials, which had
-        no part in the choice of the stroke. If the search was cancelled, they are the samples of
-        the search itself: `success` can then be too large, and their errors too widely spread.
+        Number of simulated strokes with random errors that `success` comes from. They are held-out
+        trials, which had no part in the choice of the stroke. If the search was cancelled, they
+        are the samples of the search itself. Then `success` can be too large, and the errors can
+        be larger than the execution noise.
 
     """
 
@@ -89,7 +90,7 @@ class RankedStroke:
 
     @cached_property
     def warning(self) -> str:
-        """What the stroke does wrong even without errors; empty if it reaches its target."""
+        """Faults of the stroke even without errors; empty if it reaches its target."""
         problem = problem_of(self.scene, self.target, self.limits, self.scene.noise)
         shot = self.shot
         faults = [
@@ -110,7 +111,7 @@ class RankedStroke:
 
     @cached_property
     def kind(self) -> str:
-        """What players call the shot: cut, bank, kick, massé ..."""
+        """Players' name for the shot: cut, bank, kick, massé ..."""
         return kind_of(self.shot, self.target)
 
 

@@ -40,7 +40,7 @@ class Progress:
 
     simulations: int
     budget: int
-    success: float  # estimated for the best stroke so far; 0 if there is none
+    success: float  # estimated for the best stroke so far; 0 if no stroke was found
 
 
 class StoppedError(Exception):
@@ -65,7 +65,7 @@ class Runner:
         places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
         table = layout_of(problem.model.surface, problem.table)
         _, near = neighbours_of(table, problem.model, places)
-        self._alone = not near  # else maps know nothing of what takes part in a strike
+        self._alone = not near  # maps do not include neighbours that take part in a strike
         self._executor = executor
         self._work = partial(evaluate_strokes, problem)
         self._progress, self._cancel = progress, cancel
@@ -111,8 +111,8 @@ class Runner:
 
     def _result(self, future: Future[T]) -> T:
         """Wait for a task; raise StoppedError if the search is cancelled before."""
-        # The task may end between a wait that timed out and a look at `done`: only a task that is
-        # done says whether it raised TimeoutError itself.
+        # The task may end between a wait that timed out and the check of `done`. Only a task that
+        # is done tells whether it raised TimeoutError itself.
         while not future.done():
             try:
                 return future.result(timeout=POLL_S)
@@ -130,7 +130,7 @@ class Runner:
                 future.cancel()
 
     def _motions(self, strokes: Array) -> Array | None:
-        """Map strokes to motions, fitting the cells that are missing; None: all are exact."""
+        """Map strokes to motions, fitting missing cells; None if no maps apply."""
         maps = self._maps
         if not maps.applies or not self._alone:
             return None
@@ -147,8 +147,8 @@ class Runner:
         """
         Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
 
-        Strokes that need not be `exact` take maps of the strike where these are good enough.
-        Unless they are followed `to_the_end`, a ball that has missed does not fall by chance.
+        Unless `exact`, strokes use maps of the strike where the maps are accurate enough. Unless
+        `to_the_end`, a ball that has missed its pocket is not followed, and cannot fall by chance.
         """
         self.poll()
         strokes = strokes[: self.left]

@@ -2,7 +2,7 @@
 Penalties of simulated strokes: how far they are from reaching the target.
 
 Each missing step towards the target costs `STEP`. The remaining distance [m] is added; it is less
-than a step, so that a stroke that comes a step farther has the smaller penalty. Paths are
+than a step, so that a stroke that misses fewer steps has the smaller penalty. Paths are
 approximated by straight lines, `PIECES` to a segment.
 """
 
@@ -26,7 +26,7 @@ from billiard_shot.table.simulation_state import BallRule
 
 STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
-NO_SUCCESS = 1e-6  # m: least penalty of what was not reached
+NO_SUCCESS = 1e-6  # m: smallest penalty of a target that was not reached
 PIECES = 6
 POCKETS = 6
 FAR = 1e3  # m: stands for "no distance"
@@ -99,7 +99,7 @@ def distance_penalty(gap: float) -> float:
 
 @inner
 def piece_distance(px: float, py: float, qx: float, qy: float) -> float:
-    """Square of the distance [m^2] of the line from p to q from the origin."""
+    """Square of the distance [m^2] between the origin and the line from p to q."""
     dx, dy = qx - px, qy - py
     square = dx * dx + dy * dy
     part = 0.0
@@ -111,7 +111,7 @@ def piece_distance(px: float, py: float, qx: float, qy: float) -> float:
 
 @inner
 def nearest(segment: Segment, lasting: float, x: float, y: float) -> float:
-    """Smallest horizontal distance [m] of a segment that lasts so long [s] from a point."""
+    """Smallest horizontal distance [m] between a point and a segment of this duration [s]."""
     p, v, a = segment.position, segment.velocity, segment.acceleration
     px, py = p[0] - x, p[1] - y
     least = px * px + py * py
@@ -149,9 +149,9 @@ def crosses(segment: Segment, lasting: float, goal: Goal) -> bool:
 @inner
 def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first: int) -> bool:
     """
-    Whether a ball left the table, one that must stay fell, or the wrong one was met first.
+    Whether a ball left the table, one that must stay fell, or the wrong ball was met first.
 
-    Or the cue met the cue ball again after the strike: WPA, Rules of Play, 6.7.
+    Also whether the cue met the cue ball again after the strike (WPA, Rules of Play, 6.7).
     """
     rules = sought.rules
     if table.cue_hits > 0:
@@ -183,7 +183,7 @@ def may_fall(sought: Sought, ball: int) -> bool:
 
 @inner
 def pot_penalty(sought: Sought, runs: Runs, part: Part) -> float:
-    """Penalty if no wanted ball fell: how near to its pocket one came, or to one of them."""
+    """Penalty if no wanted ball fell: distance to a pocket or, if none was met, to the ball."""
     places, holes, wanted = sought.places, sought.holes, sought.wanted
     met = False
     for i in range(len(places)):
@@ -235,7 +235,7 @@ def direction_error(goal: Goal, segments: list[Segment], part: Part) -> float:
     """
     Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
 
-    Relative to pi. If the impact takes time, its direction is the one after the release.
+    It is relative to pi. If the impact takes time, the direction is that after the release.
     """
     error, met = MAX_DISTANCE_PENALTY, False
     for k in range(part.begin, part.end):
@@ -289,7 +289,7 @@ def path_penalty(goal: Goal, runs: Runs, part: Part) -> float:
 
 @inner
 def has_potted(wanted: Floats, balls: list[BallOutcome], first: int) -> bool:
-    """Whether a ball fell into a pocket into which it may."""
+    """Whether a ball fell into a pocket into which it may fall."""
     for i in range(len(wanted)):
         pocket = balls[first + i].pocket
         if pocket != NOTHING and wanted[i][pocket] > 0.0:

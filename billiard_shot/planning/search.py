@@ -39,11 +39,11 @@ RACERS, FINALISTS = 8, 4  # strokes that race; strokes that get held-out trials
 RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
-# Searches of which two must agree: at least so many if a stroke is good, or if none is; at most.
+# Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
 ROUNDS, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
-PROMISING = 0.1  # of success below the best: stages so much worse are not searched again
-# Below these success probabilities: combinations; routes by one cushion; curved paths; routes
-# by more, and random strokes.
+PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
+# Success probabilities below which these are tried: combinations; routes by one cushion; curved
+# paths; routes by more cushions, and random strokes.
 DETOURS_BELOW, CUSHIONS_BELOW, CURVES_BELOW, RANDOM_BELOW = 0.9, 0.5, 0.3, 0.1
 
 cost_of = attrgetter('cost')
@@ -165,7 +165,7 @@ def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
 def _simulated(
     runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
 ) -> Iterator[Stage]:
-    """Yield the best stages of earlier rounds, and then those that are needed beyond them."""
+    """Yield the best stages of earlier rounds, and then further stages that are needed."""
     best = max((stage.success for stage in stages), default=0.0)
     yield from [stage for stage in stages if stage.success >= best - PROMISING]
     for candidates in makers:
@@ -275,7 +275,7 @@ def run_race(
         success = _success(runner, stroke[np.newaxis], noise, exact=True)
         if success.size:
             found.append(Finalist(stroke, int(success.sum()), success.size))
-    # The race alone decides the first place: the best of several held-out results is too good.
+    # The race alone decides the first place: the best of several held-out results is biased.
     others = sorted(found[1:], key=lambda each: -wilson_interval(each.successes, each.trials)[0])
     return found[:1] + others
 

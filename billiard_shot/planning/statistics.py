@@ -7,7 +7,7 @@ import numpy as np
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array
 
-FEW_TRIALS = 100  # fewer are stated as they are, not in per cent
+FEW_TRIALS = 100  # fewer are stated as a count, not in per cent
 Z95 = 1.959963984540054  # quantile of a two-sided 95 % interval
 
 
@@ -44,7 +44,7 @@ def interval_in_words(interval: tuple[float, float]) -> str:
 
 
 def percent(probability: float) -> str:
-    """Write a probability in per cent, with digits that tell it from 0 and from 100."""
+    """Write a probability in per cent, with enough digits to distinguish it from 0 and 100."""
     for digits in range(4):
         text = f'{100.0 * probability:.{digits}f}'
         if not 1e-9 < probability < 1.0 - 1e-9 or 0.0 < float(text) < 100.0:

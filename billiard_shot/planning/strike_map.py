@@ -2,12 +2,12 @@
 Local maps of the strike: cubic polynomials in place of solved impacts.
 
 As long as the contacts are linear and the cue strikes once, velocity and spin of the ball are
-proportional to the cue speed, and the azimuth only turns them. What remains is a function of the
+proportional to the cue speed, and the azimuth only turns them. They are then a function of the
 offsets a and b and of the elevation. A map divides these into cells, and fits a polynomial to
-exact strikes in each cell that is used. A cell counts only if other exact strikes, which had no
-part in the fit, agree with it: cells with miscues, kinks or jumps do not. Nor counts a cell in
-which the tip meets the ball twice in a strike. The strokes of other cells are solved exactly. The
-sign of a mirrors a strike.
+exact strikes in each cell that a search needs. A cell is used only if other exact strikes, which
+had no part in the fit, agree with it. Cells with miscues, kinks or discontinuities do not. A cell
+in which the tip meets the ball twice in a strike is not used either. The strokes of all other
+cells are solved exactly. The sign of a mirrors a strike.
 
 A map chooses strokes; the success that a plan states comes from exact strikes.
 """
@@ -73,7 +73,7 @@ class Maps:
         return [cell for cell in map(_cell, cells) if self._pays(cell) and cell not in self.fits]
 
     def _pays(self, cell: Cell) -> bool:
-        """Whether a fit pays: this depends on this search alone, whatever is fitted already."""
+        """Whether a fit pays: it depends only on this search, not on cells that are fitted."""
         return self._strokes[cell] >= FEWEST
 
     def motions(self, strokes: Array) -> Array:
@@ -83,7 +83,7 @@ class Maps:
         Parameters
         ----------
         strokes : (n, 5) float array
-            Of which all `missing` cells are fitted.
+            Strokes whose `missing` cells are all fitted.
 
         Returns
         -------
@@ -121,8 +121,8 @@ def bounds_of(sigmas: Array) -> Array:
     Returns
     -------
     (MOTION,) float array
-        Of velocity, of spin times radius, and of cue speed, relative to the cue speed. An offset
-        changes the spin of a solid ball by 5/2 of the velocity.
+        Errors of velocity, of spin times radius, and of cue speed, relative to the cue speed. An
+        offset changes the spin of a solid ball by 5/2 of the velocity.
 
     """
     along, spin = sigmas[4] / USUAL_SPEED, 2.5 * min(sigmas[0], sigmas[1])

@@ -61,7 +61,7 @@ def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
     """
     Solve strikes; return velocity, and spin times radius (n, 6) [m/s].
 
-    Strokes (n, 5) as of `vectors_of`. NaN for those that cannot be played.
+    Strokes (n, 5) are as in `vectors_of`. The result is NaN for strokes that cannot be played.
     """
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])

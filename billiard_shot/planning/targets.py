@@ -146,7 +146,7 @@ class Hit:
     direction_tolerance_deg : float
         Largest deviation from that direction [degrees], above 0.
     at : (x, y), optional
-        Where the cue ball has to touch it: the point of its circumference nearest to this one [m].
+        Point [m]. The cue ball has to touch the ball where its circumference is nearest to it.
     radius : float
         Largest distance from that point [m], above 0.
 
@@ -168,7 +168,7 @@ class Hit:
 @dataclass(frozen=True, slots=True)
 class Pot:
     """
-    One of some balls has to fall into a pocket, and the cue ball has to stay on the table.
+    One of the named balls has to fall into a pocket, and the cue ball has to stay on the table.
 
     Parameters
     ----------

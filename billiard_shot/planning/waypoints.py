@@ -28,9 +28,9 @@ class Waypoint(NamedTuple):
     """A position that the centre of the cue ball has to reach."""
 
     place: Array  # (2,) m
-    push: Array  # (2,) unit vector in which it pushes the struck ball; zero if there is none
-    struck: int  # index of the struck ball, 0 if there is none
-    after: float  # m that balls have to move from there; weighted more where less accurate
+    push: Array  # (2,) unit vector in which it pushes the struck ball; zero if no ball is struck
+    struck: int  # index of the struck ball, 0 if no ball is struck
+    after: float  # m that balls have to move from there; inaccurate ways have a larger weight
 
 
 def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
@@ -99,7 +99,7 @@ def _pushes(problem: Problem, target: Hit, there: Array) -> list[Array]:
 
 
 def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
-    """Sequences of at most `cushions` noses, see rolling_boundary.py, none twice in a row."""
+    """Sequences of at most `cushions` noses, see rolling_boundary.py, no nose twice in a row."""
     found: list[tuple[int, ...]] = [()]
     while found:
         via = found.pop(0)
@@ -109,7 +109,7 @@ def sequences(cushions: int) -> Iterator[tuple[int, ...]]:
 
 
 def mirror_path(problem: Problem, begin: Array, end: Array, via: Sequence[int]) -> Array | None:
-    """Corners (n, 2) of a path that noses reflect like mirrors; None if there is no path."""
+    """Corners (n, 2) of a path that noses reflect like mirrors; None if no such path exists."""
     half_sizes = problem.half_sizes
     if via and not math.isfinite(half_sizes[0]):
         return None

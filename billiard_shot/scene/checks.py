@@ -75,7 +75,7 @@ def read(kind: type[S], data: object) -> S:
 
 def with_present_keys(kind: type, data: object, *, warn: bool = True) -> Any:
     """
-    Replace former keys of a mapping, and of its sections, by those of today.
+    Replace former keys of a mapping, and of its sections, by the present ones.
 
     `warn` tells the user which key is the new one. A former key beside its new one is kept: it is
     then an unknown key.

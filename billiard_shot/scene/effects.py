@@ -25,7 +25,7 @@ class Effects:
         If `off`, a rounded tip touches the ball where the axis of the cue does.
     flight : str
         If `off`, the ball is put back on the cloth after the strike and keeps its horizontal
-        motion. If `on`, it flies however low.
+        motion. If `on`, every flight is simulated, however low.
     bounce : str
         If `off`, the ball stays on the cloth where it first lands. If `on`, every hop is simulated
         until it is below rounding.

@@ -10,7 +10,7 @@ Lines = Mapping[Path, int]  # line of each key of a file, from 1
 
 
 class Mistake(NamedTuple):
-    """What is wrong with one value: its path, and a text that follows the path."""
+    """A mistake in one value: its path, and a text that follows the path."""
 
     path: Path
     text: str
@@ -61,7 +61,7 @@ class InputError(ValueError):
 
 
 def refused(value: object, allowed: str, about: str = '') -> InputError:
-    """Error for a value that is not allowed, with what it must be; `about` names it."""
+    """Make the error for a value that is not allowed; `about` names the value."""
     return InputError([Mistake((), f'{value!r} is not allowed; it must be {allowed}')], about)
 
 

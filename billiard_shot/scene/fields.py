@@ -60,7 +60,7 @@ def whole_number(*, minimum: int, default: int) -> Any:
 
 
 def choice(*options: str, default: str | None = None) -> Any:
-    """Field for one of several words. YAML reads on as true and off as false: both count."""
+    """Field for one of several words. true and false, as YAML reads on and off, are accepted."""
 
     def convert(value: object) -> str:
         if isinstance(value, bool):

@@ -1,4 +1,4 @@
-"""Inheritance of scenes: `like: pool` takes everything from that scene that is not given."""
+"""Inheritance of scenes: `like: pool` takes all values that are not given from scene `pool`."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

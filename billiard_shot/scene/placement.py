@@ -10,8 +10,8 @@ from billiard_shot.scene.errors import Mistake
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
-ROUNDED = 0.002  # m: so much nearer comes a ball to the ends of noses, which are rounded
-# Depth in a nose, in radii, from which on a ball cannot be pressing it: balls of 20 m/s reach 0.4.
+ROUNDED = 0.002  # m: how much closer a ball comes to the ends of noses, because they are rounded
+# Largest depth of a moving ball in a nose [radii]: at 20 m/s a ball reaches 0.4.
 PRESSED = 0.5
 
 
@@ -60,9 +60,9 @@ def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0
     """
     Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth.
 
-    It may be as deep in a nose as `pressed` [m].
+    The ball may be in a nose up to the depth `pressed` [m].
     """
-    # a nose is higher than the centre of a ball, which touches it nearer than by its radius
+    # a nose is higher than the centre of a ball, so their horizontal distance is below a radius
     standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
     standoff -= pressed
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
@@ -75,7 +75,7 @@ def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0
     for pocket, out, aside in pockets if table.pockets else ():
         if math.hypot(out - pocket.shelf - pocket.radius, aside) < pocket.radius:
             return 'a ball there is over a pocket'
-        # The edge of the hole is round: beside its middle the shelf goes on beyond `pocket.shelf`.
+        # The edge of the hole is round: beside its middle the shelf is longer than `pocket.shelf`.
         in_reach = -radius <= out <= pocket.shelf + pocket.radius
         if in_reach and _between_noses(pocket, out, aside, standoff):
             return ''
@@ -105,7 +105,7 @@ def no_start(
 
 
 def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:
-    """Whether a ball, at a distance [m] out of a mouth and beside its middle, clears its noses."""
+    """Whether a ball at distances [m] out of a mouth and beside its middle clears the noses."""
     room = 0.5 * pocket.mouth - aside
     if out > 0.0:
         return room >= standoff - ROUNDED

@@ -67,8 +67,8 @@ class Robot:
     elevation_min_deg, elevation_max_deg : float
         Limits of the elevation [degrees], 0 to 90.
     azimuth_deg, azimuth_half_range_deg : float
-        Middle of the azimuths of strokes, counter-clockwise from +x, and how far they reach to
-        each side [degrees]: by default 180, all directions.
+        Middle of the allowed azimuths, counter-clockwise from +x, and half the width of their
+        range [degrees]; by default 180, all directions.
     offset_max : float
         Largest distance of the tip from the middle of the ball, in ball radii, above 0 and below
         1. 0.5: where tips begin to slip in play (half the radius; Alciatore, miscue limit).
@@ -134,8 +134,8 @@ class Noise:
         Returns
         -------
         Stroke
-            With independent normal errors. Its speed is at least 1 mm/s. The errors of a and b are
-            those of the axis of the cue if the stroke states that.
+            With independent normal errors. Its speed is at least 1 mm/s. If the stroke states the
+            axis of the cue, the errors of a and b are those of the axis.
 
         """
         ball_radius = positive('ball_radius', ball_radius, 'm')

@@ -3,9 +3,9 @@ Racks: the positions of the balls at the start of a game.
 
 The foot of the table is at +x. Sites are counted row by row from the apex, and in a row from left
 to right as seen from the head. The rules fix the sites of some balls. The others, in ascending
-order, are shuffled by Fisher and Yates with the numbers of Python's `random.Random(seed)
-.random()`, a sequence that Python promises never to change: the same seed gives the same rack in
-every process, on every machine.
+order, are shuffled with the Fisher-Yates algorithm and the random numbers of Python's
+`random.Random(seed).random()`. Python promises never to change this sequence: the same seed gives
+the same rack in every process, on every machine.
 """
 
 from collections.abc import Iterator, Sequence
@@ -43,7 +43,7 @@ class Rack:
         Mean gap between neighbours in the rack [m], at least 0. 0.05 mm is a guess at a careful
         rack. Each ball lies at a random point within half a gap of its site; with 0, all touch.
     seed : int
-        Of the gaps and of the shuffle, at least 0.
+        Seed of the gaps and of the shuffle, at least 0.
 
     """
 
@@ -106,7 +106,7 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
 
 
 def sites(rows: Sequence[int], apex: float, spacing: float) -> Iterator[Place]:
-    """Sites (x, y) [m] of rows of so many balls, from the apex at (apex, 0) on, left to right."""
+    """Yield sites (x, y) [m] in rows of the given lengths, from (apex, 0) on, left to right."""
     for row, size in enumerate(rows):
         for place in range(size):
             yield (apex + row * spacing * math.sqrt(0.75), (0.5 * (size - 1) - place) * spacing)
@@ -133,7 +133,7 @@ def _shuffled(balls: list[int], draw: random.Random) -> list[int]:
 
 
 def _colours(end: float) -> dict[str, Place]:
-    """Colours without the pink; `end` [m] is half the length; yellow is on the baulk's right."""
+    """Places of the colours except pink; `end` [m] is half the length; yellow is on the right."""
     baulk = BAULK_LINE - end
     return {
         'yellow': (baulk, -D_RADIUS),

@@ -37,8 +37,8 @@ class Scene:
     law : str
         Restitution law: `bistiffness`, `energetic` (that of the paper) or `poisson`.
     exponent : float
-        Exponent of the force of the contact springs, 1 to 10: 1 is linear, 1.5 is Hertz's. Larger
-        ones make impacts take many steps, and forces that overflow.
+        Exponent of the force of the contact springs, 1 to 10: 1 is linear, 1.5 is Hertz's. With
+        larger exponents impacts take many steps, and forces overflow.
     balls : mapping of str to (x, y)
         Positions of the balls on the table [m]. The cue ball is `cue`; it is at the origin if it
         has no position.
@@ -112,7 +112,7 @@ class Scene:
         Raises
         ------
         ValueError
-            If there is no such scene, or if it has mistakes: with all of them and their lines.
+            If there is no such scene, or if it has mistakes, listing all of them with their lines.
 
         """
         if isinstance(name_or_path, cls):
@@ -138,7 +138,7 @@ class Scene:
         try:
             scene = read(cls, resolved(document.data, folder, partial(with_present_keys, cls)))
         except InputError as error:
-            # The reader of the file has reported keys that are there twice, with their lines.
+            # The reader of the file has already reported duplicate keys, with their lines.
             mistakes += (
                 mistake
                 for mistake in error.mistakes
@@ -149,7 +149,7 @@ class Scene:
         return scene
 
     def to_dict(self, *, derived: bool = False) -> dict[str, Any]:
-        """Plain dict from which `from_dict` makes an equal scene; `derived` adds derived ones."""
+        """Plain dict that `from_dict` turns into an equal scene; `derived` adds derived values."""
         return write(self, derived=derived)
 
     @property

@@ -16,10 +16,10 @@ from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import boolean, choice, number, section
 
 # Restitution, friction and fading of the cushion models: Mathavan, Jackson and Parkin (Proc.
-# IMechE C 224, 2010), measured for snooker cushions up to 2.5 m/s, with a fading that fits what
-# they measured up to 3.5 m/s (Am. J. Phys. 77, 2009); Han (J. Mech. Sci. Technol. 19, 2005), who
+# IMechE C 224, 2010), measured for snooker cushions up to 2.5 m/s, with a fading that fits their
+# measurements up to 3.5 m/s (Am. J. Phys. 77, 2009); Han (J. Mech. Sci. Technol. 19, 2005), who
 # neglects the cloth, with van Balen's restitution and friction from Alciatore's range. Scenes of
-# pool have them too, because what is published for pool does not decide (docs/measured.md).
+# pool use them too, because the values published for pool are not conclusive (docs/measured.md).
 CUSHIONS = {'mathavan': (0.98, 0.14, 0.11), 'han': (0.85, 0.2, 0.0)}
 
 
@@ -35,8 +35,8 @@ class BallBall:
         equipment, billiards.colostate.edu).
     friction_fast, friction_slow, friction_decay : float
         The coefficient of friction at slip v is friction_fast + friction_slow exp(-friction_decay
-        v), at least 0, at least 0 and in s/m, at least 0. By default Alciatore's fit to Marlow's
-        measurements (technical proof TP A.14); a constant coefficient has no friction_slow.
+        v). All are at least 0; friction_decay is in s/m. By default Alciatore's fit to Marlow's
+        measurements (technical proof TP A.14). With friction_slow 0 the coefficient is constant.
     stiffness : float
         Stiffness of the virtual spring, above 0, in the units of the other contacts; it matters
         only if more than two bodies collide. 25: the duration of a contact is proportional to the
@@ -51,7 +51,7 @@ class BallBall:
         Largest distance of balls that count as touching when one of them is hit (and of a ball and
         a cushion when it is struck) [m], at least 0 and at most 1 mm; if contacts take no time,
         bodies farther apart collide one after the other. 0.1 um includes balls that were placed in
-        contact. Values below 10 nm count as 10 nm: so deep pressed bodies may overlap.
+        contact. Values below 10 nm count as 10 nm: bodies pressed together may overlap by that.
 
     """
 
@@ -85,8 +85,8 @@ class Cushion:
     friction : float, optional
         At least 0; by default that of the model.
     fading : float, optional
-        How the restitution falls with the speed of approach v: by 1 + (fading v)^2; at least 0
-        [s/m]. So half of it is left at a speed of 1/fading. By default that of the model.
+        At a speed of approach v the restitution is divided by 1 + (fading v)^2; at least 0 [s/m].
+        At a speed of 1/fading half of it is left. By default that of the model.
     height : float
         Height of the nose above the cloth, in ball diameters, 0.5 to 0.95. 0.635: WPA.
     depth : float
@@ -99,15 +99,15 @@ class Cushion:
         plausible.
     stiffness : float
         Stiffness of the virtual spring, above 0, in the units of the other contacts; it matters
-        only if a ball is struck that touches a cushion. 0.1: a contact of 5 ms, as for
+        only if the struck ball touches a cushion. 0.1: a contact of 5 ms, as for
         `BallBall.stiffness`.
     frequency_ratio : float
         Frequency of the ball on the spring along the surface of the nose, relative to that on the
         normal spring: the root of (1 + m r^2 / I) times the ratio of stiffnesses; at most 3. 0:
         the nose has no such spring, and is rigid along its surface. Stronge (Impact Mechanics, 2nd
         ed., 2018, chapter 5) has 1.5 to 1.7 for elastic bodies, whose ratio of stiffnesses is
-        (2 - 2 nu) / (2 - nu) at Poisson's ratio nu. It does not matter if a ball is struck that
-        touches a cushion, or lies and meets `han`.
+        (2 - 2 nu) / (2 - nu) at Poisson's ratio nu. It does not matter if the struck ball touches
+        a cushion, or if a ball on the cloth meets a cushion of model `han`.
 
     """
 
@@ -199,9 +199,9 @@ def is_instant_beside(short: float, long: float) -> bool:
     """
     Whether a contact is so short that it acts within a longer one as if it took no time.
 
-    One of a tenth of the duration does. If a ball hits a ball that touches a cushion (restitution
-    .95 and .8), the speeds then err by .002 of the first one; at a quarter of the duration they
-    err by .014, at equal durations by a third.
+    A contact of a tenth of the duration does. If a ball hits a ball that touches a cushion
+    (restitution 0.95 and 0.8), the speeds then err by 0.002 of the first one. At a quarter of the
+    duration they err by 0.014, at equal durations by a third.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ class Table:
     length, width : float
         From nose to nose [m], above 0. 2.54 x 1.27: nine feet (WPA).
     pockets : bool
-        False: a carom table.
+        False for a carom table.
     cushion : Cushion
     corner, side : CornerPocket, SidePocket
 

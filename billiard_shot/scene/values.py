@@ -13,12 +13,12 @@ LARGEST = 1e12
 """
 Largest coordinate [m], speed [m/s] and spin [rad/s].
 
-There rounding is as large as the tolerance of predictions, and powers do not overflow yet.
+At this size rounding is as large as the tolerance of predictions, and powers do not overflow yet.
 """
 
 
 def as_float(value: object) -> float:
-    """Return a number as a float: infinite if it is too large for one, NaN if it is no number."""
+    """Return a number as a float; infinite if it is too large, NaN if it is not a number."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return math.nan
     try:
@@ -28,7 +28,7 @@ def as_float(value: object) -> float:
 
 
 def as_floats(values: object) -> NDArray[np.float64]:
-    """Return numbers as an array of floats; an empty one if they are none."""
+    """Return numbers as an array of floats; an empty array if they are not numbers."""
     try:
         return np.ascontiguousarray(values, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -36,14 +36,14 @@ def as_floats(values: object) -> NDArray[np.float64]:
 
 
 def whole(name: str, value: object, minimum: int) -> int:
-    """Return a whole number; raise ValueError if it is none, or below `minimum`."""
+    """Return a whole number; raise ValueError for other values, or if it is below `minimum`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < minimum:
         raise refused(value, f'a whole number, at least {minimum}', name)
     return int(value)
 
 
 def positive(name: str, value: object, unit: str) -> float:
-    """Return a number above 0; raise ValueError if it is none."""
+    """Return a finite number above 0; raise ValueError for other values."""
     number = as_float(value)
     if not 0.0 < number < math.inf:
         raise refused(value, f'finite and above 0 ({unit})', name)

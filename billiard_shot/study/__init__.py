@@ -1,1 +1,1 @@
-"""What accuracy and effects cost, where solvers break, how the laws differ."""
+"""Studies: the cost of accuracy and effects, hard cases, and differences between the laws."""

@@ -1,4 +1,4 @@
-"""What accuracy costs: methods for the same strike, at several settings, against the truth."""
+"""Cost of accuracy: methods for the same strike, at several settings, against the truth."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
-ENOUGH, MOST = 0.02, 51  # s to measure a time for, or so many runs
-ROUNDING = 1e-13  # relative errors below it are not the method's
+ENOUGH, MOST = 0.02, 51  # total time [s] and number of runs at which a measurement of time ends
+ROUNDING = 1e-13  # smaller relative errors are rounding
 
-STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # N s, in units of ball mass times cue speed
-TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # of the approach speed
+STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # of impulse, relative to ball mass times cue speed
+TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # relative to the approach speed
 SCIPY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
 
 Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evaluations
-Run = Callable[[], Callable[[], Answer]]  # what is timed; it gives back what reads its answer
+Run = Callable[[], Callable[[], Answer]]  # is timed; returns a function that reads the answer
 
-# What `billiard-shot accuracy` plays where nothing else is said: the paper's Table 1.
+# The strokes of `billiard-shot accuracy` by default: the paper's Table 1.
 PAPER_STROKES = {name: stroke for name, (stroke, _) in PRINTED.items()}
 
 
@@ -52,12 +52,12 @@ class Method:
     Attributes
     ----------
     name, setting : str
-        What it is called, and what its settings are.
+        Names of the method and of its setting.
     settings : tuple of float
     prepare : callable
-        Of a problem and a setting: makes a `Run`, which may raise NoAnswerError.
+        Makes a `Run` from a problem and a setting; the `Run` may raise NoAnswerError.
     against : callable
-        What keeps it from a problem, as text; empty where nothing does.
+        Says why the method cannot solve a problem; returns '' if it can.
 
     """
 
@@ -70,7 +70,7 @@ class Method:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A method at a setting, on one strike: errors, work. NaN where it found no answer."""
+    """Errors and work of a method at a setting, on one strike; NaN if it found no answer."""
 
     stroke: str
     method: str
@@ -78,10 +78,10 @@ class Measurement:
     velocity: float  # error, m/s
     spin: float  # error, rad/s
     rest: float  # error of the resting place, mm
-    part: float  # largest error of velocity and surface speed, in units of the cue's speed
+    part: float  # largest error of velocity and surface speed, relative to the cue speed
     evaluations: int
     seconds: float
-    memory: float  # growth of the process at its highest, kB
+    memory: float  # largest growth of the memory of the process, kB
 
 
 def _impulse_scheme(problem: Problem, step: float) -> Run:
@@ -151,7 +151,7 @@ def _scipy(method: str) -> Callable[[Problem, float], Run]:
 
 
 def methods() -> Iterator[Method]:
-    """All that can be compared here; MuJoCo where it is installed."""
+    """Yield all methods that can be compared here; MuJoCo only if it is installed."""
     yield Method('impulse scheme', 'step', STEPS, _impulse_scheme, _against_impulse_scheme)
     yield Method('this library', 'tolerance', TOLERANCES, _adaptive)
     yield Method(
@@ -226,7 +226,7 @@ class Task:
 
 
 def tasks(scene: Scene, strokes: Mapping[str, Stroke]) -> tuple[list[Task], list[str]]:
-    """All that is to be measured, and a line about each method that a stroke rules out."""
+    """Return all tasks, and a line about each method that cannot solve a stroke."""
     wanted: list[Task] = []
     left_out: list[str] = []
     for name, stroke in strokes.items():
@@ -254,14 +254,14 @@ class Point:
     velocity: float  # m/s
     spin: float  # rad/s
     rest: float  # mm
-    part: float  # of the cue's speed
+    part: float  # relative to the cue speed
     evaluations: float  # mean
     seconds: float  # mean
     memory: float  # largest, kB
 
 
 def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
-    """Work and precision of a method, a point a setting; without those it never answered at."""
+    """Work and precision of a method: one point for each setting at which it found an answer."""
     points = []
     mine = [m for m in measurements if m.method == method]
     for setting in dict.fromkeys(m.setting for m in mine):
@@ -285,10 +285,11 @@ def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
 
 def order(points: Sequence[Point]) -> float:
     """
-    Power of the setting (step or tolerance) that the error goes with: the order of convergence.
+    Order of convergence: the power of the setting (step or tolerance) that the error follows.
 
-    Over the settings at which every stroke has an answer, the median slope of all pairs of them
-    (Theil 1950), which a single bad answer does not turn; NaN where fewer than two tell.
+    It is the median slope over all pairs of settings (Theil 1950), which a single bad answer
+    hardly changes. A setting counts if no other one has answers for more strokes, and if its error
+    is above rounding. NaN if fewer than two settings count.
     """
     complete = max(p.answered for p in points)
     told = [p for p in points if p.answered == complete and p.setting > 0.0 and p.part > ROUNDING]
@@ -302,10 +303,10 @@ def order(points: Sequence[Point]) -> float:
 
 def speed_up(measurements: Sequence[Measurement], rest: float) -> float:
     """
-    How many times as long the impulse scheme takes for the same error of the resting place [mm].
+    Time of the impulse scheme relative to this library, for an error of the resting place [mm].
 
-    Median over the strokes; the scheme's time between its steps as a power of the error. NaN where
-    it does not come that far.
+    It is the median over the strokes. Between two steps, the time of the scheme is interpolated as
+    a power of the error. NaN if the scheme does not reach this error.
     """
     ratios = []
     for stroke in dict.fromkeys(m.stroke for m in measurements):

@@ -69,7 +69,7 @@ def newton(problem: Problem) -> Vector:
             impulse[[x, y]] = minimize_over_disc(
                 w[x, x], w[x, y], w[y, y], free[x], free[y], problem.friction[j] * impulse[n]
             )
-            impulse[[x, y]] = 0.5 * (impulse[[x, y]] + old)  # where friction couples strongly
+            impulse[[x, y]] = 0.5 * (impulse[[x, y]] + old)  # damped, for strong coupling
         if np.abs(impulse - before).max() <= 1e-14 * np.abs(impulse).max():
             return impulse
     raise NoEndError

@@ -1,10 +1,10 @@
 """
-The strike in closed form, where there is one: only the tip acts, and its slip stays on a line.
+The strike in closed form, if only the tip acts and its slip stays on a line.
 
-Contact velocities are then linear in the normal impulse N as long as the slip keeps its sense, and
-each end of a stretch is the root of a linear or quadratic equation: slip zero, end of compression,
-end of restitution. A single contact that gives back e^2 of the energy it stored ends there under
-the laws energetic and bistiffness alike, whatever the exponent of its spring.
+Contact velocities are then linear in the normal impulse N as long as the slip keeps its sign. Each
+such interval ends at the root of a linear or quadratic equation: zero slip, end of compression, or
+end of restitution. Under the laws energetic and bistiffness alike, and for any exponent of its
+spring, a single contact ends when it has given back e^2 of the energy that it stored.
 """
 
 import math
@@ -30,7 +30,7 @@ def applies(problem: Problem) -> bool:
 
 
 def closed_form(problem: Problem) -> Vector:
-    """Impulses (6,) [N s]; ValueError where `applies` is not so."""
+    """Return the impulses (6,) [N s]; raise ValueError if `applies` is false."""
     if not applies(problem):
         raise ValueError('stroke: the closed form is for level ones at the height of the centre')
     w = problem.response
@@ -38,17 +38,17 @@ def closed_form(problem: Problem) -> Vector:
     mu, e = float(problem.friction[0]), float(problem.restitution[0])
     u, slip = float(problem.velocity[0]), float(problem.velocity[1])
     normal = tangential = stored = 0.0
-    goal = math.inf  # energy still to be given back; while compressing, none
+    goal = math.inf  # energy still to be given back; infinite during compression
     for _ in range(10):  # compression, restitution, and slip that stops or reverses in each
         if abs(slip) <= ZERO * problem.speed:
-            pull = b / d if mu > 0.0 else 0.0  # what holds, per normal impulse
+            pull = b / d if mu > 0.0 else 0.0  # friction that holds, per normal impulse
             slope = -math.copysign(min(abs(pull), mu), pull)
             slip = 0.0
         else:
             slope = -math.copysign(mu, slip)
         rate, drift = a + b * slope, b + d * slope  # of u and of the slip, per normal impulse
         stop = -slip / drift if slip * drift < 0.0 else math.inf
-        if u < 0.0:  # where friction drives the bodies together, not before the slip stops
+        if u < 0.0:  # if friction drives the bodies together, only after the slip stops
             end = -u / rate if rate > 0.0 else math.inf
         else:  # u N + rate N^2 / 2 = goal, without cancellation
             end = 2.0 * goal / (u + math.sqrt(u * u + 2.0 * rate * goal))

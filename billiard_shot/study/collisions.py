@@ -1,4 +1,4 @@
-"""Collisions that the studies share: balls in a line, strokes, a block; and what is watched."""
+"""Collisions that the studies share: balls in a line, strokes, a wedge and a block."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ class Collision:
 
     def motion(self, velocities: Vector, spins: Vector) -> Vector:
         """
-        Velocities of all bodies that move, and how fast the surfaces of those that turn spin.
+        Velocities of all bodies that move, and spins of those that turn, as one array.
 
-        Each is three numbers, in units of `speed`; spins times the radius of gyration.
+        Each is three numbers, relative to `speed`. Spins are times the radius of gyration.
         """
         parts = []
         for body, v, w in zip(self.bodies, velocities, spins, strict=True):
@@ -54,7 +54,7 @@ class Collision:
         return np.concatenate(parts) / self.speed
 
     def energy(self, velocities: Vector, spins: Vector) -> float:
-        """Kinetic energy [J]; of a guided body that of the motion its guide allows."""
+        """Kinetic energy [J]; for a guided body, of the motion that its guide allows."""
         total = 0.0
         for body, v, w in zip(self.bodies, velocities, spins, strict=True):
             if body.mass == math.inf:
@@ -76,11 +76,11 @@ class Collision:
         )
 
     def reordered(self, order: Sequence[int]) -> Collision:
-        """Make the same collision with its contacts written down in another order."""
+        """Make the same collision with its contacts in another order."""
         return replace(self, contacts=tuple(self.contacts[i] for i in order))
 
     def disturbed(self, size: float, seed: int) -> Collision:
-        """Change every number by a random part of about `size`, directions by such an angle."""
+        """Change all numbers by random fractions of about `size`, directions by such angles."""
         rng = np.random.default_rng(seed)
 
         def scale(value: float) -> float:
@@ -116,7 +116,7 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Strike(Collision):
-    """A stroke as a collision, beside the same as `predict` takes it; the law is not set."""
+    """A stroke as a collision, and as `predict` takes it; the law of the scene is not set."""
 
     stroke: Stroke = field(kw_only=True)
     scene: Scene = field(kw_only=True)
@@ -226,7 +226,7 @@ def block(
     friction: float = 0.3,
     restitution: float = 0.5,
 ) -> Collision:
-    """Drop a flat block on its four lower corners: more contacts than it has freedom."""
+    """Drop a flat block on its four lower corners: the contacts are redundant."""
     mass, (a, b, c) = 1.3, (0.3, 0.2, 0.1)
     inertia = mass / 12.0 * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
     body = Body(mass, inertia, velocity, spin, (0.0, 0.0, c / 2))

@@ -1,4 +1,4 @@
-"""In what two predictions of a shot differ: steps, the place of rest, the direction."""
+"""Differences between two predictions of a shot: steps, the place of rest, the direction."""
 
 import math
 
@@ -32,9 +32,9 @@ def heading(trajectory: Trajectory) -> float:
 
 def distance(one: Shot, other: Shot) -> float:
     """
-    Measure how far apart a ball comes to rest in two shots, of the ball that is moved most [m].
+    Largest distance between the places where a ball comes to rest in two shots [m].
 
-    Infinite, if one of them stops and the other never does; it may spin in place for ever.
+    Infinite if a ball stops in only one of them. A ball that spins in place has stopped.
     """
     apart = 0.0
     for name, ball in one.run.balls.items():

@@ -1,4 +1,4 @@
-"""What each effect costs and what it changes: shots with it beside the same shots without it."""
+"""Cost and influence of each effect: shots with it beside the same shots without it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -21,14 +21,14 @@ AUTO = 'auto'
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What an effect does in one shot: the shot with it, less the shot without it."""
+    """Influence of an effect on one shot: the shot with it minus the shot without it."""
 
-    simulated: bool  # whether the shot calls for it; if not, this is what forcing it on does
+    simulated: bool  # whether the shot calls for it; if not, it is forced on
     reason: str
     time: float  # s that it costs
     steps: int  # more steps of the impact, pieces of motion, and contacts looked for
     distance: float  # m between the places of rest of the ball that is moved most
-    turn: float  # rad by which the struck ball goes another way; all three see differences.py
+    turn: float  # rad, between the directions of the struck ball; all three see differences.py
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class EffectStudy:
 
     @property
     def simulated(self) -> int:
-        """In how many shots it was called for."""
+        """Number of shots that call for it."""
         return sum(change.simulated for change in self.changes)
 
     def median(self, quantity: str) -> float:
@@ -62,19 +62,19 @@ def study_effects(
     report: Callable[[int], None] = lambda done: None,
 ) -> list[EffectStudy]:
     """
-    Compare each shot with the same without each of its effects, and with each that it left out.
+    Compare each shot with the same shot without one of its effects, or with one that it lacks.
 
     Parameters
     ----------
     scene : Scene
-        What it forces on or off counts for the other effects, not for the one compared.
+        Its settings of effects hold for all effects but the one that is compared.
     strokes : sequence of Stroke
-        Those that cannot be played are left out.
+        Strokes that cannot be played are skipped.
     tolerance : float
         [m].
     repeats : int
-        Of each shot. Time is the median of differences between neighbours in time, so that a busy
-        machine matters little.
+        Runs of each shot. The time is the median difference between consecutive runs, so that the
+        load of the machine matters little.
     report : callable
         Called with the number of comparisons done, of strokes times effects.
 
@@ -92,7 +92,7 @@ def study_effects(
 
 
 def comparisons(strokes: Sequence[Stroke]) -> int:
-    """How many comparisons `study_effects` makes."""
+    """Count the comparisons that `study_effects` makes."""
     return len(strokes) * len(GATES)
 
 

@@ -1,10 +1,10 @@
 """
-What must hold in every hard case, and whether it does.
+Checks of every hard case.
 
 No exception, no NaN, a status that the case allows, the value that the case states, no energy
-gained, one answer for all orders of contacts, tolerances kept, and an answer that moves no more
-than the numbers do. A hopeless case may exceed the budget of steps. Then it must be finite,
-without a gain of energy, and within the budget.
+gained, one answer for all orders of contacts, errors within the tolerances, and a small change of
+the answer if the numbers change a little. A hopeless case may end at the budget of steps. Its
+result must then be finite and without a gain of energy, and it must not go on beyond the budget.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ FINEST = 1e-14  # m at 1 m/s: `predict` does what it can
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a collision: its motion as `Collision.motion`, energy gained, both relative."""
+    """Result of a collision: its motion as in `Collision.motion`, and its relative energy gain."""
 
     status: Status
     states: int
@@ -56,7 +56,7 @@ class Outcome:
         )
 
     def from_(self, other: Outcome | Vector) -> float:
-        """Largest difference from another motion; infinite where one is not finite."""
+        """Largest difference from another motion; infinite if it is not finite."""
         numbers = other.motion if isinstance(other, Outcome) else other
         gap = float(np.abs(self.motion - numbers).max())
         return gap if np.isfinite(gap) else np.inf
@@ -65,7 +65,7 @@ class Outcome:
 @dataclass(frozen=True, slots=True)
 class CaseResult:
     """
-    How a case went under one law.
+    Result of a case under one law.
 
     Attributes
     ----------
@@ -73,15 +73,15 @@ class CaseResult:
     outcome : Outcome
         At the tight tolerance.
     seconds : float
-        That it took.
+        Time of this solution [s].
     off : float
-        Of the stated value, NaN where the case states none.
+        Difference from the stated value; NaN if the case states no value.
     order : float
         Change of the answer with the order of contacts.
     sensitivity : float
         Change of the answer per relative change of the collision's numbers.
     faults : tuple of str
-        What does not hold.
+        Checks that failed.
 
     """
 
@@ -97,7 +97,7 @@ class CaseResult:
 
 
 def examine(family: Family, member: str, law: str) -> CaseResult:
-    """Solve a case in every way it can be put, and compare."""
+    """Solve a case in all variants, and compare the results."""
     case = family.members[member]
     begin = perf_counter()
     tight = Outcome.of(case, law, TIGHT)
@@ -186,7 +186,7 @@ def _of_outcome(family: Family, outcome: Outcome, gain: float) -> Iterator[str]:
 
 
 def _of_prediction(case: Strike, tight: Outcome, law: str, allowed: float) -> Iterator[str]:
-    """Compare with `predict`, which has its own way into contact space; without double hits."""
+    """Compare with `predict`, which finds contact space independently; without double hits."""
     effects = replace(case.scene.effects, double_hit='off')
     scene = replace(case.scene, law=law, effects=effects)
     shot = predict(scene, case.stroke, tolerance=FINEST * case.speed**2)

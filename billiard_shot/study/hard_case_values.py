@@ -1,5 +1,5 @@
 """
-What the hard cases must give.
+Stated results of the hard cases.
 
 The table hard_cases.csv comes from test/study/stated_values.py, which shares no code with the
 solver.
@@ -15,13 +15,13 @@ Value = tuple[float, tuple[tuple[float, ...], ...]]
 @functools.cache
 def stated_values() -> dict[tuple[str, str, str], Value]:
     """
-    Return what each case must give, by family, member and law.
+    Return the results that the cases must give, by family, member and law.
 
     Returns
     -------
     dict
-        Largest error allowed, as a part of the speed, and the alternatives (two where law
-        `energetic` jumps) of the motion as in `Collision.motion`.
+        Largest error allowed, relative to the speed, and the alternatives (two if law `energetic`
+        is discontinuous) of the motion as in `Collision.motion`.
 
     """
     values: dict[tuple[str, str, str], Value] = {}

@@ -1,4 +1,4 @@
-"""The hard cases: collisions at the ends of what can be asked for, and what solvers do there."""
+"""The hard cases: collisions at the limits of the input, and how other solvers fail there."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ class Family:
     ----------
     name : str
     breaks : str
-        What goes wrong elsewhere.
+        How other solvers fail.
     members : mapping of str to Collision
     status : tuple of Status
-        What a solution may end with.
+        Statuses with which a solution may end.
     sensitive : bool
-        The answer itself depends steeply on the numbers: how steeply is reported, not bounded.
+        Whether the answer depends steeply on the numbers. Its sensitivity is then not checked.
     hopeless : frozenset of str
-        Members that may end in BUDGET_EXCEEDED: finite, without a gain of energy, and soon.
+        Members that may end in BUDGET_EXCEEDED: in time, finite, and without a gain of energy.
 
     """
 

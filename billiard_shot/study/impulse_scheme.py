@@ -3,7 +3,7 @@ The paper's own method: fixed steps of impulse instead of time, for two contacts
 
 Jia, Mason and Erdmann, A State Transition Diagram for Simultaneous Collisions with Application in
 Billiard Shooting (WAFR 2008); equation numbers are theirs. First order in the step, kept for
-comparison: `collide` solves the same model with events located and an error that is controlled.
+comparison: `collide` solves the same model with located events and a controlled error.
 Corrected here: a restoring contact ends at (1 - e^2) E_max (section 2.2 says e^2 E_max was lost);
 E_max is renewed when a restoring contact is compressed again; and the motion decides whether the
 table takes part in a stroke, not the height of the contact point (section 3).
@@ -21,7 +21,7 @@ from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, OK, Status
 
 
 def compiled(function: Any) -> Any:
-    """Compile a function when it is first called, if there is a numba to do it."""
+    """Compile a function when it is first called, if numba is installed."""
     try:
         from numba import njit
     except ImportError:
@@ -33,7 +33,7 @@ minimize_over_disc = compiled(friction.minimize_over_disc)
 MAX_STEPS = 20_000_000
 MAX_STATES = 10_000
 CURVE_ROWS = 2_000
-STEEPEST = 10.0  # a secondary impulse grows by at most so many steps at once
+STEEPEST = 10.0  # largest growth of a secondary impulse at once, in steps
 INACTIVE, COMPRESSING, RESTORING = 0, 1, 2
 STATES = ('', 'S3', 'S2', 'S1')  # by the active contacts: 1 for the first plus 2 for the second
 
@@ -41,7 +41,7 @@ STATES = ('', 'S3', 'S2', 'S1')  # by the active contacts: 1 for the first plus 
 @dataclass(frozen=True, slots=True)
 class ImpulseRun:
     """
-    What the impulse scheme computed.
+    Result of the impulse scheme.
 
     Attributes
     ----------
@@ -255,9 +255,9 @@ def friction_impulses(
     """
     Add to the normal increments in `push` the tangential ones (section 3.1, contact modes).
 
-    A contact sticks where the increment that ends the step without slip lies within the cone;
-    else it slides against the slip at the step's end. The four cases of two contacts are not told
-    apart: each contact is solved in turn until both agree.
+    A contact sticks if the increment that ends the step without slip lies within the cone.
+    Otherwise its friction opposes the slip at the end of the step. The four cases of two contacts
+    are not distinguished: each contact is solved in turn until both agree.
     """
     scale = 1e-15 * (push[0] + push[3])
     for _ in range(200):
@@ -323,8 +323,8 @@ def increments(
     """
     Impulses of one step: the primary one grows by `step`, the other by (10), (21) times it.
 
-    Where the primary energy vanishes the slope has no bound: then both grow by less. A primary
-    contact without energy that restores nevertheless (law poisson) is served alone.
+    If the primary energy vanishes, the slope is unbounded; then both grow by less. If a primary
+    contact without energy is still in restitution (law poisson), only its impulse grows.
     """
     follow = 1 - lead
     slope = 0.0
@@ -350,7 +350,7 @@ def joins(
     impulse: NDArray[np.float64],
     memory: NDArray[np.float64],
 ) -> bool:
-    """Activate contacts that approach, or that the increments `push` would close; whether any."""
+    """Activate contacts that approach or that `push` would close; return whether there are any."""
     joined = False
     for j in range(2):
         n = 3 * j
@@ -377,10 +377,10 @@ def update_phase(
     memory: NDArray[np.float64],
 ) -> bool:
     """
-    Note the end of compression, or a new compression; whether the contact has finished.
+    Update the phase of a contact; return whether the contact has finished.
 
-    `memory`: (contacts, 2): the impulse as the contact began, and what ends its restitution: an
-    energy (section 2.2) or an impulse (section 2.1).
+    `memory` (contacts, 2): the impulse at the start of the contact, and the energy (section 2.2)
+    or impulse (section 2.1) that ends its restitution.
     """
     if phase[contact] == COMPRESSING and u >= 0.0:
         phase[contact] = RESTORING
@@ -406,7 +406,7 @@ def record(
     impulse: NDArray[np.float64],
     energy: NDArray[np.float64],
 ) -> None:
-    """Write down a state that ends."""
+    """Log a state that ends."""
     log[states, 0] = active
     log[states, 1] = impulse[0]
     log[states, 2] = impulse[3]
@@ -416,7 +416,7 @@ def record(
 
 @compiled
 def thin_out(curve: NDArray[np.float64]) -> int:
-    """Drop every second row of a full curve, and return how many are left."""
+    """Drop every second row of a full curve, and return the number of rows left."""
     half = int(curve.shape[0] // 2)
     for row in range(half):
         curve[row] = curve[2 * row]
@@ -439,8 +439,8 @@ def integrate(
     """
     Walk through the states S1, S2, S3 of two contacts (Fig. 2); arguments as of the kernel.
 
-    `log`: a row a state: active contacts (1 + 2), I1, I2, E1, E2 at its end. `curve`: rows I1, I2,
-    E1, E2. Returns the status and the numbers of states, steps and rows of the curve.
+    `log`: one row per state: active contacts (1 + 2), I1, I2, E1, E2 at its end. `curve`: rows I1,
+    I2, E1, E2. Returns the status and the numbers of states, steps and rows of the curve.
     """
     u = velocity.copy()
     energy, memory, phase = np.zeros(2), np.zeros((2, 2)), np.zeros(2, np.int64)

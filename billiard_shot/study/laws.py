@@ -21,7 +21,7 @@ from billiard_shot.study.resting_place import resting_place
 
 TOLERANCE = 1e-11
 CLOSEST = 1e-11  # relative width to which a discontinuity is bracketed
-STEEP = 3.0  # times as far from straight as the intervals around: looked at closely
+STEEP = 3.0  # an interval that bends this many times as much as those around is examined
 SMALLEST = 1e-6  # discontinuity that is reported, relative to the cue speed
 LAWS = ('bistiffness', 'energetic')
 WAYS = (*LAWS, 'pairwise', 'newton')
@@ -54,11 +54,11 @@ class ParameterSweep:
         if way in LAWS:
             problem = self.problem(value, way)
             return problem, problem.adaptive(TOLERANCE)[0]
-        problem = self.problem(value, 'bistiffness')  # one contact alone knows no difference
+        problem = self.problem(value, 'bistiffness')  # the laws agree for one contact alone
         return problem, pairwise(problem) if way == 'pairwise' else newton(problem)
 
     def outcome(self, way: str) -> Outcome:
-        """Give motion of ball and cue (7,) after the strike, over the value, by law or way."""
+        """Return a function from the value to the motion (7,) of ball and cue after the strike."""
 
         def motion(value: float) -> Vector:
             problem, impulses = self.solved(value, way)
@@ -69,7 +69,7 @@ class ParameterSweep:
         return motion
 
     def distances(self, way: str) -> Vector:
-        """How far from its start the ball comes to rest, at all values [m]; NaN if unsolved."""
+        """Distances from the ball's start to its place of rest, at all values [m]; or NaN."""
         found = []
         for value in self.values.tolist():
             try:
@@ -113,8 +113,8 @@ def discontinuities(outcome: Outcome, values: Sequence[float] | Vector) -> list[
     """
     Find the discontinuities of an outcome over sorted values, each bracketed to rounding.
 
-    Looked at closely: intervals whose change differs from the mean of their neighbours' by more
-    than is usual around. One discontinuity an interval at most is found.
+    An interval is examined if its change differs from the mean of its neighbours' by more than is
+    usual around it. At most one discontinuity is found in each interval.
     """
     x = np.asarray(values, float)
     results = np.array([outcome(value) for value in x.tolist()])
@@ -149,7 +149,7 @@ def wedges(problem: Problem) -> bool:
     """
     Whether the tip can wedge: W_nn < mu |W_nt| (Painleve 1895).
 
-    Its friction, as it slides, then presses it against the ball more than the spring parts them.
+    The friction of a sliding tip then presses it against the ball more than the spring parts them.
     """
     w, mu = problem.response, float(problem.friction[0])
     return bool(w[0, 0] < mu * math.hypot(w[0, 1], w[0, 2]))

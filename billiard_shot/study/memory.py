@@ -1,7 +1,7 @@
 """
-The most memory that the process has had, resettable: what a piece of work needs, compiled or not.
+Resettable peak memory of the process: the memory of a piece of work, compiled or not.
 
-Linux only (proc(5): clear_refs, VmRSS, VmHWM), to the page; elsewhere NaN.
+Linux only (proc(5): clear_refs, VmRSS, VmHWM), with the resolution of a page; elsewhere NaN.
 """
 
 import ctypes
@@ -13,7 +13,7 @@ SELF = Path('/proc/self')
 
 
 def reset_peak() -> float:
-    """Give unused memory back, forget the highest so far, and return what is in use [kB]."""
+    """Release unused memory, reset the peak, and return the memory in use [kB]."""
     gc.collect()
     try:
         ctypes.CDLL(None).malloc_trim(0)
@@ -24,7 +24,7 @@ def reset_peak() -> float:
 
 
 def peak() -> float:
-    """Return the most that was in use since `reset_peak` [kB]."""
+    """Return the peak memory since `reset_peak` [kB]."""
     return _field('VmHWM')
 
 

@@ -1,9 +1,9 @@
 """
-The strike in MuJoCo (extra `compare`), at a time step: what a general simulator makes of it.
+The strike in MuJoCo (extra `compare`), at a time step: the result of a general simulator.
 
 Its contacts are soft and convex (Todorov 2014): springs and dampers relative to the contact's own
-effective mass, so that a ratio of stiffnesses cannot be asked for, and restitution comes from the
-damping. The result is another model's, and does not go to this one's as the step goes to zero.
+effective mass. A ratio of stiffnesses therefore cannot be set, and restitution comes from the
+damping. Its model differs from the library's, so its result does not converge to the library's.
 """
 
 from collections.abc import Callable
@@ -46,7 +46,7 @@ MODEL = """
 
 
 def spring_of(restitution: float, duration: float) -> str:
-    """Stiffness and damping of a unit mass that bounces once, for `duration`, losing as much."""
+    """Stiffness and damping for a bounce of a unit mass with this restitution and duration."""
     loss = -math.log(max(restitution, 1e-3))
     frequency = math.pi / duration
     return f'{-(frequency**2 + (loss / duration) ** 2)} {-2.0 * loss / duration}'
@@ -76,7 +76,7 @@ def mujoco_strike(problem: Problem, step: float) -> Callable[[], Callable[[], An
         return read
 
     def read() -> Answer:
-        mujoco.mju_quat2Mat(turn, data.qpos[3:7])  # it has spins in the body's frame
+        mujoco.mju_quat2Mat(turn, data.qpos[3:7])  # MuJoCo has spins in the body's frame
         return data.qvel[:3].copy(), turn.reshape(3, 3) @ data.qvel[3:6], count
 
     return run

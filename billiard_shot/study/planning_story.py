@@ -1,4 +1,4 @@
-"""A search stage by stage: the planner's own steps, each kept to be looked at."""
+"""A search stage by stage: the planner's own steps, recorded for inspection."""
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -60,7 +60,7 @@ class Story:
 
 
 def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
-    """Search a stroke that pots a ball, as `plan` does, in one round."""
+    """Search for a stroke that pots a ball, as `plan` does, in one round."""
     limits = limits_of(scene, None, scene.noise)
     problem = problem_of(scene, target_of(scene, {'pot': ball}), limits, scene.noise)
     draws = np.random.default_rng(seed)

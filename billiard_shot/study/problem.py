@@ -1,4 +1,4 @@
-"""A stroke as equations: what every method of the accuracy study solves."""
+"""A stroke as equations, which every method of the accuracy study solves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What gaps between the balls of a rack do to a break."""
+"""Influence of gaps between the balls of a rack on a break."""
 
 from dataclasses import replace
 

@@ -1,9 +1,9 @@
 """
-The printed rows of the paper's Table 1, and what it takes to come near them.
+The printed rows of the paper's Table 1, and variants of the model that come near them.
 
 The model as written does not give them. Each row is recomputed here under variants that are stated
-one by one; the solver knows nothing of them, and nothing is tuned to the printed numbers. What the
-variants do to a strike is in `VariantStrike`, on top of the same strike in SciPy.
+one by one. The solver does not contain the variants, and nothing is tuned to the printed numbers.
+`VariantStrike` applies the variants to the same strike in SciPy.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ACCURACY = 1e-8  # of the strikes in SciPy, relative
 
 
 class Variant(Flag):
-    """What is changed in the model as written."""
+    """Changes of the model as written."""
 
     NONE = 0
     INVERSE_RATIO = 1
@@ -44,7 +44,7 @@ MEANING: Mapping[Variant, str] = {
 }
 
 
-# Printed velocities [m/s] and spins [rad/s]; the jump's normal with its sign put right.
+# Printed velocities [m/s] and spins [rad/s]; the sign of the jump's normal is corrected.
 PRINTED: Mapping[str, tuple[Stroke, tuple[float, ...]]] = {
     'vertical': (Stroke((-1, -2, 1), (0, 0, -2)), (0.3963, 0.7926, 0.4506, 27.97, -13.98, 0.0)),
     'horizontal': (Stroke((-1, -1, 0), (0.8, 0, 0)), (0.6299, 0.4614, 0.0, 0.0, 0.0, 10.42)),
@@ -85,7 +85,7 @@ class VariantStrike(ScipyStrike):
         return force
 
     def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
-        """Events; without the cue's return where that is not to happen."""
+        """Events, without those that the variant excludes."""
         names, functions = super().events()
         kept = [
             i
@@ -136,7 +136,7 @@ def label(variant: Variant) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of Table 1 under a variant: velocity and spin, and the residual from the printed."""
+    """A row of Table 1 under a variant: velocity and spin, and residuals from the printed ones."""
 
     name: str
     variant: Variant
@@ -157,7 +157,7 @@ def reproduce(name: str, variant: Variant) -> Row:
     problem = Problem.of(scene, stroke)
     if variant & ~(Variant.INVERSE_RATIO | Variant.POISSON):
         impulse = VariantStrike(problem, variant).solve(ACCURACY)
-    else:  # nothing but numbers that the library knows
+    else:  # the library has these variants as parameters
         impulse, _, _ = problem.adaptive(1e-12)
     velocity, spin, _ = problem.motion(impulse)
     v, w = np.array(printed[:3]), np.array(printed[3:])

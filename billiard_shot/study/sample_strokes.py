@@ -13,8 +13,9 @@ def sample_strokes(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
     """
     Draw random strokes as people play them.
 
-    Half of them as level as cushions and other balls allow; within half a radius of the middle;
-    0.5 to 5 m/s; at another ball, full or thin, where there is one, else in any direction.
+    Half of them are as level as cushions and other balls allow. Offsets are within half a radius
+    of the middle, speeds 0.5 to 5 m/s. The aim is another ball, full or thin, if there is one,
+    else any direction.
     """
     draw = np.random.default_rng(seed)
     x, y, _ = scene.cue_ball

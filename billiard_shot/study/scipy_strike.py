@@ -3,8 +3,8 @@ The strike as one would write it with SciPy: `solve_ivp`, a restart at every eve
 
 The same model as the kernel's, in time and contact space: two springs, Coulomb friction, laws
 `energetic` and `bistiffness`. Stops of slip, the cone, ends of restitution and new contacts are
-terminal events. Slip far below the tolerance counts as none. Strokes that chatter near zero slip
-all the same make it give up.
+terminal events. Slip far below the tolerance counts as zero. If a stroke still chatters near zero
+slip, the solver gives up.
 """
 
 from collections.abc import Callable
@@ -52,8 +52,8 @@ class ScipyStrike:
         self.evaluations = 0
 
     def solve(self, rtol: float) -> Vector:
-        """Return the impulses (6,) [N s]; GaveUpError where there is no end."""
-        self.still = 0.1 * rtol  # slip below it (relative to the approach speed) is none
+        """Return the impulses (6,) [N s]; raise GaveUpError if there is no end."""
+        self.still = 0.1 * rtol  # slip below it (relative to the approach speed) counts as zero
         self.onset = [False, False]
         self.active, self.restoring = [True, False], [False, False]
         self.goal, self.mode = [0.0, 0.0], [SLIDE, SLIDE]
@@ -85,7 +85,7 @@ class ScipyStrike:
         return self.u0 + self.w @ state[2:]
 
     def forces_at(self, normal: Vector, u: Vector) -> Vector:
-        """Find all forces from the normal ones: sliding first, then what keeps others still."""
+        """Find all forces from the normal ones: friction of sliding, then that of sticking."""
         force = np.zeros(6)
         stuck = []
         for j in (0, 1):
@@ -99,7 +99,7 @@ class ScipyStrike:
             size = np.sqrt(slip @ slip)
             if size > self.still:
                 d = slip / size
-            else:  # no jump inside: an overshooting step comes to rest there, and is seen
+            else:  # continuous: an overshooting step comes to rest there, and the event is found
                 d = self.direction[j] if self.onset[j] else slip / self.still
             force[3 * j + 1 : 3 * j + 3] = -self.mu[j] * normal[j] * d
         if stuck:
@@ -153,7 +153,7 @@ class ScipyStrike:
         return np.hypot(*self.velocity(state)[3 * j + 1 : 3 * j + 3])
 
     def margin(self, state: Vector, j: int) -> float:
-        """How far a sticking contact is inside its cone."""
+        """Margin of the force of a sticking contact inside its cone."""
         force = self.forces_at(self.k * state[:2], self.velocity(state))[3 * j : 3 * j + 3]
         return self.mu[j] * force[0] - np.hypot(force[1], force[2])
 
@@ -182,7 +182,7 @@ class ScipyStrike:
             self.settle(state)
 
     def settle(self, state: Vector) -> None:
-        """Contacts without slip hold, or start to slide against what would hold them."""
+        """Let contacts without slip stick, or start to slide if friction cannot hold them."""
         u = self.velocity(state)
         normal = self.k * state[:2]
         if not state[:2].any():

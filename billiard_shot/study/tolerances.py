@@ -38,7 +38,7 @@ class Tolerance:
     plan : float
         Time of all strokes that judge a plan [s].
     success : float
-        Part of them that reach the target.
+        Fraction of them that reach the target.
 
     """
 

@@ -45,7 +45,7 @@ class LayoutResult:
     simulations : int
         Number of all simulated strokes.
     kind : str
-        What players call the best stroke; empty if there is none.
+        Players' name for the best stroke; empty if no stroke was found.
     stroke : (float, float, float, float, float) or None
         a, b [ball radii], elevation, azimuth [rad] and speed [m/s] of the best stroke.
 
@@ -151,7 +151,7 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
             _seed(request.seed, layout),
             executor=_Immediately(),
         )
-    except ValueError as error:  # the cue has no room
+    except ValueError as error:  # the cue has no clearance
         return LayoutResult(layout, Status.INVALID_REQUEST, str(error), 0, 0, 0, '', None)
     best = result.best
     if best is None:

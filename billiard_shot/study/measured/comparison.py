@@ -23,14 +23,14 @@ class Comparison:
     Attributes
     ----------
     case : str
-        Common to consecutive comparisons; empty: none.
+        Heading that consecutive comparisons share; empty for no heading.
     quantity : str
     unit : str
     published : float, optional
-        None: nothing was published.
+        None if nothing was published.
     computed : float
     uncertainty : float, optional
-        Of the published value, plus or minus; None: not stated.
+        Of the published value, plus or minus; None if not stated.
     digits : int
         Behind the decimal point, as published.
 

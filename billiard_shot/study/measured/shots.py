@@ -1,4 +1,4 @@
-"""The shots that were published, played through `simulate`."""
+"""The published shots, played with `simulate`."""
 
 from dataclasses import replace
 import math
@@ -142,7 +142,7 @@ def bounce(scene: Scene, speed: float, angle: float) -> TableRun:
 
 
 def table_lengths(scene: Scene, speed: float) -> float:
-    """Return how many table lengths a ball goes that slides from the head spot along the table."""
+    """Return the way [table lengths] of a ball that slides from the head spot along the table."""
     table = _table_of(scene)
     state = BallState(
         np.array([-0.25 * table.length, 0.0, scene.ball.radius]),
@@ -195,7 +195,7 @@ def third_cushion(scene: Scene, origin: float, first: float, side: float) -> flo
 
 def corner_five_side(scene: Scene, origin: float, first: float) -> float:
     """Return the running side spin with which this shot ends as the system says."""
-    low, high = 0.0, 1.25  # as much as offsets up to half a radius give
+    low, high = 0.0, 1.25  # the side spins of offsets up to half a radius
     while high - low > 1e-4:
         middle = 0.5 * (low + high)
         far = third_cushion(scene, origin, first, middle) > origin - first
