@@ -16,6 +16,7 @@ from billiard_shot.cue.mechanism import (
     INCLINE,
     JOINTS,
     Mechanism,
+    min_travel_height,
     STROKE,
     UNITS,
 )
@@ -103,8 +104,6 @@ def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:
     """
     Find the height of the pivot [m] for travel between positions of these pivot heights [m].
 
-    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation,
-    unless the range of `base_z` ends lower.
+    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation.
     """
-    hang = math.hypot(mechanism.reach, mechanism.axis_drop)
-    return min(max(mechanism.travel_height + hang, *heights), mechanism.base_z.max)
+    return min(max(min_travel_height(mechanism), *heights), mechanism.base_z.max)

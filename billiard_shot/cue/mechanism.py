@@ -99,6 +99,23 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
         )
 
 
+def min_travel_height(mechanism: Any) -> float:
+    """Height of the pivot [m] from which on the tip is above `travel_height` at any elevation."""
+    return float(mechanism.travel_height + math.hypot(mechanism.reach, mechanism.axis_drop))
+
+
+def _travels_above_the_balls(mechanism: Any) -> Iterator[Mistake]:
+    needed = min_travel_height(mechanism)
+    if mechanism.base_z.max < needed:
+        yield Mistake(
+            ('base_z', 'max'),
+            (
+                f'{mechanism.base_z.max:g} is not allowed; it must be at least {needed:.4g}, or '
+                'the tip cannot travel at travel_height (m)'
+            ),
+        )
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """
@@ -107,7 +124,8 @@ class Mechanism:
     Parameters
     ----------
     base_x, base_y, base_z, azimuth, incline, stroke : Axis
-        The joints, see `JOINTS`. The range of `stroke` starts at 0.
+        The joints, see `JOINTS`. The range of `stroke` starts at 0. The range of `base_z` reaches
+        `min_travel_height`.
     incline_geometry : Incline
         Geometry of the incline; the range of the joint `incline` lies within its lengths.
     min_elevation, max_elevation : float
@@ -135,7 +153,11 @@ class Mechanism:
 
     """
 
-    RULES: ClassVar = (_stroke_from_zero, _incline_within_its_triangle)
+    RULES: ClassVar = (
+        _stroke_from_zero,
+        _incline_within_its_triangle,
+        _travels_above_the_balls,
+    )
     base_x: Axis = _axis(-2.5, 2.5, 1.0, 2.0, 20.0)
     base_y: Axis = _axis(-2.0, 2.0, 1.0, 2.0, 20.0)
     base_z: Axis = _axis(0.0, 1.2, 0.5, 2.0, 20.0)

@@ -22,19 +22,19 @@ from billiard_shot.table.simulate import BatchRecording, run_recorded, TableTask
 from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
-# m: while the search compares strokes, trajectories may err as much as the standard error of the
-# azimuth moves a ball over this distance
+# m: while the search compares strokes, trajectories may err by the displacement that the standard
+# error of the azimuth causes over this distance
 ORDINARY_PATH = 2.0
 # A planned stroke may end with these. MISCUE is not among them: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
-# Straight cushions that a ball to be potted may meet in the search. With more it may still fall,
-# by chance: trials of finished plans count that.
+# Straight cushions that a ball to be potted may meet in the search. After more cushions it may
+# still fall by chance, which only the trials of finished plans count.
 SOUGHT_CUSHIONS = 2
 
 
 class Outcomes(NamedTuple):
-    """How n strokes ended."""
+    """Outcomes of n strokes."""
 
     success: NDArray[np.bool_]  # (n,) whether the target was reached
     # (n,) 0 if the target was reached; below 1 if only the last step is missing, then about the
@@ -54,8 +54,8 @@ def evaluate_strokes(
     strokes : (n, 5) float array
         a, b, elevation, azimuth, speed; see `vectors_of`.
     motions : (n, MOTION) float array, optional
-        Of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN are
-        solved. With them, trajectories are as coarse as a search needs them.
+        Motions of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN
+        are solved. If motions are given, trajectories are only as accurate as a search needs.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
 
@@ -128,14 +128,13 @@ def simulate_strokes(
     struck = strike_among(scene, model, problem.table, centre, velocities, strikes)
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
-        struck.states[~usable, :, 3:] = 0.0
+        struck.starts['velocity'][~usable] = struck.starts['spin'][~usable] = 0.0
     task = TableTask(
         model.surface,
         problem.table,
-        struck.states,
+        struck.starts,
         HOPS * tolerance,
-        cues=following_cues(model, strikes, velocities, struck.states[:, 0, :3]),
-        first_met=struck.first_met,
+        cues=following_cues(model, strikes, velocities, struck.starts['position'][:, 0]),
         rules=rules,
     )
     return run_recorded(task), usable

@@ -27,7 +27,7 @@ LIMITS = (
     'elevation_min',
     'elevation_max',
     'azimuth',
-    'azimuth_range',
+    'azimuth_half_range',
     'offset_max',
 )
 # Limits that are angles: fields of a goal, in radians, and of `Robot`, in degrees.
@@ -35,7 +35,7 @@ ANGLES = {
     'elevation_min': 'elevation_min_deg',
     'elevation_max': 'elevation_max_deg',
     'azimuth': 'azimuth_deg',
-    'azimuth_range': 'azimuth_half_range_deg',
+    'azimuth_half_range': 'azimuth_half_range_deg',
 }
 
 NOISE_FIELDS = {

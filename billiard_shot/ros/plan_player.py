@@ -150,7 +150,7 @@ def goal_limits(limits: dict[str, Any]) -> dict[str, Any]:
         for name, value in limits.items()
         if name.endswith('_deg')
     }
-    return {'use_limits': True, 'azimuth_range': math.pi, 'budget': BUDGET, **fields}
+    return {'use_limits': True, 'azimuth_half_range': math.pi, 'budget': BUDGET, **fields}
 
 
 def _target_of(text: str) -> Target:

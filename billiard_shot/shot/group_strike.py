@@ -21,6 +21,7 @@ from billiard_shot.shot.model import StrikeModel, TABLE, TIP_DURATION, tip_reach
 from billiard_shot.shot.neighbours import FIXED, Neighbour
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
 from billiard_shot.status import Status
+from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.motion import NOTHING
 
 Array = NDArray[np.float64]
@@ -32,10 +33,7 @@ class GroupStrike(NamedTuple):
     """What n strikes on a ball among others do."""
 
     reached: NDArray[np.bool_]  # (n,) whether a contact beside TIP and TABLE closed
-    positions: Array  # (n, balls, 3) m, afterwards
-    velocities: Array  # (n, balls, 3) m/s
-    spins: Array  # (n, balls, 3) rad/s
-    first_met: NDArray[np.int64]  # (n, balls) index of the ball that each one met, or NOTHING
+    starts: NDArray[np.void]  # (n, balls) BallStart: the balls afterwards
     # Of the last strike, if its phases were asked for: in detail, and the balls that met.
     result: CollisionResult | None
     met: list[tuple[int, int]]
@@ -83,10 +81,13 @@ def strike_group(
     steady = strikes['hits'] <= 1
     met = meet(model, axes, before, np.full(n, TOLERANCE), neighbours, steady, phases)
     _write(strikes, met, speeds)
-    position, velocity, spin = np.tile(places, (n, 1, 1)), *np.zeros((2, n, *places.shape))
-    position[:, members] = met.after.position
-    velocity[:, members], spin[:, members] = met.after.velocity, met.after.spin
+    starts = ball_starts(n, len(places))
+    starts['position'] = places
+    starts['position'][:, members] = met.after.position
+    starts['velocity'][:, members] = met.after.velocity
+    starts['spin'][:, members] = met.after.spin
     pushes = sum_of_squares(met.impulses[OTHERS])
+    starts['first_contact'] = _first_met(members, neighbours, pushes, len(places))
     pairs = [
         (members[each.a], members[each.b])
         for closings, each in zip(met.closings[-1, TABLE + 1 :].tolist(), neighbours, strict=True)
@@ -95,10 +96,7 @@ def strike_group(
     reached = np.any(met.closings[OTHERS] > 0, axis=1)
     return GroupStrike(
         reached,
-        position,
-        velocity,
-        spin,
-        _first_met(members, neighbours, pushes, len(places)),
+        starts,
         _result(met) if phases else None,
         pairs if phases else [],
     )

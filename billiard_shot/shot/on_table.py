@@ -17,8 +17,8 @@ from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.neighbours import neighbours_of
 from billiard_shot.status import Status
 from billiard_shot.table.geometry import layout_of
-from billiard_shot.table.initial_states import STATE_COLUMNS
-from billiard_shot.table.motion import Cause, Motion, NOTHING
+from billiard_shot.table.initial_states import ball_starts
+from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import Event, kinetic_energy
@@ -48,26 +48,24 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     return CUE_BALL, *(name for name in scene.balls if name != CUE_BALL)
 
 
-def states_of(
+def starts_after(
     scene: Scene, centre: NDArray[np.float64], strikes: NDArray[np.void]
-) -> NDArray[np.float64]:
-    """States (tables, balls, STATE_COLUMNS) after strikes: all but the cue ball at rest."""
+) -> NDArray[np.void]:
+    """Return (strikes, balls) BallStart: the cue ball as struck, all others at rest."""
     names = names_of(scene)
-    given = np.zeros((len(strikes), len(names), STATE_COLUMNS))
+    starts = ball_starts(len(strikes), len(names))
+    position = starts['position']
+    position[:, 0] = centre
     for i, name in enumerate(names[1:], 1):
-        given[:, i, :2] = scene.balls[name]
-        given[:, i, 2] = scene.ball.radius
-    given[:, 0, :3] = centre
-    given[:, 0, 3:6] = strikes['velocity']
-    given[:, 0, 6:9] = strikes['spin']
-    return given
+        position[:, i] = *scene.balls[name], scene.ball.radius
+    starts['velocity'][:, 0], starts['spin'][:, 0] = strikes['velocity'], strikes['spin']
+    return starts
 
 
 class Struck(NamedTuple):
     """What n strikes leave on the table."""
 
-    states: NDArray[np.float64]  # (n, balls, STATE_COLUMNS)
-    first_met: NDArray[np.int64]  # (n, balls) index of the ball that each one met, or NOTHING
+    starts: NDArray[np.void]  # (n, balls) BallStart
     together: NDArray[np.bool_]  # (n,) whether the ball reached a neighbour during the strike
     # Of the last strike, if that is so and phases were asked for: in detail; balls that met.
     group: CollisionResult | None
@@ -98,10 +96,8 @@ def strike_among(
         If above 0, the impact of the last strike is returned in detail.
 
     """
-    states = states_of(scene, centre, strikes)
-    count, balls = states.shape[:2]
-    met = np.full((count, balls), NOTHING)
-    places = states[0, :, :3] if count else np.zeros((1, 3))
+    starts = starts_after(scene, centre, strikes)
+    places = starts['position'][0] if len(starts) else np.zeros((1, 3))
     members, neighbours = neighbours_of(layout_of(model.surface, table), model, places)
     played = strikes['status'] < Status.MISS
     gaps = gaps_of(neighbours, places[np.newaxis, members], model.surface.radius)[0]
@@ -110,17 +106,14 @@ def strike_among(
     )
     played &= may_reach(nearest, np.linalg.norm(velocities, axis=1))
     if not played.any():
-        return Struck(states, met, played, None, [])
+        return Struck(starts, played, None, [])
     some = strikes[played]
     done = strike_group(model, members, neighbours, velocities[played], some, places, phases)
     played[played] = done.reached
-    strikes[played], met[played] = some[done.reached], done.first_met[done.reached]
-    states[played, :, :3] = done.positions[done.reached]
-    states[played, :, 3:6] = done.velocities[done.reached]
-    states[played, :, 6:9] = done.spins[done.reached]
+    strikes[played], starts[played] = some[done.reached], done.starts[done.reached]
     if not played[-1]:
-        return Struck(states, met, played, None, [])
-    return Struck(states, met, played, done.result, done.met)
+        return Struck(starts, played, None, [])
+    return Struck(starts, played, done.result, done.met)
 
 
 def with_first_events(run: TableRun, struck: Struck, params: BallClothParams) -> TableRun:
@@ -129,8 +122,8 @@ def with_first_events(run: TableRun, struck: Struck, params: BallClothParams) ->
     for row, pair in zip(first, struck.met, strict=True):
         row['cause'], (row['ball'], row['other']) = Cause.BALL, pair
         energies = [
-            kinetic_energy(params, struck.states[-1, ball, 3:6], struck.states[-1, ball, 6:9])
-            for ball in pair
+            kinetic_energy(params, start['velocity'], start['spin'])
+            for start in struck.starts[-1, list(pair)]
         ]
         row['energy_before'] = row['energy_after'] = sum(energies)
         row['motion_before'] = row['motion_after'] = Motion.SLIDE

@@ -24,7 +24,7 @@ from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import (
     has_table,
     names_of,
-    states_of,
+    starts_after,
     strike_among,
     Struck,
     with_first_events,
@@ -93,14 +93,13 @@ def _play_one(strokes: Strokes, tolerance: float) -> tuple[Played, TableRun | No
     ):
         decide(played.strikes, played.discontinuity, None)
         return played, None
-    states = states_of(scene, centre, played.strikes) if struck is None else struck.states
+    starts = starts_after(scene, centre, played.strikes) if struck is None else struck.starts
     task = TableTask(
         model.surface,
         table if table is not None else table_on(scene),
-        states,
+        starts,
         _hop_tolerance(scene, tolerance),
-        cues=following_cues(model, played.strikes, velocities, states[:, 0, :3]),
-        first_met=None if struck is None else struck.first_met,
+        cues=following_cues(model, played.strikes, velocities, starts['position'][:, 0]),
     )
     run = run_one(task, names_of(scene))
     if struck is not None and struck.met:
@@ -164,11 +163,11 @@ def _play_many(strokes: Strokes, tolerance: float) -> tuple[Played, TableBatch |
     if table is None:
         _follow_on_endless_cloth(strokes, played, tolerance)
         return played, None
-    given = states_of(scene, centre, nothing)
     struck = [each for _, each in parts if each is not None]
-    states = np.concatenate([given, *(each.states for each in struck)])
-    met = np.concatenate([np.zeros(given.shape[:2], np.int64), *(e.first_met for e in struck)])
-    batch = _follow(strokes, table, played.strikes, tolerance, states, met)
+    starts = np.concatenate(
+        [starts_after(scene, centre, nothing), *(each.starts for each in struck)]
+    )
+    batch = _follow(strokes, table, played.strikes, tolerance, starts)
     _add_hops(scene, played.strikes, tolerance)
     decide(played.strikes, played.discontinuity, batch.status)
     return played, batch
@@ -181,8 +180,8 @@ def _follow_on_endless_cloth(strokes: Strokes, played: Played, tolerance: float)
     decide(strikes, played.discontinuity, None)
     if again.any():
         some, table = strikes[again], table_on(strokes.scene)
-        states = states_of(strokes.scene, strokes.centre, some)
-        batch = _follow(strokes.some(np.flatnonzero(again)), table, some, tolerance, states)
+        starts = starts_after(strokes.scene, strokes.centre, some)
+        batch = _follow(strokes.some(np.flatnonzero(again)), table, some, tolerance, starts)
         decide(some, np.zeros(len(some)), batch.status)
         strikes[again] = some
 
@@ -192,18 +191,16 @@ def _follow(
     table: TableParams,
     strikes: NDArray[np.void],
     tolerance: float,
-    states: NDArray[np.float64],
-    first_met: NDArray[np.int64] | None = None,
+    starts: NDArray[np.void],
 ) -> TableBatch:
     """Follow all balls until rest, and write place and duration into the strikes."""
     scene, model, _, velocities, _ = strokes
     task = TableTask(
         model.surface,
         table,
-        states,
+        starts,
         _hop_tolerance(scene, tolerance),
-        cues=following_cues(model, strikes, velocities, states[:, 0, :3]),
-        first_met=first_met,
+        cues=following_cues(model, strikes, velocities, starts['position'][:, 0]),
     )
     batch = run_many(task, names_of(scene))
     strikes['final_position'], strikes['duration'] = batch.final_position[:, 0], batch.duration

@@ -212,7 +212,8 @@ def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     x, y, z = normal_at(table, ball, feature)
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
     if approach <= MIN_APPROACH_SPEED:
-        collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
+        if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
+            collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
         if lies:
             ball.velocity[2] = 0.0  # the cloth holds it
             separate(table, s, ball, 2.0 * APART, x, y, 0.0)

@@ -9,8 +9,6 @@ event (cluster.py). That order, and nothing else, decides; so runs are the same 
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector3
@@ -27,7 +25,7 @@ from billiard_shot.table.event_handlers import (
     THE_CUE,
 )
 from billiard_shot.table.geometry import lay_out, Layout, Table
-from billiard_shot.table.initial_states import MIN_HEIGHT, STATE_COLUMNS
+from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.motion import (
     Ball,
     CLUSTER,
@@ -56,8 +54,7 @@ PENDING = -1  # a status of `run_events`
 class Beginnings(NamedTuple):
     """How tables of n balls begin."""
 
-    states: Any  # (tables, n, STATE_COLUMNS) floats
-    met: Any  # (tables, n) index of the first ball that each one met before, or NOTHING
+    balls: list[BallStart]  # n of each table, one table after the other
     cues: list[FollowingCue]  # which struck ball 0 of each table; or none
 
 
@@ -176,15 +173,13 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
     p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
     for i in range(len(s.balls)):
-        ball, state = s.balls[i], beginnings.states[number][i]
-        for k in range(STATE_COLUMNS):
-            if not math.isfinite(state[k]):
-                return False
-        for k in range(3):
-            ball.position[k], ball.velocity[k] = state[k], state[3 + k]
-            ball.spin[k] = state[6 + k]
-        start_ball(ball, ball.position, ball.velocity, ball.spin)
-        ball.ball, ball.modified, ball.first_contact = i, True, beginnings.met[number][i]
+        ball, start = s.balls[i], beginnings.balls[number * len(s.balls) + i]
+        for vector in (start.position, start.velocity, start.spin):
+            for k in range(3):
+                if not math.isfinite(vector[k]):
+                    return False
+        start_ball(ball, start.position, start.velocity, start.spin)
+        ball.ball, ball.modified, ball.first_contact = i, True, start.first_contact
         if abs(ball.position[0]) > out_x or abs(ball.position[1]) > out_y:
             return False
         if ball.position[2] < radius * MIN_HEIGHT:
@@ -225,14 +220,13 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     table = TableParams(
         math.inf, math.inf, False, HAN, *(1.0,) * 8, five, five, two, two, *(1.0,) * 7
     )
-    states = np.zeros((1, 1, STATE_COLUMNS))
-    states[0, 0, 2] = 1.0
+    starts = ball_starts(1, 1)
+    starts['position'] = 0.0, 0.0, 1.0
     return (
         lay_out(storage, params, table),
         room_for_simulation(storage, 1, 0, 0),
         Beginnings(
-            storage.array(states),
-            storage.array(np.full((1, 1), NOTHING)),
+            storage.from_rows(BallStart, starts[0]),
             storage.records(FollowingCue, 1),
         ),
         0,
@@ -292,7 +286,7 @@ def simulate_tables(
         simulation.cue[0],
     )
     p, count, number = s.progress, len(s.balls), first
-    while number < len(beginnings.states):
+    while number < len(table_outcomes):
         outcome = table_outcomes[number]
         goes_on = p.pending
         valid = goes_on or begin(table, s, beginnings, number)

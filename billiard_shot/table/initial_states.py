@@ -6,21 +6,41 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
+from billiard_shot.records import record, ROWS, Vector3
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_start
 from billiard_shot.scene.values import as_floats, check_type, LARGEST
+from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.trajectory import BallState
 
-STATE_COLUMNS = 9  # columns of a ball's state: position, velocity, spin
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
 
+VECTORS = 'position', 'velocity', 'spin'
+
 States = Mapping[str, BallState]
+
+
+@record
+class BallStart:
+    """A ball at the beginning of a run."""
+
+    position: Vector3  # m
+    velocity: Vector3  # m/s
+    spin: Vector3  # rad/s
+    first_contact: int  # index of the first ball that it met before the run, or NOTHING
+
+
+def ball_starts(tables: int, balls: int) -> NDArray[np.void]:
+    """Return (tables, balls) BallStart, all vectors zero, that met nothing yet."""
+    starts: NDArray[np.void] = ROWS.records(BallStart, tables * balls).reshape(tables, balls)
+    starts['first_contact'] = NOTHING
+    return starts
 
 
 def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
     check_type(f'states[{name!r}]', state, BallState)
     rows = []
-    for field in ('position', 'velocity', 'spin'):
+    for field in VECTORS:
         row = as_floats(getattr(state, field))
         if row.ndim not in (1, 2) or row.shape[-1] != 3:
             raise ValueError(
@@ -37,29 +57,29 @@ def _check_balls(name: str, states: States) -> None:
         raise ValueError(f'{name}: no balls are not allowed; there must be at least one')
 
 
-def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
-    """Return states (1, balls, STATE_COLUMNS), all of which can be."""
+def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
+    """Return (1, balls) BallStart; raise ValueError if a table cannot begin like that."""
     _check_balls('states', states)
     radius = scene.ball.radius
-    array = np.empty((1, len(states), STATE_COLUMNS))
-    for i, (name, state) in enumerate(states.items()):
-        rows = _row(name, state)
-        for k, (field, row) in enumerate(zip(('position', 'velocity', 'spin'), rows, strict=True)):
+    starts = ball_starts(1, len(states))
+    for start, (name, state) in zip(starts[0], states.items(), strict=True):
+        for field, row in zip(VECTORS, _row(name, state), strict=True):
             if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
                 raise ValueError(
                     f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
                     f'be three finite numbers, {-LARGEST:g} to {LARGEST:g}'
                 )
-            array[0, i, 3 * k : 3 * k + 3] = row
-        if array[0, i, 2] < radius * MIN_HEIGHT:
+            start[field] = row
+        x, y, z = start['position'].tolist()
+        if z < radius * MIN_HEIGHT:
             raise ValueError(
-                f'states[{name!r}].position: {array[0, i, 2]:.6g} is not allowed as z; it must be '
-                f'at least the radius, {radius:g} (m)'
+                f'states[{name!r}].position: {z:.6g} is not allowed as z; it must be at least the '
+                f'radius, {radius:g} (m)'
             )
-        x, y, z, *velocity = array[0, i, :6].tolist()
+        velocity = start['velocity'].tolist()
         if scene.table is not None and (why := no_start(scene.table, (x, y, z), velocity, radius)):
             raise ValueError(f'states[{name!r}].position: ({x:g}, {y:g}) is not allowed; {why}')
-    names, places = list(states), array[0, :, :3]
+    names, places = list(states), starts['position'][0]
     if len(names) > 1:
         gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
         np.fill_diagonal(gaps, 0.0)
@@ -69,11 +89,11 @@ def validated_states(scene: Scene, states: States) -> NDArray[np.float64]:
                 f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '
                 f'{-gaps[i, j]:.3g} m'
             )
-    return array
+    return starts
 
 
-def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.float64]]:
-    """Return the names of the balls, and states (tables, balls, STATE_COLUMNS)."""
+def batch_starts(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.void]]:
+    """Return the names of the balls, and (tables, balls) BallStart."""
     if isinstance(states, Mapping):
         _check_balls('states', states)
         names = tuple(states)
@@ -84,16 +104,16 @@ def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], ND
                 f'states: arrays of {sorted(counts)} rows are not allowed; all must have as many'
             )
         tables = counts.pop() if counts else 1
-        array = np.empty((tables, len(names), STATE_COLUMNS))
+        starts = ball_starts(tables, len(names))
         for i, ball in enumerate(rows):
-            for k, row in enumerate(ball):
-                array[:, i, 3 * k : 3 * k + 3] = row
-        return names, array
+            for field, row in zip(VECTORS, ball, strict=True):
+                starts[field][:, i] = row
+        return names, starts
     check_type('states', states, Sequence)
     for t, table in enumerate(states):
         _check_balls(f'states[{t}]', table)
     names = tuple(states[0]) if len(states) else ()
-    array = np.empty((len(states), len(names), STATE_COLUMNS))
+    starts = ball_starts(len(states), len(names))
     for t, table in enumerate(states):
         if set(table) != set(names):
             raise ValueError(
@@ -106,5 +126,6 @@ def batch_states(states: States | Sequence[States]) -> tuple[tuple[str, ...], ND
                 raise ValueError(
                     f'states[{t}][{name!r}]: rows are not allowed; each must be three numbers'
                 )
-            array[t, i] = np.concatenate(numbers)
-    return names, array
+            for field, row in zip(VECTORS, numbers, strict=True):
+                starts[field][t, i] = row
+    return names, starts

@@ -29,11 +29,13 @@ from billiard_shot.table.event_loop import (
 )
 from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
-    batch_states,
+    BallStart,
+    batch_starts,
     States,
-    validated_states,
+    validated_starts,
+    VECTORS,
 )
-from billiard_shot.table.motion import NOTHING, Segment
+from billiard_shot.table.motion import Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import (
@@ -80,15 +82,12 @@ class TableTask(NamedTuple):
     Attributes
     ----------
     params, table : BallClothParams, TableParams
-    states : (tables, balls, STATE_COLUMNS) float array
-        Valid ones.
+    starts : (tables, balls) array of BallStart
     tolerance, hop_tolerance : float
         See `TableNumbers` [m].
     max_events : int
         A run that takes more ends with BUDGET_EXCEEDED.
     cues : Cues, optional
-    first_met : (tables, balls) int array, optional
-        The ball that each one has met already, or NOTHING.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
 
@@ -96,20 +95,18 @@ class TableTask(NamedTuple):
 
     params: BallClothParams
     table: TableParams
-    states: NDArray[np.float64]
+    starts: NDArray[np.void]
     tolerance: float
     hop_tolerance: float = DEFAULT_TOLERANCE
     max_events: int = DEFAULT_MAX_EVENTS
     cues: Cues | None = None
-    first_met: NDArray[np.int64] | None = None
     rules: NDArray[np.void] | None = None
 
     def part(self, part: slice) -> 'TableTask':
         """Return some of the tables."""
         return self._replace(
-            states=self.states[part],
+            starts=self.starts[part],
             cues=self.cues and self.cues._replace(rows=self.cues.rows[part]),
-            first_met=None if self.first_met is None else self.first_met[part],
         )
 
 
@@ -150,8 +147,8 @@ def simulate(
     scene = Scene.load(scene)
     tolerance = positive('tolerance', tolerance, 'm')
     max_events = whole('max_events', max_events, 1)
-    valid = validated_states(scene, states)
-    task = TableTask(*params_on_table(scene), valid, tolerance, tolerance, max_events)
+    starts = validated_starts(scene, states)
+    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
     return run_one(task, tuple(states))
 
 
@@ -201,7 +198,7 @@ class BatchRecording(NamedTuple):
 
 def run_recorded(task: TableTask) -> BatchRecording:
     """Simulate tables in this thread, recording all motion."""
-    tables, balls = task.states.shape[:2]
+    tables, balls = task.starts.shape
     capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
     while True:
         played = _simulate(task, capacity, 0)
@@ -215,14 +212,13 @@ def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
     """Simulate tables, with room for so many segments of all and so many events of the last."""
     run = simulate_tables.current()
     storage = run.storage
-    tables, count = task.states.shape[:2]
-    cues, first_met = task.cues, task.first_met
+    tables, count = task.starts.shape
+    cues = task.cues
     layout = lay_out(storage, task.params, task.table, task.tolerance, task.hop_tolerance)
     simulation = room_for_simulation(storage, count, segments, events, task.rules)
     progress = simulation.progress[0]
     beginnings = Beginnings(
-        storage.array(task.states),
-        storage.array(np.full((tables, count), NOTHING) if first_met is None else first_met),
+        storage.from_rows(BallStart, task.starts.reshape(-1)),
         storage.records(FollowingCue, 0)
         if cues is None
         else storage.from_rows(FollowingCue, cues.rows),
@@ -299,11 +295,12 @@ def simulate_batch(
     max_events = whole('max_events', max_events, 1)
     if workers is not None:
         workers = whole('workers', workers, 1)
-    names, array = batch_states(states)
-    array[np.abs(array) > LARGEST] = np.nan  # which compiled code refuses
-    if len(array) > INTERPRETED_AT_MOST:
+    names, starts = batch_starts(states)
+    for field in VECTORS:
+        starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # which compiled code refuses
+    if len(starts) > INTERPRETED_AT_MOST:
         machine_code.require()
-    task = TableTask(*params_on_table(scene), array, tolerance, tolerance, max_events)
+    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
     return run_many(task, names, workers)
 
 
@@ -333,7 +330,7 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
     def simulate_part(part: slice) -> BatchRecording:
         return _simulate(task.part(part), 0, 0)
 
-    parts = in_threads(simulate_part, len(task.states), workers)
+    parts = in_threads(simulate_part, len(task.starts), workers)
     parts.append(simulate_part(slice(0, 0)))  # so that there is one
     balls = np.concatenate([part.balls for part in parts])
     tables = np.concatenate([part.tables for part in parts])

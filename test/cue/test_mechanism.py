@@ -117,6 +117,8 @@ def test_settings_are_checked(tmp_path):
         Mechanism(max_elevation=1.3)
     with pytest.raises(ValueError, match='range of incline_geometry'):
         Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match=r'base_z\.max: 0\.4 is not allowed; .* at least 0\.4105'):
+        Mechanism(base_z=Axis(0.0, 0.4, 0.5, 2.0, 20.0))
     path = tmp_path / 'mine.yaml'
     path.write_text('max_force: 80\nspeed: 3\nstroke: {min: 0, max: -1}')
     with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)

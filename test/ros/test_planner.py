@@ -55,7 +55,7 @@ LOW = {
     'speed_min': 0.1,
     'speed_max': 4.5,
     'elevation_max': 0.09,
-    'azimuth_range': math.pi,
+    'azimuth_half_range': math.pi,
     'offset_max': 0.5,
 }
 

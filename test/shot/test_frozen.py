@@ -258,3 +258,19 @@ def test_a_strike_into_a_cushion_ends(given):
     """The cushion moved the ball into the tip, which then was pressed and left it, without end."""
     scene = scene_of(cue=(1.2424862662941305, 0.1))
     assert predict(scene, Stroke.from_offsets(**given)).status is Status.OK
+
+
+@pytest.mark.parametrize('seed', [226, *range(30)])
+def test_only_the_cue_gives_balls_energy(seed):
+    """A cushion pulled a ball back that left it just when a hit of the cue had ended (226)."""
+    rng = np.random.default_rng(seed)
+    x = 0.5 * POOL.table.length - REACH - 10 ** rng.uniform(-6, -1.5)
+    a, b = rng.uniform(-0.55, 0.55, 2)
+    elevation, azimuth = rng.uniform(0, 50), rng.uniform(-180, 180)
+    stroke = Stroke.from_offsets(
+        a, b, elevation_deg=elevation, azimuth_deg=azimuth, speed=10 ** rng.uniform(-1, 0.8)
+    )
+    shot = predict(scene_of(cue=(x, 0.1)), stroke)
+    for event in shot.table.events if shot.table else ():
+        gain = event.energy_after - event.energy_before
+        assert event.kind is EventKind.CUE or gain <= 1e-9 * event.energy_before
