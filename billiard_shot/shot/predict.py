@@ -18,7 +18,7 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place
 from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import Stroke, unit_rows
+from billiard_shot.shot.stroke import playable_rows, Stroke, unit_rows
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import INTERPRETED_AT_MOST, TableBatch
 from billiard_shot.table.trajectory import Trajectory
@@ -138,14 +138,15 @@ def predict_batch(
     scene, tolerance, position
         As for `predict`.
     normals, velocities : (n, 3) array_like
-        As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that is
-        none (not finite, or zero) gets the status INVALID_STROKE.
+        As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that no
+        `Stroke` can have gets the status INVALID_STROKE; `Stroke` says why.
 
     """
     scene = Scene.load(scene)
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    n, v = unit_rows(_rows('normals', normals)), _rows('velocities', velocities)
+    n = unit_rows(_rows('normals', normals))
+    v = playable_rows(_rows('velocities', velocities))
     if len(n) != len(v):
         raise ValueError(
             f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'

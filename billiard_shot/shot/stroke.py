@@ -256,6 +256,16 @@ def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return units
 
 
+def playable_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return velocities of the cue (n, 3) [m/s]; NaN in a row if no stroke can have it."""
+    with np.errstate(over='ignore'):
+        speeds = np.sqrt((rows**2).sum(axis=1, keepdims=True))
+    playable: NDArray[np.float64] = np.where(
+        (speeds >= SPEEDS[0]) & (speeds <= SPEEDS[1]), rows, np.nan
+    )
+    return playable
+
+
 def _number(name: str, value: object) -> float:
     number = as_float(value)
     if not math.isfinite(number):

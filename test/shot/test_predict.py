@@ -173,12 +173,13 @@ def test_a_batch_is_row_by_row_what_predict_gives(law):
 
 
 def test_bad_rows_of_a_batch():
-    normals = [(-1, 0, 0), (math.nan, 0, 0), (0, 0, 0), (-1, 0, 0), (-1, 0, 0), (1, 0, 0)]
-    velocities = [(1, 0, 0), (1, 0, 0), (1, 0, 0), (0, 0, 0), (math.inf, 0, 0), (1, 0, 0)]
+    normals = [(-1, 0, 0), (math.nan, 0, 0), (0, 0, 0), *[(-1, 0, 0)] * 4, (1, 0, 0)]
+    speeds = 1, 1, 1, 0, math.inf, 1e13, 1e-13, 1
+    velocities = [(speed, 0, 0) for speed in speeds]
     batch = predict_batch(POOL, normals, velocities)
     assert batch.status.tolist() == [
         Status.OK,
-        *[Status.INVALID_STROKE] * 4,
+        *[Status.INVALID_STROKE] * 6,
         Status.MISS,
     ]
     assert batch.velocity[0, 0] > 1
