@@ -188,7 +188,7 @@ class _Worker(Thread):
         except Exception as error:
             _warn(
                 f'the machine code in {folder()} cannot be loaded ({error!r}): it is removed, '
-                'and the next process compiles it anew. This one interprets, which is slow'
+                'and the next process compiles it again. This one interprets, which is slow'
             )
             shutil.rmtree(folder(), ignore_errors=True)
 
