@@ -161,16 +161,16 @@ def active_speed(m: Model, c: ContactState, response: float) -> float:
 @inner
 def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     """
-    Whether there are active contacts, and all have negligible velocities.
+    Whether contacts are active or about to be, and all of these have negligible velocities.
 
-    Open contacts count only if their distance is zero. Bodies at a distance may collide later.
+    Bodies at a distance do not count: they may collide later.
     """
     speed = -1.0
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode != INACTIVE:
             speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
-        elif c.compression[0] > -OPTIONS.rounding:
+        elif closes(c):
             speed = max(speed, -c.velocity[0])
     return 0.0 <= speed < max(OPTIONS.energy_floor * m.tolerance, 10.0 * OPTIONS.rounding)
 
@@ -359,11 +359,15 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
 def is_over(contacts: list[ContactState]) -> bool:
     """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
-        c = contacts[j]
-        closes = c.velocity[0] < -OPTIONS.rounding and c.compression[0] > -OPTIONS.rounding
-        if c.normal_mode != INACTIVE or closes:
+        if contacts[j].normal_mode != INACTIVE or closes(contacts[j]):
             return False
     return True
+
+
+@inner
+def closes(c: ContactState) -> bool:
+    """Whether the bodies of an open contact touch and approach each other."""
+    return c.velocity[0] < -OPTIONS.rounding and c.compression[0] > -OPTIONS.rounding
 
 
 @inner

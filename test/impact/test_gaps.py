@@ -168,6 +168,18 @@ def test_a_sequence_that_dies_down_ends_although_a_distant_body_approaches():
     assert result.lengths[2] < -0.1
 
 
+def test_bodies_at_rest_in_touch_do_not_end_a_collision():
+    """They ended it before other bodies, a micrometre apart, met."""
+    bodies = [Body(mass=1.0, velocity=(0, 0, -1)), *[Body(mass=1.0)] * 3]
+    contacts = [
+        Contact(0, 1, (0, 0, 0), UP, restitution=0.9, stiffness=1e6, gap=1e-6),
+        Contact(2, 3, (5, 0, 0), UP, restitution=0.9, stiffness=1e6),
+    ]
+    result = collide(bodies, contacts, law='bistiffness', reactivation='distance', tolerance=1e-9)
+    assert result.status == Status.OK
+    assert result.velocities[:, 2] == pytest.approx([-0.05, -0.95, 0.0, 0.0], abs=1e-9)
+
+
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
 def test_the_duration_of_a_contact(exponent):
     # Ball on ball: pi sqrt(m / 2 k); after Hertz 2.943 y / v, y = (5/4 m v^2 / 2 k)^(2/5).
