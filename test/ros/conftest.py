@@ -54,6 +54,8 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
             if not left or not cell.starved(error):
                 raise
             pyfuncitem.warn(pytest.PytestWarning(f'repeated, because a process starved: {error}'))
+            if 'launch_once' in arguments:
+                arguments['launch_once'].close()
             cell.prepare()
     return None
 
@@ -71,36 +73,32 @@ def domain() -> Iterator[None]:
         yield
 
 
-@contextlib.contextmanager
-def launching() -> Iterator[Start]:
-    """Start nodes, and stop them in the end."""
-    with contextlib.ExitStack() as stack:
+class Launch(contextlib.ExitStack):
+    """Starts nodes; `close` stops them."""
 
-        def start_node(name: str, *arguments: str) -> subprocess.Popen[str]:
-            process = subprocess.Popen(
-                [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-            )
-            stack.callback(stop, process)
-            return process
-
-        yield start_node
+    def __call__(self, name: str, *arguments: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.callback(stop, process)
+        return process
 
 
 @pytest.fixture(scope='module')
-def launch(domain: None) -> Iterator[Start]:
+def launch(domain: None) -> Iterator[Launch]:
     """Start nodes: `launch('cue_sim', '-p', 'rate:=100.0')`; they end with the file's tests."""
-    with launching() as start_node:
-        yield start_node
+    with Launch() as launch:
+        yield launch
 
 
 @pytest.fixture
-def launch_once(domain: None) -> Iterator[Start]:
+def launch_once(domain: None) -> Iterator[Launch]:
     """Like `launch`, for nodes that end with the test: an idle node takes a fifth of a core."""
-    with launching() as start_node:
-        yield start_node
+    with Launch() as launch:
+        yield launch
 
 
 @pytest.fixture(scope='module')
@@ -134,8 +132,8 @@ def node(domain: None) -> Iterator[Any]:
 @pytest.fixture(scope='session')
 def predictor(domain: None) -> Iterator[subprocess.Popen[str]]:
     """Return the process of a predictor with its default parameters, for all tests."""
-    with launching() as start_node:
-        yield start_node('predictor')
+    with Launch() as launch:
+        yield launch('predictor')
 
 
 @pytest.fixture(scope='session')

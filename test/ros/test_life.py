@@ -1,5 +1,6 @@
 """How a predictor starts and how it ends."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -72,6 +73,8 @@ def test_a_signal_during_a_finalizer_ends_a_node():
 
 FAILING = """
 import os
+import re
+import re
 import signal
 
 from rclpy.node import Node
@@ -99,8 +102,10 @@ run(Failing, 'failing', [], survive=Failing.survive)
 
 
 def test_a_node_that_survives_errors_goes_on():
-    said = said_by(FAILING)
-    assert said.splitlines() == [f'survived error {i}' for i in (1, 2, 3)]
+    said = said_by(FAILING)  # the middleware may say something, too
+    assert re.findall(r'^survived .*$', said, re.MULTILINE) == [
+        f'survived error {i}' for i in (1, 2, 3)
+    ]
 
 
 @pytest.mark.parametrize(
