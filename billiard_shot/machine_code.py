@@ -75,15 +75,17 @@ def available() -> bool:
 @cache
 def folder() -> Path:
     """Return the folder of the machine code of this version, on this machine."""
-    home = os.environ.get('BILLIARD_SHOT_CACHE') or os.environ.get('XDG_CACHE_HOME')
-    root = Path(home or Path.home() / '.cache') / 'billiard_shot' / _key()
+    cache = os.environ.get('BILLIARD_SHOT_CACHE') or os.environ.get('XDG_CACHE_HOME')
+    root = Path(cache or '~/.cache') / 'billiard_shot' / _key()
     try:
+        root = root.expanduser().absolute()  # for processes that work elsewhere
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=root) as file:
             file.write(b'may be written')
-    except OSError as error:
+    except (OSError, RuntimeError) as error:  # RuntimeError: this user has no home
+        reason = error.strerror if isinstance(error, OSError) else error
         _warn(
-            f'{root} cannot be written ({error.strerror}): machine code is kept for this '
+            f'{root} cannot be written ({reason}): machine code is kept for this '
             'process only. Set BILLIARD_SHOT_CACHE to a folder that can be written'
         )
         temporary = tempfile.TemporaryDirectory(prefix='billiard_shot-')
@@ -276,7 +278,8 @@ def compile_one(where: Path, name: str) -> None:
         done = _path(name, 'done', where)
         if not done.exists():
             gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
-            os.nice(5)
+            if hasattr(os, 'nice'):  # not on Windows
+                os.nice(5)
             compile_entries([_entry(name)], where)
             done.touch()
 

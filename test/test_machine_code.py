@@ -107,6 +107,31 @@ def test_a_folder_that_cannot_be_written_is_named(compiled):
     assert 'Set BILLIARD_SHOT_CACHE to a folder that can be written' in stderr
 
 
+def test_a_relative_folder_is_relative_to_the_process_that_asks(tmp_path):
+    program = f"""
+import os
+from billiard_shot import machine_code
+os.chdir({str(tmp_path)!r})
+print(machine_code.folder().parents[1])
+"""
+    lines, stderr = run(program, BILLIARD_SHOT_CACHE='cache')
+    assert (lines, stderr) == ([str(tmp_path / 'cache')], '')
+
+
+def test_a_user_without_a_home_predicts(compiled):
+    program = """
+import pathlib
+from billiard_shot import machine_code
+def homeless(path):
+    raise RuntimeError('Could not determine home directory.')
+pathlib.Path.expanduser = homeless
+machine_code.folder()
+"""
+    (numbers, _), stderr = run(program + PREDICT)
+    assert json.loads(numbers) == compiled
+    assert 'Could not determine home directory' in stderr
+
+
 def test_damaged_machine_code_is_removed_and_the_process_interprets(copied, compiled):
     for path in copied.rglob('*.nbi'):
         path.write_bytes(path.read_bytes()[:40])

@@ -14,6 +14,7 @@ from billiard_shot.planning.limits import check_clearance, limits_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
+from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
@@ -77,7 +78,8 @@ def plan(
         `concurrent.futures`. By default threads on all cores.
     time_limit : float, optional
         Time after which the search ends with its best result [s], above 0. A search that it ends
-        is not reproducible.
+        is not reproducible. If the library has to be compiled first, that time does not count, and
+        `cancel` is called after it.
 
     Returns
     -------
@@ -101,6 +103,13 @@ def plan(
         time_limit = positive('time_limit', time_limit, 's')
     check_clearance(scene, limits)
     problem = problem_of(scene, wanted, limits, spread)
+    surface = problem.model.surface
+    if not (surface.rolling_resistance > 0.0 and surface.spin_deceleration > 0.0):
+        raise ValueError(
+            'scene: balls that never rest cannot be planned; rolling_resistance and '
+            'spin_deceleration of the cloth must be above 0, and the effects roll and '
+            'spin_decay on'
+        )
     if isinstance(wanted, Pot) and not problem.balls:
         raise ValueError('constraints: keep: all balls of the target must stay on the table')
     machine_code.require()
@@ -123,7 +132,7 @@ def plan(
         for finalist in found.finalists
         if finalist.successes
     )
-    status, message = _outcome(ranking, found, runner)
+    status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(wanted, Pot) and not runner.late:
         message = '; '.join(filter(None, [message, why_not_straight(scene, wanted, limits.keep)]))
     return PlanResult(
@@ -156,7 +165,7 @@ def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise
 
 
 def _outcome(
-    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner
+    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner, kind: Kind
 ) -> tuple[Status, str]:
     simulations = runner.simulations
     if found.cancelled:
@@ -172,8 +181,13 @@ def _outcome(
     detail = ''
     if found.penalty == 0.0:
         detail = '; strokes that reached it did not repeat under noise'
-    elif found.penalty <= 1.0:
-        detail = f'; the nearest stroke misses by {1e3 * found.penalty:.0f} mm'
+        if not runner.left:
+            detail = '; a stroke reached it, but was not repeated: take a larger budget'
+    elif found.penalty < MAX_DISTANCE_PENALTY:
+        misses = f'{1e3 * found.penalty:.0f} mm'
+        if kind == Kind.HIT_DIRECTION:
+            misses = f'{180.0 * found.penalty:.3g} degrees'
+        detail = f'; the nearest stroke misses by {misses}'
     within = f'{simulations} simulations' + ', until the time was up' * runner.late
     return Status.NO_PLAN, f'no stroke reaches the target in {within}{detail}'
 

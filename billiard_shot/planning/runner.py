@@ -25,6 +25,7 @@ RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
+SHORT_TASK_S = 0.1
 
 
 class SupportsSubmit(Protocol):
@@ -76,10 +77,21 @@ class Runner:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
         if self._time_limit is not None:
-            gone = perf_counter() - self._begin
-            rate = self.simulations / gone if self.simulations else FIRST_RATE
-            left = min(left, int(rate * self._time_left))
+            left = min(left, int(self._rate * self._time_left))
         return max(left, 0)
+
+    @property
+    def _rate(self) -> float:
+        """Evaluated strokes per second."""
+        gone = perf_counter() - self._begin
+        return self.simulations / gone if self.simulations else FIRST_RATE
+
+    @property
+    def _chunk(self) -> int:
+        """Strokes of a task; with a time limit, no more than about `SHORT_TASK_S` of work."""
+        if self._time_limit is None:
+            return CHUNK
+        return min(max(int(SHORT_TASK_S * self._rate), 1), CHUNK)
 
     @property
     def _time_left(self) -> float:
@@ -152,16 +164,16 @@ class Runner:
         """
         self.poll()
         strokes = strokes[: self.left]
-        starts = range(0, len(strokes), CHUNK)
+        size = self._chunk
         motions = None if exact else self._motions(strokes)
         work = partial(self._work, to_the_end=to_the_end)
         futures = [
             self._executor.submit(
                 work,
-                strokes[i : i + CHUNK],
-                None if motions is None else motions[i : i + CHUNK],
+                strokes[i : i + size],
+                None if motions is None else motions[i : i + size],
             )
-            for i in starts
+            for i in range(0, len(strokes), size)
         ]
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0))]
         for outcomes in self._results(futures):

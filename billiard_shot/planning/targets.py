@@ -232,13 +232,19 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
         if not isinstance(wanted, Mapping):
             raise refused(wanted, f'a mapping with one of the keys {", ".join(KINDS)}')
         kinds = [kind for kind in KINDS if kind in wanted]
+        if 'passing' in wanted:
+            raise InputError([Mistake(('passing',), 'unknown key; the nearest known one is pass')])
         if len(kinds) != 1:
             text = f'{dict(wanted)!r} is not allowed; it must have one of the keys '
             raise InputError([Mistake((), text + ', '.join(KINDS))])
         data = {('passing' if key == 'pass' else key): value for key, value in wanted.items()}
         target: Target = read(KINDS[kinds[0]], data)
     except InputError as error:
-        raise InputError(error.mistakes, 'target') from None
+        mistakes = [
+            each._replace(path=('pass', *each.path[1:])) if each.path[:1] == ('passing',) else each
+            for each in error.mistakes
+        ]
+        raise InputError(mistakes, 'target') from None
     return target
 
 

@@ -91,9 +91,12 @@ def places() -> Any:
         if not isinstance(value, Mapping):
             raise refused(value, 'a mapping of names to [x, y]')
         found: dict[str, tuple[float, float]] = {}
-        mistakes = []
+        mistakes: list[Mistake] = []
         for key, point in value.items():
             name = str(key)
+            if not isinstance(key, str | int) or isinstance(key, bool):
+                mistakes += found_in(refused(key, "a name, such as '8'"), name)
+                continue
             if name in found:
                 mistakes.append(Mistake((name,), TWICE))
                 continue

@@ -10,6 +10,7 @@ the same rack in every process, on every machine.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+import itertools
 import math
 import random
 from typing import Any
@@ -95,7 +96,11 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
         yield Mistake(('rack',), 'needs a table: table is missing')
         return
     radius = scene.ball.radius
-    for name, (x, y) in racked(scene.rack, scene.table, radius).items():
+    rack = racked(scene.rack, scene.table, radius)
+    for (name, place), (other, site) in itertools.combinations(rack.items(), 2):
+        if math.dist(place, site) < 2.0 * radius - rounding.PLACE:
+            yield Mistake(('rack',), f'puts balls {name!r} and {other!r} into each other')
+    for name, (x, y) in rack.items():
         if name in scene.balls:
             yield Mistake(('balls', name), 'is there twice: the rack has a ball of this name')
         elif why := no_place(scene.table, x, y, radius):

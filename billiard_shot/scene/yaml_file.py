@@ -67,11 +67,25 @@ class _Loader(yaml.SafeLoader):
                 self._note(value, key)
 
 
+# YAML 1.1 also reads 010 as 8, 1:30 as 90, and 2024-01-01 as a date.
+_INT, _FLOAT, _TIMESTAMP = (f'tag:yaml.org,2002:{kind}' for kind in ('int', 'float', 'timestamp'))
+_Loader.yaml_implicit_resolvers = {
+    first: [(tag, form) for tag, form in forms if tag not in (_INT, _FLOAT, _TIMESTAMP)]
+    for first, forms in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}
+_Loader.add_implicit_resolver(_INT, re.compile(r'[-+]?\d+$'), list('-+0123456789'))
 _Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float',
-    re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$'),
+    _FLOAT,
+    re.compile(r'([-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$'),
     list('-+0123456789.'),
 )
+
+
+def _whole_number(loader: yaml.SafeLoader, node: Any) -> int:
+    return int(str(loader.construct_scalar(node)))
+
+
+_Loader.add_constructor(_INT, _whole_number)
 
 
 def read_document(path: Path) -> Document:
@@ -91,7 +105,10 @@ def read_document(path: Path) -> Document:
                 return loader.document()
             finally:
                 loader.dispose()
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+    except (
+        *(OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError),
+        *(ValueError, KeyError, AttributeError, TypeError),  # of a value with a tag, as !!float x
+    ) as error:
         raise ValueError(f'{path}: {error}') from error
 
 

@@ -83,7 +83,7 @@ def from_json(text: str) -> Shot:
     """
     try:
         data = json.loads(text, object_hook=_special)
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError) as error:
         raise ValueError(f'shot: is no JSON: {error}') from None
     if not isinstance(data, dict) or data.get('format') != FORMAT:
         raise ValueError(f'format: missing or not {FORMAT!r}: this is no record of a shot')
@@ -94,7 +94,7 @@ def from_json(text: str) -> Shot:
         )
     try:
         return _shot(data)
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         raise ValueError(f'shot: incomplete or damaged: {type(error).__name__} {error}') from None
 
 
@@ -348,4 +348,5 @@ def _plain(value: Any) -> Any:
 
 def _special(data: dict[str, Any]) -> Any:
     """Undo what `_plain` does to numbers that JSON does not know."""
-    return float(data['float']) if data.keys() == {'float'} else data
+    special = data.keys() == {'float'} and data['float'] in ('inf', '-inf', 'nan')
+    return float(data['float']) if special else data

@@ -3,6 +3,7 @@
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 import pickle
+import re
 from time import sleep
 
 from layouts import table_with
@@ -511,3 +512,27 @@ def test_a_second_hit_of_the_cue_is_a_foul():
     assert best.success == 1.0
     assert best.warning == ''
     assert 'hits the cue ball again' in replace(best, stroke=stun).warning
+
+
+@pytest.mark.parametrize(
+    ('target', 'options', 'words'),
+    [
+        ({'rest': (1e6, 0)}, {}, r'simulations$'),  # not "misses by 990 mm"
+        ({'hit': '8'}, {'constraints': {'first_contact': '3'}}, r'simulations$'),
+        ({'hit': '8', 'direction': (-1, 0)}, {}, r'the nearest stroke misses by \d+ degrees'),
+        ({'rest': (0.0, 0.0), 'radius': 1e-9}, {'budget': 1}, r'misses by \d+ mm|simulations$'),
+    ],
+)
+def test_a_search_without_a_plan_says_how_far_it_came(target, options, words):
+    scene = Scene.from_dict(
+        {'like': 'pool', 'balls': {'cue': (-0.5, 0), '8': (0.5, 0.1), '3': (0.5, -0.3)}}
+    )
+    result = plan(scene, target, **{'budget': 300, **options})
+    assert result.status == Status.NO_PLAN
+    assert re.search(words, result.message), result.message
+
+
+def test_balls_that_never_rest_are_refused():
+    scene = Scene.from_dict({'like': 'pool_table', 'effects': {'roll': 'off'}})
+    with pytest.raises(ValueError, match='balls that never rest cannot be planned'):
+        plan(scene, {'rest': (0.5, 0.0)})

@@ -244,3 +244,18 @@ def test_scenes_in_the_documentation(block, tmp_path):
 def test_bundled_scenes_are_documented():
     named = re.findall(r'`(\w+)`', PAGE.read_text().split('## Bundled scenes')[1])
     assert sorted(named) == scene_names()
+
+
+def test_numbers_and_names_are_those_of_yaml_1_2(tmp_path):
+    """YAML 1.1 reads 010 as 8, 1:30 as 90, and 2024-13-45 as a date that does not exist."""
+    path = tmp_path / 'scene.yaml'
+    path.write_text(
+        'like: pool\nballs: {010: [0.5, 0.1], 1:30: [0.5, 0.3], 2024-13-45: [1, 1e-1]}'
+    )
+    assert list(Scene.load(path).balls) == ['10', '1:30', '2024-13-45']
+    path.write_text('like: pool\nballs: {no: [0.5, 0.1]}')
+    with pytest.raises(ValueError, match=r'line 2: balls\.False: False is not allowed; .* a name'):
+        Scene.load(path)
+    path.write_text('like: pool\nball: {mass: !!float abc}')
+    with pytest.raises(ValueError, match=r'scene\.yaml: .*abc'):
+        Scene.load(path)

@@ -144,6 +144,7 @@ def test_a_seed_may_be_a_number_of_numpy():
             {'like': 'snooker', 'balls': {'cue': [0, 0.01]}, 'rack': {'game': 'snooker'}},
             r"balls\.cue: overlaps ball 'blue' of the rack",
         ),
+        ({'rack': {'game': 'snooker'}}, r"rack: puts balls '.*' and '.*' into each other"),
         ({'table': {'length': 0.5, 'width': 0.5, 'pockets': False}}, r"rack: puts ball '.' at"),
     ],
 )

@@ -199,6 +199,8 @@ def test_files(tmp_path):
         (lambda data: data['scene']['ball'].update(mass=-1), 'mass'),
         (lambda data: data['stroke'].update(velocity=[0, 0, 0]), 'velocity: '),
         (lambda data: data.update(table=7), 'incomplete or damaged'),
+        (lambda data: data['strike'].update(hits=10**30), 'incomplete or damaged'),
+        (lambda data: data['strike'].update(spin={'float': None}), 'incomplete or damaged'),
     ],
 )
 def test_damaged_records(change, text):
@@ -216,7 +218,13 @@ def test_what_is_no_shot_and_no_path():
             refused()
 
 
-@pytest.mark.parametrize('text', ['', '{', '[]', '7', '"shot"', 'null'])
+def test_a_ball_may_have_the_name_of_a_type():
+    scene = Scene.from_dict({'like': 'pool_table', 'balls': {'float': (0.5, 0.1)}})
+    shot = predict(scene, Stroke.from_offsets(0, 0, 0.1, 0, 1))
+    assert from_json(to_json(shot)).scene == scene
+
+
+@pytest.mark.parametrize('text', ['[' * 100_000, '', '{', '[]', '7', '"shot"', 'null'])
 def test_what_is_no_record(text):
     with pytest.raises(ValueError, match=r'is no JSON|no record of a shot'):
         from_json(text)
