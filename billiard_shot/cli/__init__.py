@@ -10,6 +10,7 @@ printed as JSON or CSV.
 
 import argparse
 from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
 from importlib import import_module
 import os
 import sys
@@ -56,6 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return INTERRUPTED
     except BrokenPipeError:  # `... | head` has closed the pipe
         _discard_output()
+        return FAILED
+    except BrokenExecutor as error:  # a process of --workers was killed
+        print(f'billiard-shot: {error}', file=sys.stderr)
         return FAILED
     except OSError as error:  # such as a full disk
         _discard_output()

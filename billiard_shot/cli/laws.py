@@ -69,6 +69,10 @@ def run(options: argparse.Namespace) -> int:
     scene = Scene.load(about)
     if options.count < 2:
         raise ValueError(f'--count: {options.count} is not allowed; it must be at least 2')
+    if options.random < 0:
+        raise ValueError(f'--random: {options.random} is not allowed; it must be at least 0')
+    if options.random and (strokes_given(options) or options.picture):
+        raise ValueError('--random: is not allowed with a stroke or --picture')
     if options.random:
         return _count(scene, about, options)
     massé, _ = PRINTED['massé']

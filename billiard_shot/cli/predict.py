@@ -146,6 +146,8 @@ def _as_row(name: str, shot: Shot) -> dict[str, Any]:
 def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     """Explain why the ball of --pot does not fall; '' if it falls, or without --pot."""
     if options.pot is None:
+        if options.pocket:
+            raise ValueError('--pocket: needs --pot, the ball that shall fall')
         return ''
     table = shot.scene.table
     if options.pot not in shot.scene.balls or table is None or not table.pockets:

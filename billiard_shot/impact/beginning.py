@@ -16,7 +16,7 @@ from billiard_shot.impact.moving_balls import (
     kinetic_energy,
     release_open_contacts,
 )
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import negligible_speed, OPTIONS
 from billiard_shot.impact.state import (
     Balls,
     COMPRESSION,
@@ -120,6 +120,7 @@ def begin(
         mobility = max(mobility, delassus[3 * j][3 * j])
         firmness = max(firmness, stiffness)
     approaches = speed > 0.0 and mobility > 0.0
+    tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
     start(p)
     if approaches:
         for row in range(3 * count):
@@ -130,6 +131,8 @@ def begin(
             length = lengths[j] / (units.speed * units.time) if distances else 0.0
             properties = given.properties[number * count + j]
             start_contact(contacts[j], properties, velocity, units, firmness, distances, j)
+            if length == 0.0 and abs(contacts[j].velocity[0]) < negligible_speed(tolerance):
+                contacts[j].velocity[0] = 0.0
             start_length(contacts[j], law, exponent, length)
         planar = is_planar(contacts, ws)
         if balls.number > 0:
@@ -140,7 +143,6 @@ def begin(
     else:
         units, planar = Units(0.0, 0.0, 0.0), False
     limit = given.until / units.time if approaches else inf
-    tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
     return Model(law, exponent, tolerance, planar, distances, limit, balls), units
 
 

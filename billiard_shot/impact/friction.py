@@ -83,6 +83,13 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
             if is_active(contacts[j // 3]) and gain[stuck[a]][j] != 0.0:
                 for i in range(size):
                     reduced[i][j] += w[i][stuck[a]] * gain[stuck[a]][j]
+    # A contact that sticking contacts hold does not move at all: rounding would let it jam.
+    for j in range(size):
+        if is_active(contacts[j // 3]):
+            for i in range(size):
+                least = OPTIONS.rounding * OPTIONS.rounding * w[i][i] * w[j][j]
+                if reduced[i][j] * reduced[i][j] <= least:
+                    reduced[i][j] = 0.0
     for a in range(count):
         for i in range(size):
             reduced[i][stuck[a]] = 0.0
@@ -253,13 +260,25 @@ def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     c = contacts[j]
     c.friction_mode = SLIP_ONSET
     eliminate_sticking(contacts, ws)
-    x, y = 3 * j + 1, 3 * j + 2
-    yields = max(ws.reduced[x][x], ws.reduced[y][y])
-    if yields > OPTIONS.min_yield * max(ws.delassus[x][x], ws.delassus[y][y]):
+    if yields_along(ws, j, c.slip_dir_1, c.slip_dir_2):
         stop_slip(c)
     else:
         c.friction_mode = REDUNDANT_STICK
         eliminate_sticking(contacts, ws)
+
+
+@inner
+def yields_along(ws: Workspace, j: int, d: float, e: float) -> bool:
+    """Whether a force along the tangent (d, e) of a contact moves it along that tangent."""
+    x, y = 3 * j + 1, 3 * j + 2
+    one, mixed, two = ws.reduced[x][x], ws.reduced[x][y], ws.reduced[y][y]
+    limit = OPTIONS.min_yield * max(ws.delassus[x][x], ws.delassus[y][y])
+    mean, half = 0.5 * (one + two), 0.5 * (one - two)
+    if mean - sqrt(half * half + mixed * mixed) > limit:
+        return True
+    # The other contacts hold it along one tangent at least.
+    u, v = one * d + mixed * e, mixed * d + two * e
+    return sqrt(u * u + v * v) > limit and abs(d * v - e * u) <= limit
 
 
 @inner

@@ -36,7 +36,7 @@ from billiard_shot.impact.events import (
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.moving_balls import advance_motion, expand_motion
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import negligible_speed, OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -172,7 +172,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
             speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
         elif closes(c):
             speed = max(speed, -c.velocity[0])
-    return 0.0 <= speed < max(OPTIONS.energy_floor * m.tolerance, 10.0 * OPTIONS.rounding)
+    return 0.0 <= speed < negligible_speed(m.tolerance)
 
 
 @inner
@@ -192,7 +192,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
             OPTIONS.implicit_factor * tolerance, OPTIONS.min_implicit_tolerance * p.speed
         )
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
-        noise = error / p.speed
+        noise = max(OPTIONS.rounding, error / p.speed)
     else:
         order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)

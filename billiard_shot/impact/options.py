@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from billiard_shot.compiled import inner
+
 
 class Options(NamedTuple):
     """
@@ -192,3 +194,9 @@ class Options(NamedTuple):
 
 
 OPTIONS = Options()
+
+
+@inner
+def negligible_speed(tolerance: float) -> float:
+    """Speed of a contact, relative to the largest one, below which its motion has died down."""
+    return max(OPTIONS.energy_floor * tolerance, 10.0 * OPTIONS.rounding)

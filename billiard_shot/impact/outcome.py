@@ -81,7 +81,7 @@ def finish(
             imbalance = energy_imbalance_of_balls(m, contacts, p.energy, ws)
         else:
             imbalance = energy_imbalance(m, contacts, velocity, units.speed, ws)
-        if imbalance > allowed:
+        if not imbalance <= allowed:  # also if it is NaN
             p.status = TOLERANCE_NOT_REACHED
     if m.balls.number > 0:
         length = units.speed * units.time

@@ -14,6 +14,7 @@ from billiard_shot.impact.events import (
 from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import elastic_energy, opening, POISSON
 from billiard_shot.impact.moving_balls import part, push_balls, take_normal
+from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -46,7 +47,7 @@ def apply(
     j = event.contact
     c = contacts[j]
     if event.kind == NORMAL_REVERSAL:
-        reverse_normal_motion(m, c)
+        reverse_normal_motion(m, c, known)
         return False
     if event.kind == CONE_EXIT:
         start_slip(contacts, ws, j)
@@ -98,9 +99,11 @@ def deactivate(m: Model, c: ContactState) -> None:
 
 
 @inner
-def reverse_normal_motion(m: Model, c: ContactState) -> None:
-    """End a contact's compression, or start a recompression."""
-    c.velocity[0] = 0.0
+def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
+    """End a contact's compression, or start a recompression; `known` as for `activate`."""
+    # Only the remaining impulse of another contact changes a velocity at once.
+    if known or m.law != POISSON or abs(c.velocity[0]) <= OPTIONS.rounding:
+        c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
         start_restitution(c, m.law, m.exponent, y)

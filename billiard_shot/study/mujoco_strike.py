@@ -2,9 +2,9 @@
 The strike in MuJoCo (extra `compare`), at a time step: the result of a general simulator.
 
 Its contacts are soft and convex (Todorov 2014): springs and dampers relative to the contact's own
-effective mass. A duration can be set, but no stiffness. The ratio of the two durations follows from
-the ratio of the stiffnesses. Restitution comes from the damping. MuJoCo's model differs from the
-library's, so its result does not converge to the library's.
+effective mass. A duration can be set, but no stiffness. The ratio of the two durations follows
+from the ratio of the stiffnesses. Restitution comes from the damping. MuJoCo's model differs from
+the library's, so its result does not converge to the library's.
 """
 
 from collections.abc import Callable

@@ -3,7 +3,7 @@
 from billiard_shot.compiled import inner
 from billiard_shot.numerics.quartic import first_root
 
-HORIZON = 1e5  # s: as far as endless motions are looked at
+HORIZON = 1e3  # s: as far as endless motions are looked at; 1e-7 of it is the shortest contact
 TOUCH_GAP = 1e-10  # m
 PRESSED_GAP = 5e-10  # m
 MIN_CLOSING_SPEED = 1e-5  # m/s

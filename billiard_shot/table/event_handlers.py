@@ -22,13 +22,12 @@ from billiard_shot.table.cushion import (
     shift_to_touch,
 )
 from billiard_shot.table.flight import bounce, lumped_bounce_error
-from billiard_shot.table.flight_boundary import outside_noses
+from billiard_shot.table.flight_boundary import lands_off_table
 from billiard_shot.table.geometry import Table
 from billiard_shot.table.motion import (
     advance,
     BALL,
     Ball,
-    CUE,
     CUSHION,
     FLIGHT,
     IMPACT,
@@ -97,7 +96,7 @@ def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
     otherwise than one that lies: so if it is reached meanwhile, the hop is simulated.
     """
     params, n, up = table.params, table.numbers, 0.0
-    if cause != OWN and cause != START:
+    if cause != OWN and (cause != START or ball.velocity[2] < 0.0):
         up = apply_cloth_response(params, ball, n.hop_tolerance)
     start_segment(params, ball, n.tolerance)
     predict_boundary_event(table, s, ball)
@@ -105,7 +104,7 @@ def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
     if up == 0.0:
         up = ball.landing_speed * share  # of bounces in one
     lasting = 2.0 * abs(up) / (params.gravity * share) if up != 0.0 else 0.0
-    if ball.boundary_feature < HOLES and ball.boundary_time <= ball.time + lasting:
+    if up != 0.0 and ball.boundary_feature < HOLES and ball.boundary_time <= ball.time + lasting:
         ball.velocity[2] = up
         if up < 0.0:
             bounce(params, ball)
@@ -158,13 +157,12 @@ def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
     if ball.nose != NOTHING:
         release(table, ball)
         before = energy_of(table.params, ball)
-        # A ball that the cue hit is still at the tip, and is not hit again before it is clear.
-        after = start_next_segment(table, s, ball, CUE if ball.cause == CUE else RELEASE)
+        after = start_next_segment(table, s, ball, RELEASE)
         if ball.motion != motion:
             log_event(s, ball.time, RELEASE, ball, NOTHING, before, after, motion)
         return
     before = energy_of(table.params, ball)
-    if motion == FLIGHT and not table.numbers.endless and outside_noses(table.numbers, ball):
+    if motion == FLIGHT and not table.numbers.endless and lands_off_table(table, ball):
         stop_ball(ball, OFF_TABLE)
         cause = OFF
     else:
@@ -184,7 +182,9 @@ def separate(
     pz = ball.position[2]
     if pz > radius:
         pz += shift * z
-    if abs(px) > n.centre_half_length or abs(py) > n.centre_half_width:
+    if abs(px) > max(n.centre_half_length, abs(ball.position[0])):
+        return
+    if abs(py) > max(n.centre_half_width, abs(ball.position[1])):
         return
     for i in range(len(s.balls)):
         if i == ball.ball or s.balls[i].motion > FLIGHT:
@@ -206,17 +206,19 @@ def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     elif feature >= ARCS and ball.first_contact == NOTHING:
         ball.jaws += 1
     p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
-    if lies and abs(shift) <= APART:  # rounding; or pressed in by its motion on the cloth
-        ball.position[0] += p
-        ball.position[1] += q
     x, y, z = normal_at(table, ball, feature)
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
-    if approach <= MIN_APPROACH_SPEED:
+    slow = approach <= MIN_APPROACH_SPEED
+    # In the edge by rounding, or pressed in by its motion, or another ball ended its contact.
+    if lies and (slow or abs(shift) <= APART):
+        ball.position[0] += p
+        ball.position[1] += q
+    if slow:
         if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
             collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
-        if lies:
-            ball.velocity[2] = 0.0  # the cloth holds it
-            separate(table, s, ball, 2.0 * APART, x, y, 0.0)
+            if lies:
+                ball.velocity[2] = 0.0  # the cloth holds it
+        separate(table, s, ball, 2.0 * APART, x, y, 0.0)
     elif feature < FACINGS and n.cushion_duration > 0.0:
         ball.nose = feature
     else:

@@ -1,17 +1,18 @@
 """
 When a ball in the air meets something of the table, or flies over it.
 
-The noses are edges at their height. The distance of the ball's centre from an edge changes no
-faster than the ball moves. So the search goes on by the time that this distance leaves, again and
-again, and misses nothing. That is slow if a ball comes close without touching, but few balls fly,
-and not for long.
+The noses are edges at their height. The square of the distance from a straight edge is a
+polynomial in time. If the ball touches the line beyond the end of the edge, or if the edge is an
+arc, the search goes on in steps: the distance changes no faster than the ball moves, and the steps
+take the time that it leaves. That is slow if a ball comes close without touching, but few balls
+fly, and not for long.
 """
 
 import math
 
 from billiard_shot.compiled import inner
-from billiard_shot.table.contact_time import MIN_CLOSING_SPEED, TOUCH_GAP
-from billiard_shot.table.geometry import Pocket, POCKETS, Table, TableNumbers
+from billiard_shot.table.contact_time import contact_time, MIN_CLOSING_SPEED, TOUCH_GAP
+from billiard_shot.table.geometry import Pocket, POCKETS, Table
 from billiard_shot.table.motion import Ball, NOTHING
 from billiard_shot.table.rolling_boundary import (
     ARCS,
@@ -72,6 +73,20 @@ def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
     fall = climb + az * end
     fastest = math.sqrt(vx * vx + vy * vy + max(climb * climb, fall * fall)) + 1e-9
     t = 0.0
+    if feature < ARCS:  # straight: the square of the distance is a polynomial in time
+        nx, ny, away = edge_at(table, feature, px, py)
+        h, coming, half = pz - height, nx * vx + ny * vy, 0.5 * az
+        t = contact_time(
+            away * away + h * h - radius * radius,
+            2.0 * (away * coming + h * climb),
+            coming * coming + climb * climb + 2.0 * h * half,
+            2.0 * climb * half,
+            half * half,
+            end,
+            2.0 * radius,
+        )
+        if t > end or projects_onto_edge(table, feature, px + vx * t, py + vy * t):
+            return t
     for _ in range(MAX_STEPS):
         x, y = px + vx * t, py + vy * t
         z = pz + (climb + 0.5 * az * t) * t - height
@@ -170,6 +185,19 @@ def pocket_drop_time(pocket: Pocket, capture_height: float, ball: Ball, end: flo
 
 
 @inner
-def outside_noses(n: TableNumbers, ball: Ball) -> bool:
-    """Whether a ball is behind the line of noses, so that it does not land on the bed."""
-    return abs(ball.position[0]) > n.nose_half_length or abs(ball.position[1]) > n.nose_half_width
+def lands_off_table(table: Table, ball: Ball) -> bool:
+    """Whether a ball that comes down lands neither on the bed nor on the shelf of a pocket."""
+    n, x, y = table.numbers, ball.position[0], ball.position[1]
+    if abs(x) <= n.nose_half_length and abs(y) <= n.nose_half_width:
+        return False
+    for index in range(POCKETS if n.corner_end > 0.0 else 0):
+        pocket = table.pockets[index]
+        if (x - pocket.hole_x) * pocket.hole_x + (y - pocket.hole_y) * pocket.hole_y >= 0.0:
+            continue  # behind the hole
+        if (
+            edge_at(table, FACINGS + 2 * index, x, y)[2] > 0.0
+            and edge_at(table, FACINGS + 2 * index + 1, x, y)[2] > 0.0
+            and may_enter(pocket, x, x, y, y)
+        ):
+            return False
+    return True

@@ -76,4 +76,5 @@ def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
     if ball.time >= end:
         return math.inf
     time = collision_time(cue, ball, ball.time, end, reach)
-    return time if time > ball.time or ball.cause == RELEASE else math.inf
+    comes_back = ball.cause == RELEASE and ball.time > cue.time  # and not from a hit
+    return time if time > ball.time or comes_back else math.inf

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from setups import guided_strike, solved
 
+from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.options import OPTIONS
 from billiard_shot.status import Status
 
@@ -109,3 +110,70 @@ def test_a_hopeless_jam_ends_soon_and_says_so(name):
     assert np.isfinite(impulse).all()
     work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
     assert work < 1e-9 * problem.model.cue_mass  # no energy is gained
+
+
+@pytest.mark.parametrize('guide', [(0.3007058, 0, 0.953717), (0.24, 0.18, 0.9539392014169456)])
+@pytest.mark.parametrize('exponent', [1.0, 1.5])
+def test_a_guided_body_that_friction_holds_comes_to_rest(guide, exponent):
+    """Rounding was left of its mobility: impulses of 1e7 N s, or NaN, with status OK."""
+    guide = np.array(guide) / np.linalg.norm(guide)
+    result = collide(
+        [Body(1.0, velocity=-guide, guide=guide), Body.fixed()],
+        [Contact(0, 1, (0, 0, 0), (1, 0, 0), 0.5, 0.9)],
+        exponent=exponent,
+    )
+    assert result.status == Status.OK
+    assert result.velocities == pytest.approx(np.zeros((2, 3)), abs=1e-9)
+    assert np.sum(result.dissipated) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_two_contacts_of_the_same_two_bodies():
+    """The friction along the line between them is shared; the slip began again without end."""
+    contacts = [
+        Contact(0, 1, place, (1, 0, 0), 0.5, 0.9) for place in ((-0.5, 0, 0), (-0.5, 0.2, 0))
+    ]
+    spatial, planar = (
+        collide([Body(10, 1.0, (-0.95, 0.5, vz)), Body.fixed()], contacts) for vz in (0.05, 0.0)
+    )
+    assert spatial.status == planar.status == Status.OK
+    assert spatial.evaluations < 500
+    assert spatial.impulses[:, 0] == pytest.approx(planar.impulses[:, 0], abs=1e-2)
+
+
+def test_contacts_that_open_do_not_close_at_the_same_moment_without_end():
+    bodies = [
+        Body(0.1, None, (1, 0, 1)),
+        Body(10, None, (-1, 0, 1), (0, 0, 0), (1, 0, 0)),
+        Body.fixed(),
+    ]
+    contacts = [
+        Contact(0, 2, (-0.5, 0, 0), (1, 0, 0), 0.5, 0.6),
+        Contact(0, 2, (0, 0, -0.5), (0, 0, 1), 0.5, 0.6, 100.0),
+        Contact(0, 2, (0.2, 0, -0.5), (0, 0, 1), 0.5, 0.6),
+        Contact(1, 0, (0.5, 0, 0), (1, 0, 0), 1.0, 0.6),
+        Contact(1, 2, (1, -0.5, 0), (0, 1, 0), 0.5, 0.6),
+    ]
+    assert collide(bodies, contacts, exponent=1.5).status == Status.INFINITE_SEQUENCE
+
+
+def test_the_books_of_law_poisson_close():
+    """An impulse that is applied at once leaves another contact a velocity that counts."""
+    masses, speeds = np.array([10, 0.1, 10]), np.array([1, 0, -0.3])
+    bodies = [Body(m, velocity=(v, 0, 0)) for m, v in zip(masses, speeds, strict=True)]
+    contacts = [Contact(1, 0, (0, 0, 0), (1, 0, 0), 1.0), Contact(2, 1, (0, 0, 0), (1, 0, 0), 1.0)]
+    result = collide(bodies, contacts, law='poisson')
+    after = result.velocities[:, 0]
+    gain = 0.5 * (masses * (after**2 - speeds**2)).sum()
+    assert gain == pytest.approx(-np.sum(result.dissipated), rel=1e-9)
+    assert (np.diff(after) > 0).all()  # they part
+
+
+@pytest.mark.parametrize('tiny', [0.0, 1e-15, 1e-13, 5e-13])
+def test_a_negligible_approach_ends_no_collision(tiny):
+    bodies = [
+        Body(1, velocity=(-tiny, 0, 0)), Body.fixed(), Body(1, velocity=(0, 0, -1)), Body(1),
+    ]  # fmt: skip
+    contacts = [Contact(0, 1, (0, 0, 0), (1, 0, 0)), Contact(2, 3, (0, 0, 0), (0, 0, 1), gap=0.1)]
+    result = collide(bodies, contacts, reactivation='distance')
+    assert result.status == Status.OK
+    assert result.velocities[2:, 2] == pytest.approx([0.0, -1.0], abs=1e-9)

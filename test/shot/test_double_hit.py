@@ -123,7 +123,7 @@ def jump(scene, degrees, speed):
 def rise(played):
     """Upward speed when the cue has left the ball for good [m/s]."""
     rows = played.trajectory.rows
-    last = np.flatnonzero((rows['cause'] == Cause.CUE) | (rows['cause'] == Cause.START))[-1]
+    last = np.flatnonzero(np.isin(rows['cause'], (Cause.START, Cause.CUE, Cause.RELEASE)))[-1]
     return rows['velocity'][last, 2]
 
 
@@ -254,3 +254,12 @@ def test_the_cue_hits_no_ball_that_runs_away_from_it():
                 times = [np.nextafter(event.time, 0.0), event.time]
                 before, after = played.trajectory.at(times).velocity
                 assert np.linalg.norm(after - before) > 1e-3
+
+
+def test_the_trajectory_tells_of_a_hit_once():
+    scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [0.0612, 0]}})
+    shot = predict(scene, Stroke.from_offsets(0, 0, elevation=0.05, azimuth=0, speed=1.5))
+    told = [[e.time for e in events if e.kind is EventKind.CUE] for events in (
+        shot.trajectory.events, shot.table.events
+    )]  # fmt: skip
+    assert told[0] == told[1] == [shot.double_hit]

@@ -135,3 +135,5 @@ def test_commands(tmp_path, capsys):
     assert main(['laws', '--random', '1', '--count', '11']) == 0
     assert 'bistiffness' in capsys.readouterr().out
     assert main(['laws', '--count', '1']) == 2
+    assert main(['laws', '--random=-5']) == 2
+    assert main(['laws', '--random', '5', '--speed', '1']) == 2
