@@ -71,10 +71,10 @@ def add_piece(
 ) -> None:
     """Add impulses, losses and counts of a piece to the outcome."""
     ended = _ended(solved, given)
-    first = ended[:, TIP] & (done.hits[at] <= 1)
+    closed = solved.closings - (given > 0.0)
+    first = ended[:, TIP] & (done.hits[at] + closed[:, TIP] <= 1)
     done.first_slip[at[first]] = solved.final_slips[first, TIP]
     done.slips[at] = np.where(ended, solved.final_slips, done.slips[at])
-    closed = solved.closings - (given > 0.0)
     done.hits[at] += closed[:, TIP]
     done.closings[at] += closed
     done.duration[at] += solved.durations if in_pieces else 0.0
