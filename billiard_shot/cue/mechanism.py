@@ -100,7 +100,7 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
 
 
 def min_travel_height(mechanism: Any) -> float:
-    """Height of the pivot [m] from which on the tip is above `travel_height` at any elevation."""
+    """Least height of the pivot [m] at which the tip is at `travel_height` or above."""
     return float(mechanism.travel_height + math.hypot(mechanism.reach, mechanism.axis_drop))
 
 

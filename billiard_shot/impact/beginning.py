@@ -131,6 +131,7 @@ def begin(
             length = lengths[j] / (units.speed * units.time) if distances else 0.0
             properties = given.properties[number * count + j]
             start_contact(contacts[j], properties, velocity, units, firmness, distances, j)
+            # Touching bodies that hardly approach would count as a motion that has died down.
             if length == 0.0 and abs(contacts[j].velocity[0]) < negligible_speed(tolerance):
                 contacts[j].velocity[0] = 0.0
             start_length(contacts[j], law, exponent, length)

@@ -83,7 +83,7 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
             if is_active(contacts[j // 3]) and gain[stuck[a]][j] != 0.0:
                 for i in range(size):
                     reduced[i][j] += w[i][stuck[a]] * gain[stuck[a]][j]
-    # A contact that sticking contacts hold does not move at all: rounding would let it jam.
+    # Sticking contacts may hold a contact completely. Rounding would leave it a mobility.
     for j in range(size):
         if is_active(contacts[j // 3]):
             for i in range(size):

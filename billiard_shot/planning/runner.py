@@ -25,7 +25,7 @@ RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
-SHORT_TASK_S = 0.1
+SHORT_TASK_S = 0.1  # of work, if there is a time limit
 
 
 class SupportsSubmit(Protocol):
@@ -165,15 +165,12 @@ class Runner:
         self.poll()
         strokes = strokes[: self.left]
         size = self._chunk
+        parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
         motions = None if exact else self._motions(strokes)
         work = partial(self._work, to_the_end=to_the_end)
         futures = [
-            self._executor.submit(
-                work,
-                strokes[i : i + size],
-                None if motions is None else motions[i : i + size],
-            )
-            for i in range(0, len(strokes), size)
+            self._executor.submit(work, strokes[part], None if motions is None else motions[part])
+            for part in parts
         ]
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0))]
         for outcomes in self._results(futures):

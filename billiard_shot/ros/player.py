@@ -55,7 +55,7 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}
 """Topics of the safety inputs, and the values that allow motion."""
 
 QUIET_WAIT = 2.0
-"""Waiting time after which the player logs what it is waiting for [s]."""
+"""Time [s] after which the player logs the service, topic or action that it waits for."""
 
 ANSWER_TIME = 30.0
 """Longest time in which a node answers, if the machine is busy [s]."""

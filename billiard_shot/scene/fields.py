@@ -17,6 +17,7 @@ from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
+A_NAME = "a name, such as '8'"
 
 
 class Derived(float):
@@ -83,6 +84,11 @@ def boolean(*, default: bool) -> Any:
     return _field(convert, default)
 
 
+def _is_name(value: object) -> bool:
+    """Whether YAML may have read a value from a name; 8 is a name, too."""
+    return isinstance(value, str | int) and not isinstance(value, bool)
+
+
 def places() -> Any:
     """Field for a mapping of names to points (x, y) on the table [m]."""
     coordinate = _number_within('m', None, None, None)
@@ -94,8 +100,8 @@ def places() -> Any:
         mistakes: list[Mistake] = []
         for key, point in value.items():
             name = str(key)
-            if not isinstance(key, str | int) or isinstance(key, bool):
-                mistakes += found_in(refused(key, "a name, such as '8'"), name)
+            if not _is_name(key):
+                mistakes += found_in(refused(key, A_NAME), name)
                 continue
             if name in found:
                 mistakes.append(Mistake((name,), TWICE))
@@ -118,8 +124,8 @@ def name(*, nullable: bool = False) -> Any:
     def convert(value: object) -> str | None:
         if nullable and value is None:
             return None
-        if isinstance(value, bool) or not isinstance(value, str | int) or value == '':
-            raise refused(value, "a name, such as '8'")
+        if not _is_name(value) or value == '':
+            raise refused(value, A_NAME)
         return str(value)
 
     return _field(convert, None if nullable else dataclasses.MISSING)

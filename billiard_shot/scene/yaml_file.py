@@ -106,8 +106,13 @@ def read_document(path: Path) -> Document:
             finally:
                 loader.dispose()
     except (
-        *(OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError),
-        *(ValueError, KeyError, AttributeError, TypeError),  # of a value with a tag, as !!float x
+        OSError,
+        RecursionError,
+        yaml.YAMLError,
+        ValueError,  # of the encoding and, like those below, of a value with a tag: !!float x
+        KeyError,
+        AttributeError,
+        TypeError,
     ) as error:
         raise ValueError(f'{path}: {error}') from error
 

@@ -375,21 +375,23 @@ def _set_apart(g: Contacts, s: Motion) -> Flags:
         for j, each in enumerate(g.neighbours, TABLE + 1)
         if each.nose is not None or each.b != FIXED
     ]
-    apart = np.full(len(s.position), not solid)
+    left: Rows = np.arange(len(s.position) if solid else 0)
     for _ in range(MAX_SWEEPS):
-        left = ~apart  # each meeting by itself: a batch gives what single predictions give
-        if not left.any():
+        if not len(left):
             break
-        apart[:] = True
+        apart = np.ones(len(left), np.bool_)
         for j, each in solid:
-            gap = gaps_of([each], s.position, radius)[:, 0]
-            apart &= ~left | (gap >= -0.5 * rounding.PLACE)
-            rows = np.flatnonzero(left & (gap < 0.0))
+            gap = gaps_of([each], s.position[left], radius)[:, 0]
+            apart &= gap >= -0.5 * rounding.PLACE
+            rows = left[gap < 0.0]
             way = ways_apart([each], s.position[rows])[:, 0]
             level = way * np.array([1.0, 1.0, 0.0])
             push = level * (sizes(way) / (level**2).sum(axis=1))[:, np.newaxis]
             _move_apart(g, s, j, rows, np.zeros(len(rows)), push)
-    return apart
+        left = left[~apart]
+    done = np.ones(len(s.position), np.bool_)
+    done[left] = False
+    return done
 
 
 def _set_back(tips: Array, axes: Array, centres: Array, distances: Array) -> Array:

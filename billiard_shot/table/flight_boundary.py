@@ -64,6 +64,24 @@ def projects_onto_edge(table: Table, feature: int, x: float, y: float) -> bool:
 
 
 @inner
+def reach_line(table: Table, ball: Ball, feature: int, end: float) -> float:
+    """Time until a ball in the air touches the line of a straight edge, up to `end`; else inf."""
+    radius, climb, half = table.params.radius, ball.velocity[2], 0.5 * ball.acceleration[2]
+    x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
+    coming = x * ball.velocity[0] + y * ball.velocity[1]
+    above = ball.position[2] - table.numbers.nose_height
+    return contact_time(
+        away * away + above * above - radius * radius,
+        2.0 * (away * coming + above * climb),
+        coming * coming + climb * climb + 2.0 * above * half,
+        2.0 * climb * half,
+        half * half,
+        end,
+        2.0 * radius,
+    )
+
+
+@inner
 def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
     """Time from now until a ball in the air touches an edge, if before `end`; else inf."""
     radius, height = table.params.radius, table.numbers.nose_height
@@ -73,18 +91,8 @@ def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
     fall = climb + az * end
     fastest = math.sqrt(vx * vx + vy * vy + max(climb * climb, fall * fall)) + 1e-9
     t = 0.0
-    if feature < ARCS:  # straight: the square of the distance is a polynomial in time
-        nx, ny, away = edge_at(table, feature, px, py)
-        h, coming, half = pz - height, nx * vx + ny * vy, 0.5 * az
-        t = contact_time(
-            away * away + h * h - radius * radius,
-            2.0 * (away * coming + h * climb),
-            coming * coming + climb * climb + 2.0 * h * half,
-            2.0 * climb * half,
-            half * half,
-            end,
-            2.0 * radius,
-        )
+    if feature < ARCS:
+        t = reach_line(table, ball, feature, end)
         if t > end or projects_onto_edge(table, feature, px + vx * t, py + vy * t):
             return t
     for _ in range(MAX_STEPS):

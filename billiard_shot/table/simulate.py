@@ -286,7 +286,8 @@ def simulate_batch(
     states : mapping of str to BallState, or sequence of such mappings
         One mapping whose arrays are (tables, 3), or (3,) for all tables alike; or a mapping for
         each table, all with the same balls. A row that cannot be (not finite or too large,
-        overlapping balls) gets the status INVALID_REQUEST; `simulate` says why.
+        overlapping balls, a ball in a cushion) gets the status INVALID_REQUEST; `simulate` says
+        why.
     workers : int, optional
         Threads; by default as many as there are cores.
 
