@@ -9,6 +9,7 @@ it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 from time import perf_counter
 from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
@@ -131,14 +132,22 @@ def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[.
     return lambda function: Entry(function, example)
 
 
-def compile_entries(entries: list[Entry], folder: Path) -> list[Compiled]:
+def compile_entry(entry: Entry, folder: Path) -> Compiled:
     """
-    Compile entries or, if the folder has them already, load them.
+    Compile an entry or, if its folder has its machine code already, load it.
+
+    Parameters
+    ----------
+    entry : Entry
+    folder : Path
+        Of this entry alone, named after everything that its machine code depends on.
+
+    Returns
+    -------
+    Compiled
 
     Raises
     ------
-    OSError
-        If the folder cannot be written.
     Exception
         Whatever numba raises, for example for a damaged file in the folder.
 
@@ -149,20 +158,43 @@ def compile_entries(entries: list[Entry], folder: Path) -> list[Compiled]:
     for function, options in _parts:
         register_jitable(**INNER, **options)(function)
     _parts.clear()
-    with _cache_in(numba, folder):
-        made = [numba.njit(cache=True, **OPTIONS)(each.function) for each in entries]
-    for each, compiled in zip(entries, made, strict=True):
-        if not Path(compiled.stats.cache_path).is_relative_to(folder):
-            raise OSError(f'{folder} cannot be written')
-        compiled(*each.example(ROWS))
-    return [Compiled(function) for function in made]
+    with _cache_in(folder):
+        function = numba.njit(cache=True, **OPTIONS)(entry.function)
+    function(*entry.example(ROWS))
+    return Compiled(function)
 
 
 @contextmanager
-def _cache_in(numba: Any, folder: Path) -> Iterator[None]:
-    """Let numba keep its machine code in this folder."""
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
+def _cache_in(folder: Path) -> Iterator[None]:
+    """
+    Let numba keep its machine code in this folder.
+
+    numba's own locators depend on the path of the source file, so that each installation compiles
+    again. The list of locators is the one hook that all supported versions of numba have.
+    """
+    caching: Any = import_module('numba.core.caching')  # it has no types
+    config: Any = import_module('numba.core.config')
+
+    class Locator(caching._CacheLocator):  # type: ignore[misc]
+        """Names the folder; the folder's own name says which sources it belongs to."""
+
+        @classmethod
+        def from_function(cls, py_func: Callable[..., Any], py_file: str) -> 'Locator':
+            del py_func, py_file
+            return cls()
+
+        def get_cache_path(self) -> str:
+            return str(folder)
+
+        def get_source_stamp(self) -> str:
+            return ''
+
+        def get_disambiguator(self) -> str:
+            return ''
+
+    before = caching.CacheImpl._locator_classes, getattr(config, 'CACHE_LOCATOR_CLASSES', '')
+    caching.CacheImpl._locator_classes, config.CACHE_LOCATOR_CLASSES = [Locator], ''
     try:
         yield
     finally:
-        numba.config.CACHE_DIR = before
+        caching.CacheImpl._locator_classes, config.CACHE_LOCATOR_CLASSES = before

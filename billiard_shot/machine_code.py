@@ -5,10 +5,13 @@ A process interprets until the machine code is there, and then switches to it. C
 of seconds, so it begins only where that pays: `require` (batches, plans) waits for it, `prepare`
 (nodes) begins it, and so does a process that has interpreted for some seconds. Each entry is
 compiled in a process of its own, because compiling in a thread stops all others. A lock ensures
-that it is compiled once, even if many processes need it.
+that it is compiled once, even if many processes need it. No process waits for one of lower
+priority, so `require` compiles at the priority of its process, and `prepare` below it.
 
-Machine code is kept in `folder()`, named after everything that it depends on: sources, versions,
-processor. If anything goes wrong, a warning says so, and the process goes on interpreting.
+Machine code is kept in `folder()`, named after the versions and the processor that it depends on.
+Each entry has a folder there, named after the content of its sources: copies of the same sources
+share their machine code, wherever they are. If anything goes wrong, a warning says so, and the
+process goes on interpreting.
 """
 
 import atexit
@@ -31,12 +34,12 @@ from time import monotonic, sleep
 from typing import Any
 import warnings
 
-from billiard_shot.compiled import compile_entries, Entry
+from billiard_shot.compiled import compile_entry, Entry
 
 try:
-    from fcntl import flock, LOCK_EX
+    from fcntl import LOCK_EX, LOCK_SH, LOCK_UN, lockf
 except ImportError:  # Windows: two processes may compile the same, which harms nothing
-    flock = None  # type: ignore[assignment]
+    lockf = None  # type: ignore[assignment]
 
 # The longest first, so that they end together.
 ENTRIES = (
@@ -47,10 +50,11 @@ ENTRIES = (
     'billiard_shot.planning.score:score_tables',
     'billiard_shot.shot.strike:prepare_strikes',
 )
-COMPILED = ('numerics', 'impact', 'table', 'shot', 'planning', 'study')  # layers with entries
+LAYERS = ('numerics', 'scene', 'impact', 'table', 'shot', 'planning')  # import from earlier ones
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
 COMPILING_PAYS = 5.0  # s and after which it compiles
 POLL = 0.1  # s
+BACKGROUND = 5  # niceness that `prepare` adds: nodes keep their timing meanwhile
 
 _HERE = Path(__file__).parents[1]  # a child finds the same package from there
 
@@ -74,9 +78,9 @@ def available() -> bool:
 
 @cache
 def folder() -> Path:
-    """Return the folder of the machine code of this version, on this machine."""
+    """Return the folder of the machine code for these versions and this processor."""
     cache = os.environ.get('BILLIARD_SHOT_CACHE') or os.environ.get('XDG_CACHE_HOME')
-    root = Path(cache or '~/.cache') / 'billiard_shot' / _key()
+    root = Path(cache or '~/.cache') / 'billiard_shot' / _platform()
     try:
         root = root.expanduser().absolute()  # for processes that work elsewhere
         root.mkdir(parents=True, exist_ok=True)
@@ -104,16 +108,14 @@ def look(seconds_interpreted: float) -> None:
 
 def load() -> None:
     """Begin to load machine code if all of it is compiled; return at once."""
-    if not _worker and available() and is_complete():
+    if not _workers and available() and is_complete():
         prepare()
 
 
 def prepare() -> None:
     """Begin to compile the missing entries, and then to load all of them; return at once."""
-    with _lock:
-        if not _worker and available():
-            _worker.append(_Worker())
-            _worker[0].start()
+    if not _workers:
+        _start(BACKGROUND)
 
 
 def require(report: Report | None = None) -> bool:
@@ -128,12 +130,11 @@ def require(report: Report | None = None) -> bool:
 
     """
     begin = monotonic()
-    prepare()
-    for worker in _worker:
-        while worker.is_alive():
-            worker.join(POLL)
-            if report is not None:
-                report(sum(map(_is_compiled, ENTRIES)), len(ENTRIES), monotonic() - begin)
+    worker = None if is_loaded() else _start(0)
+    while worker is not None and worker.is_alive():
+        worker.join(POLL)
+        if report is not None:
+            report(sum(map(_is_compiled, ENTRIES)), len(ENTRIES), monotonic() - begin)
     return is_loaded()
 
 
@@ -147,11 +148,21 @@ def is_complete() -> bool:
     return all(map(_is_compiled, ENTRIES))
 
 
+def _start(nice: int) -> '_Worker | None':
+    """Return the worker whose processes are nicer by `nice` than this one; start it if needed."""
+    with _lock:
+        if nice not in _workers and available():
+            _workers[nice] = _Worker(nice)
+            _workers[nice].start()
+        return _workers.get(nice)
+
+
 class _Worker(Thread):
     """Compiles the missing entries in other processes, and loads all entries into this one."""
 
-    def __init__(self) -> None:
+    def __init__(self, nice: int) -> None:
         super().__init__(name='machine code', daemon=True)
+        self.nice = nice
         self.running: dict[str, subprocess.Popen[bytes]] = {}
         atexit.register(self.end)
 
@@ -163,36 +174,43 @@ class _Worker(Thread):
             while waiting and not failed and len(self.running) < (os.cpu_count() or 1):
                 name = waiting.pop(0)
                 try:
-                    self.running[name] = _child(name)
+                    self.running[name] = _child(name, self.nice)
                 except OSError as error:  # the folder is gone, the disk is full
                     failed, why = name, str(error)
             sleep(POLL)
             for name, process in list(self.running.items()):
                 code = process.poll()
-                if code is not None:
+                if _is_compiled(name):  # by this process, or by another one of higher priority
                     del self.running[name]
-                    if not _is_compiled(name):
-                        failed, why = name, _reason(name, code)
+                    process.terminate()
+                    process.wait()
+                elif code is not None:
+                    del self.running[name]
+                    failed, why = name, _reason(name, code)
         if failed:
             _warn(
                 f'{failed} could not be compiled, so strokes are interpreted, which is slow: {why}'
             )
             return
-        self.load()
+        with _loading:
+            if not is_loaded():
+                self.load()
 
     def load(self) -> None:
         """Load all entries."""
         try:
-            entries = [_entry(name) for name in ENTRIES]
-            Entry.machine_code = dict(
-                zip(entries, compile_entries(entries, folder()), strict=True)
-            )
+            machine_code = {}
+            for name in ENTRIES:
+                entry = _entry(name)
+                machine_code[entry] = compile_entry(entry, _place(name))
+            Entry.machine_code = machine_code
         except Exception as error:
             _warn(
                 f'the machine code in {folder()} cannot be loaded ({error!r}): it is removed, '
                 'and the next process compiles it again. This one interprets, which is slow'
             )
-            shutil.rmtree(folder(), ignore_errors=True)
+            for name in ENTRIES:
+                shutil.rmtree(_place(name), ignore_errors=True)
 
     def end(self) -> None:
         """Stop compiling."""
@@ -200,11 +218,13 @@ class _Worker(Thread):
             process.terminate()
 
 
-def _child(name: str) -> subprocess.Popen[bytes]:
+def _child(name: str, nice: int) -> subprocess.Popen[bytes]:
     """Compile an entry in another process."""
-    with _path(name, 'log').open('wb') as log:
+    place = _place(name)
+    place.mkdir(exist_ok=True)
+    with (place / 'log').open('wb') as log:
         return subprocess.Popen(
-            [sys.executable, '-m', 'billiard_shot.machine_code', str(folder()), name],
+            [sys.executable, '-m', 'billiard_shot.machine_code', str(place), name, str(nice)],
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
@@ -218,17 +238,19 @@ def _entry(name: str) -> Entry:
     return found
 
 
-def _path(name: str, suffix: str, where: Path | None = None) -> Path:
-    return (where or folder()) / f'{name.replace(":", ".")}.{suffix}'
+def _place(name: str) -> Path:
+    """Return the folder of an entry's machine code."""
+    layer = name.split('.')[1]
+    return folder() / f'{name.replace(":", ".")}.{_content(layer)}'
 
 
 def _is_compiled(name: str) -> bool:
-    return _path(name, 'done').exists()
+    return (_place(name) / 'done').exists()
 
 
 def _reason(name: str, code: int) -> str:
     """Say why the process that compiled an entry ended with an exit code."""
-    log = _path(name, 'log')
+    log = _place(name) / 'log'
     lines = log.read_text(errors='replace').split('\n') if log.exists() else []
     last = next((line.strip() for line in reversed(lines) if line.strip()), '')
     if last:
@@ -238,15 +260,23 @@ def _reason(name: str, code: int) -> str:
     return f'its process ended with code {code}, and could not write {log}'
 
 
-def _key() -> str:
-    """Digest of all that machine code depends on."""
+@cache
+def _content(layer: str) -> str:
+    """Digest of the sources that the functions of a layer can use."""
     here = Path(__file__).parent
+    files = list(here.glob('*.py'))
+    for each in LAYERS[: LAYERS.index(layer) + 1]:
+        files += (here / each).rglob('*.py')
     digest = hashlib.sha256()
-    for path in sorted(here.glob('*/**/*.py')) + sorted(here.glob('*.py')):
-        if path.parent.name in (*COMPILED, here.name):
-            digest.update(path.read_bytes())
-            # numba looks at the time of the file, and compiles again if it has changed
-            digest.update(f'{path} {path.stat().st_mtime_ns}'.encode())
+    for path in sorted(files):
+        digest.update(f'{path.relative_to(here).as_posix()} {path.stat().st_size} '.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _platform() -> str:
+    """Digest of everything besides sources that machine code depends on."""
+    digest = hashlib.sha256()
     for package in ('numba', 'llvmlite', 'numpy'):
         try:
             digest.update(version(package).encode())
@@ -270,23 +300,35 @@ def _warn(text: str) -> None:
     warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
-def compile_one(where: Path, name: str) -> None:
+def compile_one(place: Path, name: str, nice: int) -> None:
     """In a process of its own: compile an entry, unless another process has done so."""
-    with _path(name, 'lock', where).open('w') as lock:
-        if flock is not None:
-            flock(lock, LOCK_EX)
-        done = _path(name, 'done', where)
+    gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
+    with (place / 'lock').open('w+') as lock:
+        if lockf is not None:
+            _wait_for_others(lock.fileno(), os.nice(nice))
+        done = place / 'done'
         if not done.exists():
-            gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
-            if hasattr(os, 'nice'):  # not on Windows
-                os.nice(5)
-            compile_entries([_entry(name)], where)
+            compile_entry(_entry(name), place)
             done.touch()
 
 
+def _wait_for_others(lock: int, nice: int) -> None:
+    """
+    Wait for processes that compile the same with the same or a higher priority.
+
+    Each priority has its own byte of the lock's file, from 1 for the highest. A process holds the
+    byte of its priority until it ends. It does not wait for the bytes of lower priorities.
+    """
+    own = nice + 21
+    lockf(lock, LOCK_EX, 1, own)
+    lockf(lock, LOCK_SH, own, 0)
+    lockf(lock, LOCK_UN, own, 0)
+
+
 _keep: list[Any] = []
-_worker: list[_Worker] = []  # one at most
+_workers: dict[int, _Worker] = {}  # by the niceness of their processes
 _lock = Lock()
+_loading = Lock()
 
 if __name__ == '__main__':
-    compile_one(Path(sys.argv[1]), sys.argv[2])
+    compile_one(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]))

@@ -1,5 +1,7 @@
 """Answers before there is machine code, without numba, and whatever happens to the files."""
 
+from ast import literal_eval
+from contextlib import contextmanager
 import json
 import os
 from pathlib import Path
@@ -27,11 +29,11 @@ print('machine code', machine_code.is_loaded())
 """
 
 
-def run(program, **environment):
+def run(program, cwd=ROOT, **environment):
     """Run a program in a fresh process; what it prints on stdout and stderr."""
     done = subprocess.run(
         [sys.executable, '-c', program],
-        cwd=ROOT,
+        cwd=cwd,
         env=os.environ | environment,
         capture_output=True,
         text=True,
@@ -140,7 +142,8 @@ def test_damaged_machine_code_is_removed_and_the_process_interprets(copied, comp
     assert loaded == 'False'
     assert json.loads(numbers) == compiled
     assert 'cannot be loaded' in stderr
-    assert not copied.exists()
+    places = [copied / machine_code._place(name).name for name in machine_code.ENTRIES]
+    assert not [place for place in places if place.exists()]
 
 
 def warning_of(child, compiled, cache):
@@ -158,15 +161,16 @@ def warning_of(child, compiled, cache):
 
 
 def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_path):
-    child = 'child = lambda name: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
+    child = 'child = lambda name, nice: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
     assert 'its process was ended by signal 9' in warning_of(child, compiled, tmp_path)
 
 
 def test_a_full_disk_is_a_warning(compiled, tmp_path):
     child = (
-        'def child(name):\n'
-        '    log = machine_code._path(name, "log")\n'
-        '    log.write_text("OSError: No space left on device")\n'
+        'def child(name, nice):\n'
+        '    place = machine_code._place(name)\n'
+        '    place.mkdir()\n'
+        '    (place / "log").write_text("OSError: No space left on device")\n'
         '    return subprocess.Popen(["false"])\n'
     )
     assert 'No space left on device' in warning_of(child, compiled, tmp_path)
@@ -174,9 +178,9 @@ def test_a_full_disk_is_a_warning(compiled, tmp_path):
 
 def test_a_cache_that_vanishes_is_a_warning(compiled, tmp_path):
     child = (
-        'def child(name):\n'
+        'def child(name, nice):\n'
         '    shutil.rmtree(machine_code.folder(), ignore_errors=True)\n'
-        '    return real(name)\n'
+        '    return real(name, nice)\n'
     )
     assert 'No such file or directory' in warning_of(child, compiled, tmp_path)
 
@@ -187,23 +191,95 @@ def waits_for_a_lock(pid):
     return any('->' in line and f' {pid} ' in line for line in lines)
 
 
-def test_an_entry_is_compiled_once_however_many_ask(tmp_path):
-    """Who asks while another process compiles waits for it, and finds the work done."""
-    fcntl = pytest.importorskip('fcntl')
-    name = machine_code.ENTRIES[-1].replace(':', '.')
-    with (tmp_path / f'{name}.lock').open('w') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # this process is the other one
-        command = [sys.executable, '-m', 'billiard_shot.machine_code', tmp_path]
-        children = [
-            subprocess.Popen([*command, machine_code.ENTRIES[-1]], cwd=ROOT) for _ in range(2)
-        ]
-        deadline = monotonic() + 60
-        while not all(waits_for_a_lock(child.pid) for child in children):
-            assert monotonic() < deadline, 'no process waits for the lock'
-            sleep(0.05)
-        (tmp_path / f'{name}.done').touch()
-    assert [child.wait(60) for child in children] == [0, 0]
-    assert not list(tmp_path.rglob('*.nbi')), 'they compiled all the same'
+COMPILE = """
+import sys
+from pathlib import Path
+from billiard_shot import machine_code
+machine_code.compile_entry = lambda entry, place: print('compiles', flush=True) or input()
+machine_code.compile_one(Path(sys.argv[1]), machine_code.ENTRIES[-1], int(sys.argv[2]))
+"""
+
+
+@contextmanager
+def compiler(place, nice):
+    """Start a process that compiles an entry, and whose compiler ends when it reads a line."""
+    process = subprocess.Popen(
+        [sys.executable, '-c', COMPILE, place, str(nice)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def wait_until_locked(process):
+    deadline = monotonic() + 60
+    while not waits_for_a_lock(process.pid):
+        assert process.poll() is None, 'it did not wait'
+        assert monotonic() < deadline, 'it does not wait for a lock'
+        sleep(0.05)
+
+
+@pytest.mark.parametrize('nice', [1, 2])
+def test_a_process_waits_for_a_compiler_of_its_priority_or_a_higher_one(tmp_path, nice):
+    """It finds the work done."""
+    pytest.importorskip('fcntl')
+    with compiler(tmp_path, nice=1) as first:
+        assert first.stdout.readline() == 'compiles\n'
+        with compiler(tmp_path, nice) as second:
+            wait_until_locked(second)
+            first.stdin.write('\n')
+            first.stdin.flush()
+            assert second.wait(60) == 0
+            assert second.stdout.read() == '', 'it compiled all the same'
+
+
+def test_a_process_does_not_wait_for_a_compiler_of_lower_priority(tmp_path):
+    """A second process of the higher priority waits for the first one of that priority."""
+    pytest.importorskip('fcntl')
+    with compiler(tmp_path, nice=2) as low:
+        assert low.stdout.readline() == 'compiles\n'
+        with compiler(tmp_path, nice=1) as high:
+            assert high.stdout.readline() == 'compiles\n'
+            with compiler(tmp_path, nice=1) as second:
+                wait_until_locked(second)
+
+
+def test_a_copy_of_the_sources_elsewhere_uses_the_same_machine_code(tmp_path, compiled):
+    """Paths and times of files do not matter."""
+    shutil.copytree(ROOT / 'billiard_shot', tmp_path / 'billiard_shot', copy_function=shutil.copy)
+    shutil.copytree(ROOT / 'config', tmp_path / 'config')
+    program = (
+        'import billiard_shot; print(billiard_shot.__file__)\n'
+        'from billiard_shot import compiled, machine_code\n'
+        'machine_code._child = None  # nothing is compiled\n'
+        'machine_code.require()' + PREDICT + 'entries = compiled.Entry.machine_code.values()\n'
+        'print([sum(each.function.stats.cache_misses.values()) for each in entries])\n'
+    )
+    (file, numbers, state, misses), stderr = run(program, cwd=tmp_path)
+    assert Path(file).is_relative_to(tmp_path)
+    assert json.loads(numbers) == compiled
+    assert state == 'machine code True'
+    assert set(json.loads(misses)) == {0}
+    assert not stderr
+
+
+def test_a_change_of_a_layer_compiles_its_entries_and_those_of_later_layers(tmp_path):
+    shutil.copytree(ROOT / 'billiard_shot', tmp_path / 'billiard_shot')
+    with (tmp_path / 'billiard_shot' / 'table' / 'motion.py').open('a') as file:
+        file.write('# a change')
+    program = (
+        'from billiard_shot import machine_code\n'
+        'print([name for name in machine_code.ENTRIES if not machine_code._is_compiled(name)])\n'
+    )
+    (missing,), _ = run(program, cwd=tmp_path)
+    layers = {name.split('.')[1] for name in literal_eval(missing)}
+    assert layers == {'table', 'shot', 'planning'}
 
 
 def test_command(capsys):
