@@ -51,10 +51,10 @@ PACKAGES   := $(VENV)/.packages-$(ROS)
 INTERFACES := $(VENV)/.interfaces-$(ROS)
 LIBRARY    := $(VENV)/.library-$(ROS)
 TOOLS      := $(VENV)/.tools-$(ROS)
-TF2        := $(VENV)/.tf2-$(ROS)
-interfaces  = $(wildcard $(1) $(addprefix $(1),/* /*/*))
+FOR_TESTS  := $(VENV)/.interfaces-for-tests-$(ROS)
+interfaces  = $(wildcard $(1) $(addprefix $(1),/* /*/* /*/*/*))
 
-setup: $(LIBRARY) $(INTERFACES) $(TOOLS) $(TF2)
+setup: $(LIBRARY) $(INTERFACES) $(TOOLS) $(FOR_TESTS)
 
 $(CORE): setup.py config/requirements-ros$(DISTRO:%=-%).txt config/setup.sh $(LOCK)
 	@config/setup.sh core $(PYTHON) $(VENV) $(ROS) $(LOCK)
@@ -72,10 +72,12 @@ $(TOOLS): $(PACKAGES)
 	@config/setup.sh tools $(PYTHON) $(VENV) $(ROS) $(LOCK)
 	@touch $@
 
-# PyPI has no wheel of tf2_msgs, which a test of /tf needs.
-$(TF2): $(INTERFACES) $(call interfaces,test/ros/tf2_msgs)
+# PyPI has no wheels of these interfaces, which tests need. A sourced ROS 2 has its own.
+$(FOR_TESTS): $(INTERFACES) $(call interfaces,test/ros/interfaces)
 ifeq ($(ROS),pypi)
-	@config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS) test/ros/tf2_msgs
+	@set -e; for folder in $(wildcard test/ros/interfaces/*/); do \
+	  config/setup.sh interfaces $(PYTHON) $(VENV) $(ROS) $${folder%/}; \
+	done
 endif
 	@touch $@
 
