@@ -14,7 +14,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o',
         '--output',
-        '--to',  # its former name
         dest='folder',
         type=Path,
         default=Path('figures'),

@@ -44,7 +44,7 @@ COLUMNS = (
     Column('trials'),
     Column('a', 'a', '(radii)', '{:+.3f}'.format),
     Column('b', 'b', '(radii)', '{:+.3f}'.format),
-    Column('elevation', 'steep', '(°)', lambda angle: f'{math.degrees(angle) + 0.0:5.2f}'),
+    Column('elevation', 'elevation', '(°)', lambda angle: f'{math.degrees(angle) + 0.0:9.2f}'),
     Column('azimuth', 'azimuth', '(°)', lambda angle: f'{math.degrees(angle):8.3f}'),
     Column('speed', 'speed', '(m/s)', '{:.3f}'.format),
     Column('rest'),
@@ -91,7 +91,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     more.add_argument(
         '--direction-tolerance-deg',
-        '--within-deg',  # its former name
         type=float,
         metavar='DEG',
         help='largest deviation from --direction (degrees)',

@@ -2,18 +2,20 @@
 
 import argparse
 import json
+import math
 from pathlib import Path
 import sys
 from typing import Any
 
 from billiard_shot import effects_of, save_shot, Shot
-from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of
+from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of, title_of
 from billiard_shot.cli.text_table import add_format_arguments, print_csv
 from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.explain import why_missed
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
 
@@ -37,7 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     files.add_argument(
         '-o',
         '--output',
-        '--save',  # its former name
         type=Path,
         metavar='FILE.json',
         help='write the shot: the complete input and result',
@@ -77,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
             save_shot(shot, of_each(options.output, name, shots))
         title = f'{shot.status.name}: {shot.message}'
         if shot.status.refused:
-            print(f'stroke {name}: {title}', file=sys.stderr)
+            print(title_of(name, title, shots), file=sys.stderr)
             continue
         if options.picture:
             draw_shot(shot, of_each(options.picture, name, shots))
@@ -101,6 +102,11 @@ def _strike(name: str, shot: Shot) -> dict[str, Any]:
 
 
 def _as_json(name: str, shot: Shot) -> dict[str, Any]:
+    """Make the object of a shot for JSON; a ball that is not on the cloth has no place."""
+    places = {
+        ball: None if ball in {*shot.pocketed, *shot.off_table} else place.tolist()
+        for ball, place in shot.final_position.items()
+    }
     return _strike(name, shot) | {
         'phases': [list(phase.active) for phase in shot.impact.phases],
         'dissipated': shot.impact.dissipated.tolist(),
@@ -108,9 +114,9 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
         'pocketed': shot.pocketed,
         'off_table': list(shot.off_table),
         'scratched': shot.scratched,
-        'rest': shot.trajectory.final_position.tolist(),
+        'rest': places[CUE_BALL],
         'duration': shot.trajectory.duration,
-        'balls': {name: place.tolist() for name, place in shot.final_position.items()},
+        'balls': places,
         'events': [
             {
                 'time': event.time,
@@ -134,7 +140,7 @@ def _as_json(name: str, shot: Shot) -> dict[str, Any]:
 def _as_row(name: str, shot: Shot) -> dict[str, Any]:
     """Make the row of a shot for CSV."""
     return _strike(name, shot) | {
-        'rest': shot.trajectory.final_position.tolist(),
+        'rest': [math.nan] * 3 if shot.scratched else shot.trajectory.final_position.tolist(),
         'duration': shot.run.duration,
         'first_contact': shot.first_contact,
         'pocketed': ' '.join(shot.pocketed),

@@ -22,7 +22,6 @@ def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: 
     )
     search.add_argument(
         '--noise-scale',
-        '--noise-times',  # its former name
         type=float,
         default=1.0,
         metavar='FACTOR',

@@ -90,3 +90,8 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
 def of_each(path: Path, name: str, shots: dict[str, Shot]) -> Path:
     """Path of the file of a shot: FILE, or FILE-NAME if there are several shots."""
     return path if len(shots) == 1 else path.with_stem(f'{path.stem}-{name}')
+
+
+def title_of(name: str, text: str, shots: dict[str, Shot]) -> str:
+    """Text about a shot, with the name of its stroke if there are several."""
+    return text if len(shots) == 1 else f'stroke {name}: {text}'

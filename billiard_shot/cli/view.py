@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 
 from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of
+from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of, title_of
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
@@ -17,7 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o',
         '--output',
-        '--to',  # its former name
         type=Path,
         default=Path('shot.html'),
         metavar='FILE.html',
@@ -40,7 +39,8 @@ def run(options: argparse.Namespace) -> int:
     shots = shots_of(options)
     for name, shot in shots.items():
         if shot.status.refused:
-            print(f'stroke {name}: {shot.status.name}: {shot.message}', file=sys.stderr)
+            text = f'{shot.status.name}: {shot.message}'
+            print(title_of(name, text, shots), file=sys.stderr)
             continue
         path = of_each(options.video or options.output, name, shots)
         if options.video:

@@ -95,6 +95,17 @@ class CollisionResult:
     phases: tuple[Phase, ...]
     evaluations: int
 
+    def __repr__(self) -> str:
+        counts = (
+            (len(self.velocities), 'bodies'),
+            (len(self.impulses), 'contacts'),
+            (len(self.phases), 'phases'),
+        )
+        counted = ', '.join(f'{count} {things}' for count, things in counts)
+        return (
+            f'CollisionResult({self.status.name}, {counted}, lost {self.dissipated.sum():.4g} J)'
+        )
+
 
 def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
     """Return the impulses (phases, N, 3) [N s] of `PhaseLog`: normal, and along both tangents."""

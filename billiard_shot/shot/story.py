@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.messages import message_of
 from billiard_shot.table.words import ball_in_words, moment_in_words, place_in_words
 
@@ -47,29 +48,26 @@ def facts(shot: Shot) -> dict[str, str]:
     vx, vy, vz = shot.velocity
     listed = {
         'stroke': (
-            f'a {_number(a, 2, "+")}, b {_number(b, 2, "+")} radii; {_degrees(elevation, 1)} '
-            f'steep, azimuth {_degrees(azimuth, 2)}; {speed:.3g} m/s'
+            f'a {_number(a, 2, "+")}, b {_number(b, 2, "+")} radii; elevation '
+            f'{_degrees(elevation, 1)}, azimuth {_degrees(azimuth, 2)}; {speed:.3g} m/s'
         ),
         'cue ball leaves': (
-            f'at {math.hypot(vx, vy, vz):.3g} m/s, azimuth {_degrees(math.atan2(vy, vx), 2)}; '
-            f'spin {_vector(shot.spin, 1)} rad/s'
+            f'at {math.hypot(vx, vy, vz):.3g} m/s, azimuth {_degrees(math.atan2(vy, vx), 2)}'
         ),
-        'first contact': ball_in_words(shot.first_contact) if shot.first_contact else 'none',
-        'pocketed': _pocketed(shot) or 'none',
+        'spin': f'{_spin_in_words(shot)} rad/s',
+        'spin x, y, z': f'{_vector(shot.spin, 1)} rad/s',
     }
-    if shot.off_table:
-        listed['off the table'] = ', '.join(map(ball_in_words, shot.off_table))
-    for fact, at_rest in (('rests at', True), ('moves on from', False)):
-        if places := tuple(_places(shot, at_rest)):
-            listed[fact] = ', '.join(places) + ' m'
-    listed['error at most'] = f'{1e3 * shot.error_estimate:.1g} mm'
+    if len(shot.run.names) > 1:
+        listed['first contact'] = (
+            ball_in_words(shot.first_contact) if shot.first_contact else 'none'
+        )
+    for name in sorted(shot.run.names, key=_order):
+        if outcome := _outcome(shot, name):
+            listed['cue ball' if name == CUE_BALL else f'ball {name}'] = outcome
+    listed['numerical error'] = f'at most {1e3 * shot.error_estimate:.1g} mm'
     if shot.first_contact:
         until = ball_in_words(shot.first_contact)
-        listed['error at most'] += f', until the cue ball meets {until}'
-    if len(shot.run.names) == 1:
-        del listed['first contact']
-    if shot.scene.table is None or not shot.scene.table.pockets:
-        del listed['pocketed']
+        listed['numerical error'] += f' until the cue ball meets {until}'
     return listed
 
 
@@ -118,18 +116,53 @@ def _pocketed(shot: Shot) -> str:
     """Say which balls fell where; the cue ball scratches."""
     falls = {ball: f'into {place_in_words(pocket)}' for ball, pocket in shot.pocketed.items()}
     return '; '.join(
-        f'cue ball scratched {where}' if ball == 'cue' else f'{ball} {where}'
+        f'cue ball scratched {where}' if ball == CUE_BALL else f'{ball} {where}'
         for ball, where in falls.items()
     )
 
 
-def _places(shot: Shot, at_rest: bool) -> Iterator[str]:
-    """Tell where balls that moved, or were struck, rest on the table, or where they move on."""
-    gone = {*shot.pocketed, *shot.off_table}
-    for name, ball in shot.run.balls.items():
-        moved = name == 'cue' or len(ball.rows) > 1
-        if name not in gone and moved and ball.comes_to_rest == at_rest:
-            yield f'{ball_in_words(name)} {_vector(ball.final_position[:2], 3)}'
+def _outcome(shot: Shot, name: str) -> str:
+    """Say where a ball that moved, or was struck, ends; '' for the others."""
+    ball = shot.run.balls[name]
+    if name in shot.pocketed:
+        return f'falls into {place_in_words(shot.pocketed[name])}'
+    if name in shot.off_table:
+        return 'leaves the table'
+    if name != CUE_BALL and len(ball.rows) == 1:
+        return ''
+    ends = 'rests at' if ball.comes_to_rest else 'moves on from'
+    return f'{ends} {_vector(ball.final_position[:2], 3)} m'
+
+
+def _order(name: str) -> tuple[bool, float, str]:
+    """Sort the cue ball first, numbers by their values, and other names by the alphabet."""
+    return name != CUE_BALL, float(name) if name.isdecimal() else math.inf, name
+
+
+def _spin_in_words(shot: Shot) -> str:
+    """
+    State the spin [rad/s] about three axes, as seen along the horizontal motion of the ball.
+
+    Top and back spin: about the level axis across the motion. Side spin: about the vertical, named
+    by the side on which the cue hits. Massé spin: about the direction of motion, named by the side
+    to which the cloth turns the ball.
+    """
+    _, _, _, azimuth, _ = shot.stroke.offsets
+    vx, vy, _ = shot.velocity
+    heading = math.atan2(vy, vx) if math.hypot(vx, vy) > 0.0 else azimuth
+    cosine, sine = math.cos(heading), math.sin(heading)
+    x, y, z = shot.spin.tolist()
+    named = (
+        (cosine * y - sine * x, 'top', 'back'),
+        (z, 'right', 'left'),
+        (cosine * x + sine * y, 'massé right', 'massé left'),
+    )
+    told = [
+        f'{positive if value > 0.0 else negative} {abs(value):.1f}'
+        for value, positive, negative in named
+        if abs(value) >= 0.05  # else it is written as 0.0
+    ]
+    return ', '.join(told) or '0.0'
 
 
 def _vector(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], digits: int) -> str:

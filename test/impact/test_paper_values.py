@@ -152,3 +152,10 @@ def test_table_contact_alone_has_a_closed_form(law, slip):
     impulse = result.phases[-1].impulses[0]
     np.testing.assert_allclose(impulse, tangential + normal * np.array(UP), atol=1e-12)
     assert states(result) == [(0,)]
+
+
+def test_a_result_says_what_it_is():
+    result = run(two_balls(), law='energetic', tolerance=1e-12)
+    assert repr(result) == (
+        f'CollisionResult(OK, 3 bodies, 2 contacts, 4 phases, lost {result.dissipated.sum():.4g} J)'
+    )

@@ -223,7 +223,7 @@ def test_command_says_what_is_wrong(tmp_path, capsys):
         capsys.readouterr().err
     )
     (tmp_path / 'file').write_text('')
-    assert main(['figures', '--to', str(tmp_path / 'file')]) == 2
+    assert main(['figures', '-o', str(tmp_path / 'file')]) == 2
     assert '--output: ' in capsys.readouterr().err
 
 

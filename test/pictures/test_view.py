@@ -151,7 +151,7 @@ def test_command(tmp_path, capsys):
     )
     assert 'MISS' in capsys.readouterr().err
     assert '<title>T</title>' in page.read_text()  # the page of before
-    assert main([*options, '--speed', '1', '--to', str(tmp_path / 'no' / 'page.html')]) == 2
+    assert main([*options, '--speed', '1', '-o', str(tmp_path / 'no' / 'page.html')]) == 2
     assert 'no such folder' in capsys.readouterr().err
 
 

@@ -98,13 +98,16 @@ def test_pictures(target, tmp_path, capsys):
         (['blocked', '--pot', '8', '--view', 'no/a.html'], 2, '--view: no/a.html: there is no'),
         (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
         (['blocked', '--pot', '8', '--noise-scale', '-1'], 2, '--noise-scale: -1'),
-        (['blocked', '--pot', '8', '--noise-times', '-1'], 2, '--noise-scale: -1'),
         (
             ['blocked', '--pot', '8', '--azimuth-range-deg', '-1'],
             2,
             'azimuth_half_range_deg: -1',
         ),
-        (['blocked', '--hit', '8', '--within-deg', '-1'], 2, 'direction_tolerance_deg: -1'),
+        (
+            ['blocked', '--hit', '8', '--direction-tolerance-deg', '-1'],
+            2,
+            'direction_tolerance_deg: -1',
+        ),
         (['blocked', '--pot', '8', '--pass', '0.1', '0.1'], 2, 'one of the keys'),
         (
             [

@@ -96,6 +96,33 @@ def test_no_place_is_listed_if_all_balls_are_gone():
     assert 'rests at' in str(predict('pool_table', level()))
 
 
+def test_spin_is_named_by_its_effect():
+    """Right is the side on which the cue hits; massé turns the path to its side."""
+    for a, b, named in (
+        (0.3, 0.0, 'right'),
+        (-0.3, 0.0, 'left'),
+        (0.0, 0.4, 'top'),
+        (0.0, -0.4, 'back'),
+    ):
+        said = story.facts(predict('pool', level(azimuth=1.0, a=a, b=b)))['spin'].removesuffix(
+            ' rad/s'
+        )
+        assert {named} == {'top', 'back', 'left', 'right'} & {
+            name
+            for name, size in map(str.split, said.split(', massé')[0].split(', '))
+            if float(size) > 10.0
+        }, said
+    for a, side in ((0.4, 'right'), (-0.4, 'left')):
+        shot = predict('pool', Stroke.from_offsets(a, 0.0, elevation_deg=60, azimuth=1.0, speed=2))
+        assert f'massé {side}' in story.facts(shot)['spin']
+        before, after = shot.velocity, shot.trajectory.at(0.5 * shot.trajectory.duration).velocity
+        turn = before[0] * after[1] - before[1] * after[0]
+        assert (turn < 0.0) == (side == 'right')
+    assert story.facts(predict('paper', Stroke((-1, 0, 0), (1, 0, 0))))['spin'].startswith(
+        '0.0 rad/s'
+    )
+
+
 def test_a_refused_stroke_has_them_too():
     shot = predict('blocked', Stroke.from_offsets(speed=3))
     assert shot.status == Status.CUE_THROUGH_CUSHION
@@ -136,8 +163,11 @@ def test_text_is_narrow_and_says_everything():
     assert max(map(len, lines)) <= 80
     text = ' '.join(line.strip() for line in lines)
     assert text.startswith(f'OK: {shot.message}')
-    for name in set(shot.final_position) - set(shot.pocketed) - {'cue'}:
-        assert f' {name} (' in text
+    balls = [line.split()[1] for line in lines if line.startswith('  ball ')]
+    assert balls == [str(number) for number in range(1, 16)]  # a line each, sorted
+    assert lines.index(next(line for line in lines if line.startswith('  ball 1 '))) == 1 + (
+        lines.index(next(line for line in lines if line.startswith('  cue ball  ')))
+    )
     html = shot._repr_html_()
     assert shot.message in html
     assert html.count('<tr>') == len(story.facts(shot))
