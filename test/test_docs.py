@@ -29,7 +29,7 @@ ELSEWHERE = (
     'make demo',
     'make test',
     'pip install .',
-    'pip install .[fast]',
+    'pip install .[fast,plot]',
     'billiard-shot accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
