@@ -1,0 +1,64 @@
+"""Calls of players before a shot, and what a player decides."""
+
+from dataclasses import dataclass, field
+
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import boolean, choice, name
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.run import POCKET_NAMES
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """
+    What a player says before a shot.
+
+    Parameters
+    ----------
+    ball : str, optional
+        The ball that is to fall; None if the game needs no call.
+    pocket : str
+        The pocket into which it is to fall, one of `POCKET_NAMES`; '' if the game needs no call.
+    safety : bool
+        The turn ends with the shot, even if a ball falls.
+    push_out : bool
+        The shot is a push-out; only on the shot after the break of nine-ball.
+
+    """
+
+    ball: str | None = name(nullable=True)
+    pocket: str = choice(*POCKET_NAMES, '', default='')
+    safety: bool = boolean(default=False)
+    push_out: bool = boolean(default=False)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+NO_CALL = Call()
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """
+    What a player does: one of the choices of the state, or a stroke with its call.
+
+    Parameters
+    ----------
+    stroke : Stroke, optional
+        None if the player takes a choice, or concedes because it finds no stroke.
+    call : Call
+    choice : str
+        One of `State.choices`; '' for a stroke.
+    success : float, optional
+        The probability that the player gives its shot: of a legal shot that keeps its turn.
+    reason : str
+        Why, in one line.
+
+    """
+
+    stroke: Stroke | None = None
+    call: Call = field(default=NO_CALL)
+    choice: str = ''
+    success: float | None = None
+    reason: str = ''

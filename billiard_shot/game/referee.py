@@ -1,0 +1,170 @@
+"""The referee: rules on shots by their outcomes, and carries out what players choose."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.game.call import Call, NO_CALL
+from billiard_shot.game.fouls import in_words
+from billiard_shot.game.game import find_game, racked
+from billiard_shot.game.outcome import Outcome, outcome_of, ShotLike
+from billiard_shot.game.ruling import Foul, Ruling
+from billiard_shot.game.spots import spotted
+from billiard_shot.game.state import State
+from billiard_shot.scene.errors import refused
+from billiard_shot.scene.placement import CUE_BALL
+
+
+def judge(
+    state: State, call: Call = NO_CALL, shot: ShotLike | None = None, seconds: float = 0.0
+) -> Ruling:
+    """
+    Rule on a shot.
+
+    Parameters
+    ----------
+    state : State
+        Before the shot, with the cue ball placed.
+    call : Call
+    shot : Shot or Outcome
+        What happened. None if the player concedes the shot: that is a foul (6.15).
+    seconds : float
+        Time that the player took [s]; it counts if the game has a limit.
+
+    Raises
+    ------
+    ValueError
+        If the state waits for something else than a shot.
+
+    """
+    _check_is_next(state, 'a shot', is_next=not state.choices and CUE_BALL in state.balls)
+    state = _with_time_taken(state, seconds)
+    if state.time_left is not None and state.time_left[state.player] < 0.0:
+        return _lost(state, Foul('6.15', 'the time of the player is used up'))
+    if shot is None:
+        shot = Outcome(refused='the player names no stroke', places=state.balls)
+    outcome = outcome_of(shot)
+    return settled(find_game(state.game).rule(state, call, outcome), outcome)
+
+
+def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
+    """Put the balls of a ruling where they came to rest, spot balls, and arrange them."""
+    state = ruling.state
+    balls = dict(state.balls if ruling.restore or outcome.refused else outcome.places)
+    if state.in_hand:
+        balls.pop(CUE_BALL, None)
+    state = replace(state, balls=spotted(state, balls, ruling.spot))
+    if ruling.arrange:
+        state = ruling.arrange(state)
+    return replace(ruling, state=state)
+
+
+def choose(state: State, choice: str, seconds: float = 0.0) -> State:
+    """
+    Carry out one of the choices that the rules offer.
+
+    Parameters
+    ----------
+    state : State
+        With `choices`.
+    choice : str
+        One of them.
+    seconds : float
+        Time that the player took [s].
+
+    Raises
+    ------
+    ValueError
+        If the state does not offer the choice.
+
+    """
+    if choice not in state.choices:
+        offered = f'one of {", ".join(state.choices)}' if state.choices else 'empty'
+        raise refused(choice, offered, 'choice')
+    state = replace(_with_time_taken(state, seconds), choices=())
+    without_cue = {ball: place for ball, place in state.balls.items() if ball != CUE_BALL}
+    match choice:
+        case 'kitchen':
+            return replace(state, in_hand='kitchen', balls=without_cue)
+        case 'pass':
+            return replace(state, player=state.other)
+        case 'break' | 'rebreak':
+            player = state.other if choice == 'rebreak' else state.player
+            in_hand = find_game(state.game).in_hand
+            again = replace(state, player=player, phase='break', in_hand=in_hand)
+            return racked(replace(again, seed=state.seed + 1))
+    return state
+
+
+def concede(state: State, why: str) -> Ruling:
+    """Rule that the player at the table loses the rack, such as for an illegal move."""
+    return _lost(state, Foul('6.17', why))
+
+
+def _lost(state: State, foul: Foul) -> Ruling:
+    winner = state.other if find_game(state.game).players > 1 else None
+    over = replace(state, over=True, winner=winner, shots=state.shots + 1)
+    return Ruling(over, (foul,), in_words((foul,), ''))
+
+
+def _with_time_taken(state: State, seconds: float) -> State:
+    if state.time_left is None:
+        return state
+    one, two = state.time_left
+    left = (one - seconds, two) if state.player == 0 else (one, two - seconds)
+    return replace(state, time_left=left)
+
+
+def _check_is_next(state: State, what: str, *, is_next: bool) -> None:
+    if state.over:
+        raise ValueError('state: the game is over; nothing more can be played')
+    if not is_next:
+        needed = (
+            f'a choice of {", ".join(state.choices)}' if state.choices else 'the cue ball placed'
+        )
+        raise ValueError(f'state: waits for {needed}, not for {what}')
+
+
+class Rulings(NamedTuple):
+    """
+    Rulings on many shots from one state.
+
+    Attributes
+    ----------
+    kinds : tuple of Ruling
+        The different rulings; their balls are those before the shot.
+    kind : (n,) int array
+        Which of them each shot got.
+
+    """
+
+    kinds: tuple[Ruling, ...]
+    kind: NDArray[np.int64]
+
+
+def judge_batch(
+    state: State, calls: Call | Sequence[Call], outcomes: Sequence[Outcome]
+) -> Rulings:
+    """
+    Rule on many shots from one state; balls are not moved.
+
+    Parameters
+    ----------
+    state, calls
+        As for `judge`; one call for all shots, or one for each.
+    outcomes : sequence of Outcome
+        (n,)
+
+    """
+    _check_is_next(state, 'a shot', is_next=not state.choices and CUE_BALL in state.balls)
+    many = [calls] * len(outcomes) if isinstance(calls, Call) else list(calls)
+    if len(many) != len(outcomes):
+        raise refused(len(many), f'{len(outcomes)}, as many as outcomes', 'calls')
+    rule = find_game(state.game).rule
+    numbers: dict[tuple[Call, Outcome], int] = {}
+    kind = [numbers.setdefault(pair, len(numbers)) for pair in zip(many, outcomes, strict=True)]
+    kinds = tuple(rule(state, call, outcome) for call, outcome in numbers)
+    return Rulings(kinds, np.array(kind, np.int64))

@@ -1,0 +1,112 @@
+"""
+Eight-ball: World Pool-Billiard Association, The Rules of Play, 15 March 2016, part 3.
+
+Numbers of rules are those of that edition. Three consecutive fouls have no penalty in it (3.10).
+"""
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.game import Game
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.spots import Place
+from billiard_shot.game.state import State
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Rack, racked
+
+SOLIDS = tuple(str(ball) for ball in range(1, 8))
+STRIPES = tuple(str(ball) for ball in range(9, 16))
+GROUPS = {'solids': SOLIDS, 'stripes': STRIPES}
+DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (3.3)
+
+
+def targets(state: State) -> tuple[str, ...]:
+    """Balls that may be met first: all while the table is open, then the group, then the 8."""
+    group = state.groups[state.player]
+    if not group:
+        return state.object_balls
+    left = tuple(ball for ball in state.object_balls if ball in GROUPS[group])
+    return left or ('8',)
+
+
+def may_be_called(state: State, ball: str | None) -> bool:
+    """Whether a ball may be called: the 8 only when the group is cleared (3.6)."""
+    if not state.groups[state.player]:
+        return ball != '8'
+    return ball in targets(state)
+
+
+def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule on a shot of eight-ball."""
+    if state.phase == 'break':
+        return _break(state, outcome)
+    fouls = standard_fouls(state, outcome, targets(state))
+    called = (call.ball, call.pocket) in outcome.pocketed
+    made = called and may_be_called(state, call.ball) and not fouls
+    if '8' in outcome.gone:
+        won = made and call.ball == '8' and not call.safety
+        winner = state.player if won else state.other
+        text = 'the 8 falls as called' if won else in_words(fouls, _why_lost(state, outcome, call))
+        after = after_shot(state, fouls, keeps=won, over=True, winner=winner)
+        return Ruling(after, fouls, f'{text}: player {winner} wins')
+    groups = state.groups
+    if made and not groups[state.player] and not call.safety:
+        mine = 'solids' if call.ball in SOLIDS else 'stripes'
+        other = 'stripes' if mine == 'solids' else 'solids'
+        groups = (mine, other) if state.player == 0 else (other, mine)
+    keeps = made and not call.safety
+    after = after_shot(
+        state, fouls, keeps=keeps, in_hand='anywhere' if fouls else '', groups=groups
+    )
+    if keeps:
+        text = f'ball {call.ball} falls as called'
+    else:
+        text = in_words(fouls, 'safety' if call.safety else 'the called ball does not fall')
+    return Ruling(after, fouls, text)
+
+
+def _why_lost(state: State, outcome: Outcome, call: Call) -> str:
+    """Say why a shot without a foul in which the 8 is gone loses (3.8)."""
+    if '8' in outcome.off_table:
+        return '3.8: the 8 leaves the table'
+    if targets(state) != ('8',):
+        return '3.8: the 8 falls before the group is cleared'
+    return '3.8: the 8 falls into a pocket that was not called'
+
+
+def _break(state: State, outcome: Outcome) -> Ruling:
+    """Rule on the break (3.3)."""
+    fouls = standard_fouls(state, outcome, None, rail=False)
+    driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
+    legal = bool(outcome.fallen) or len(driven) >= DRIVEN_IN_BREAK
+    in_hand = 'kitchen' if outcome.scratched or outcome.refused else ''
+    choices: tuple[str, ...] = ()
+    keeps = bool(outcome.fallen)
+    text = f'the break is legal, {len(outcome.fallen)} balls fall'
+    if '8' in outcome.gone:
+        # The 8 goes back, or the player at the table breaks again.
+        keeps, choices, text = legal, ('accept', 'break'), 'the 8 falls in the break'
+        in_hand = 'kitchen' if fouls else ''
+    elif not legal:
+        choices = ('accept', 'break', 'rebreak')
+        text = f'3.3: no legal break, {len(driven)} balls driven to cushions'
+    elif fouls and not in_hand:
+        choices = ('accept', 'kitchen')
+    after = after_shot(state, fouls, keeps=keeps, in_hand=in_hand, choices=choices)
+    return Ruling(after, fouls, in_words(fouls, text), ('8',) if '8' in outcome.gone else ())
+
+
+def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
+    """Rack the balls by the seed of the state (3.2)."""
+    places = racked(Rack('eight_ball', seed=state.seed), state, state.radius)
+    return {ball: place for ball, place in places.items() if ball in balls}
+
+
+GAME = Game(
+    name='eight_ball',
+    edition=f'{WPA}, part 3',
+    rule=rule,
+    targets=targets,
+    rack=rack,
+    balls=(*SOLIDS, '8', *STRIPES),
+)

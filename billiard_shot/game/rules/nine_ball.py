@@ -1,0 +1,75 @@
+"""
+Nine-ball: World Pool-Billiard Association, The Rules of Play, 15 March 2016, part 2.
+
+Numbers of rules are those of that edition.
+"""
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.game import Game
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.ruling import Foul, Ruling
+from billiard_shot.game.spots import Place
+from billiard_shot.game.state import State
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Rack, racked
+
+DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (2.3)
+FOULS_THAT_LOSE = 3  # consecutive fouls (2.8, 6.14)
+
+
+def targets(state: State) -> tuple[str, ...]:
+    """Return the ball that must be met first: the lowest one."""
+    return (min(state.object_balls, key=int),)
+
+
+def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule on a shot of nine-ball."""
+    breaks = state.phase == 'break'
+    pushes = call.push_out and state.phase == 'second'
+    # A push-out suspends 6.2 and 6.3 (2.4); a break has its own rule on cushions (2.3).
+    fouls = standard_fouls(
+        state, outcome, None if pushes else targets(state), rail=not (pushes or breaks)
+    )
+    driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
+    if breaks and not outcome.fallen and len(driven) < DRIVEN_IN_BREAK:
+        fouls += (Foul('2.3', f'the break drives {len(driven)} balls to cushions'),)
+    if fouls and state.fouls[state.player] + 1 >= FOULS_THAT_LOSE:
+        fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
+        after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
+        return Ruling(after, fouls, f'{in_words(fouls, "")}: player {state.other} wins')
+    if '9' in outcome.fallen and not fouls and not pushes:
+        after = after_shot(state, fouls, keeps=True, over=True, winner=state.player)
+        return Ruling(after, fouls, f'the 9 falls: player {state.player} wins')
+    spot = ('9',) if '9' in outcome.gone else ()
+    if pushes and not fouls:
+        after = after_shot(state, fouls, keeps=False, choices=('accept', 'pass'))
+        return Ruling(after, fouls, 'push-out', spot)
+    after = after_shot(
+        state,
+        fouls,
+        keeps=bool(outcome.fallen),
+        phase='second' if breaks and not fouls else 'play',
+        in_hand='anywhere' if fouls else '',
+    )
+    fallen = ', '.join(outcome.fallen)
+    return Ruling(
+        after, fouls, in_words(fouls, f'{fallen} falls' if fallen else 'no ball falls'), spot
+    )
+
+
+def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
+    """Rack the balls by the seed of the state (2.2)."""
+    places = racked(Rack('nine_ball', seed=state.seed), state, state.radius)
+    return {ball: place for ball, place in places.items() if ball in balls}
+
+
+GAME = Game(
+    name='nine_ball',
+    edition=f'{WPA}, part 2',
+    rule=rule,
+    targets=targets,
+    rack=rack,
+    balls=tuple(str(ball) for ball in range(1, 10)),
+    calls=False,
+)

@@ -1,0 +1,70 @@
+"""
+Practice: one player clears the table, from cue ball in hand, until a shot pots nothing.
+
+The balls lie at random places, drawn from the seed. Any ball may be met and potted; the fouls are
+the standard ones of the World Pool-Billiard Association. A foul or a shot without a pot ends it.
+"""
+
+import math
+import random
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.game import Game
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.spots import Place
+from billiard_shot.game.state import State
+
+CLEARANCE = 1e-3  # m: smallest gap between balls, and between balls and noses
+
+
+def targets(state: State) -> tuple[str, ...]:
+    """Balls that may be met first: all."""
+    return state.object_balls
+
+
+def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule on a shot: it has to pot a ball without a foul."""
+    fouls = standard_fouls(state, outcome, targets(state))
+    left = set(state.object_balls) - outcome.gone
+    goes_on = bool(outcome.fallen) and not fouls
+    cleared = goes_on and not left
+    after = after_shot(
+        state,
+        fouls,
+        keeps=goes_on,
+        player=state.player,
+        over=cleared or not goes_on,
+        winner=state.player if cleared else None,
+    )
+    fallen = ', '.join(outcome.fallen)
+    text = 'cleared' if cleared else f'{fallen} falls' if fallen else 'no ball falls'
+    return Ruling(after, fouls, in_words(fouls, text))
+
+
+def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
+    """Place the balls at random, by the seed of the state."""
+    draw = random.Random(state.seed)
+    apart = 2.0 * state.radius + CLEARANCE
+    bed = 0.5 * state.length - 0.5 * apart, 0.5 * state.width - 0.5 * apart
+    places: dict[str, Place] = {}
+    while len(places) < len(balls):
+        x, y = (half * (2.0 * draw.random() - 1.0) for half in bed)
+        if all(math.dist((x, y), other) >= apart for other in places.values()):
+            places[balls[len(places)]] = x, y
+    return places
+
+
+GAME = Game(
+    name='practice',
+    edition=f'clear the table; fouls: {WPA}, part 6',
+    rule=rule,
+    targets=targets,
+    rack=rack,
+    balls=tuple(str(ball) for ball in range(1, 16)),
+    in_hand='anywhere',
+    phase='play',
+    calls=False,
+    players=1,
+)

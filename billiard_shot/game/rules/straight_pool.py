@@ -1,0 +1,163 @@
+"""
+Straight pool: World Pool-Billiard Association, The Rules of Play, 15 March 2016, part 4.
+
+Numbers of rules are those of that edition. Its game is 14.1 continuous.
+"""
+
+from dataclasses import replace
+import math
+import random
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.game import Game, racked
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.ruling import Foul, Ruling
+from billiard_shot.game.spots import foot_spot, head_spot, is_free, Place
+from billiard_shot.game.state import State
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Rack, sites
+
+BALLS = tuple(str(ball) for ball in range(1, 16))
+DRIVEN_IN_BREAK = 2  # object balls that an opening break without its ball must drive (4.3)
+BREAKING_FOUL, STANDARD_FOUL, THIRD_FOUL = 2, 1, 15  # points (4.10, 4.9, 4.11)
+FOULS_IN_A_ROW = 3
+
+
+def targets(state: State) -> tuple[str, ...]:
+    """Balls that may be met first: all."""
+    return state.object_balls
+
+
+def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule on a shot of straight pool."""
+    breaks = state.phase == 'break'
+    fouls = standard_fouls(state, outcome, None, rail=not breaks)
+    made = (call.ball, call.pocket) in outcome.pocketed and not call.safety
+    if breaks and not made:
+        driven = outcome.to_cushion
+        if CUE_BALL not in driven or len(driven - {CUE_BALL}) < DRIVEN_IN_BREAK:
+            return _breaking_foul(state, outcome, fouls)
+    if fouls:
+        return _foul(state, outcome, fouls)
+    if not made:
+        after = after_shot(state, (), keeps=False)
+        text = 'safety' if call.safety else 'the called ball does not fall'
+        return Ruling(after, (), text, outcome.fallen)
+    scores = _with_points(state, len(outcome.fallen))
+    after = after_shot(state, (), keeps=True, scores=scores)
+    text = f'ball {call.ball} falls as called, {scores[state.player]} points'
+    if scores[state.player] >= state.target:
+        after = replace(after, over=True, winner=state.player)
+        return Ruling(after, (), f'{text}: player {state.player} wins')
+    if len(set(state.object_balls) - outcome.gone) > 1:
+        return Ruling(after, (), text)
+    return Ruling(after, (), text, arrange=_rack_again)
+
+
+def _breaking_foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
+    """Rule on an opening break that drives too few balls (4.3, 4.10); it is no standard foul."""
+    fouls = (*fouls, Foul('4.10', 'the opening break drives too few balls to cushions'))
+    after = after_shot(
+        state,
+        fouls,
+        keeps=False,
+        scores=_with_points(state, -BREAKING_FOUL),
+        in_hand='kitchen' if outcome.scratched else '',
+        choices=('accept', 'rebreak'),
+    )
+    after = replace(after, fouls=state.fouls)
+    return Ruling(after, fouls, in_words(fouls, ''), _object_balls(outcome))
+
+
+def _foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
+    """Rule on a standard foul (4.9), and on the third one in a row (4.11)."""
+    in_hand = outcome.scratched or any(foul.rule == '6.11' for foul in fouls)
+    after = after_shot(
+        state,
+        fouls,
+        keeps=False,
+        scores=_with_points(state, -STANDARD_FOUL),
+        in_hand='kitchen' if in_hand else '',
+    )
+    if after.fouls[state.player] < FOULS_IN_A_ROW:
+        return Ruling(after, fouls, in_words(fouls, ''), _object_balls(outcome))
+    fouls = (*fouls, Foul('6.14', f'{FOULS_IN_A_ROW} consecutive fouls'))
+    counts = (0, after.fouls[1]) if state.player == 0 else (after.fouls[0], 0)
+    after = replace(
+        after,
+        player=state.player,
+        fouls=counts,
+        phase='break',
+        in_hand='kitchen',
+        scores=_with_points(state, -STANDARD_FOUL - THIRD_FOUL),
+    )
+    return Ruling(after, fouls, in_words(fouls, ''), arrange=_rack_all)
+
+
+def _with_points(state: State, points: int) -> tuple[int, int]:
+    one, two = state.scores
+    return (one + points, two) if state.player == 0 else (one, two + points)
+
+
+def _object_balls(outcome: Outcome) -> tuple[str, ...]:
+    """List the object balls that go back onto the table."""
+    return tuple(sorted(outcome.gone - {CUE_BALL}, key=int))
+
+
+def _rack_all(state: State) -> State:
+    return racked(replace(state, seed=state.seed + 1))
+
+
+def _rack_again(state: State) -> State:
+    """Rack fourteen balls, or all, and move what is in the way (4.8)."""
+    left = {ball: place for ball, place in state.balls.items() if ball != CUE_BALL}
+    cue = state.balls[CUE_BALL]
+    cue_interferes = _interferes(state, cue)
+    ball, place = next(iter(left.items()), ('', None))
+    again = replace(state, seed=state.seed + 1)
+    if place is None or (_interferes(state, place) and cue_interferes):
+        again = racked(again)
+    else:
+        if _interferes(state, place):
+            place = _first_free(state, {CUE_BALL: cue}, head_spot(state), (0.0, 0.0))
+        again = racked(again, (ball, *(each for each in BALLS if each != ball)))
+        again = replace(again, balls={**again.balls, ball: place})
+    if not cue_interferes:
+        return replace(again, balls={**again.balls, CUE_BALL: cue})
+    if place is None or _interferes(state, place) or place[0] >= head_spot(state)[0]:
+        return replace(again, in_hand='kitchen')
+    spot = _first_free(state, {ball: place}, head_spot(state), (0.0, 0.0))
+    return replace(again, balls={**again.balls, CUE_BALL: spot})
+
+
+def _first_free(state: State, balls: dict[str, Place], *spots: Place) -> Place:
+    return next(spot for spot in spots if is_free(state, balls, spot))
+
+
+def _interferes(state: State, place: Place) -> bool:
+    """Whether a ball overlaps the outline of the rack: a triangle around fifteen balls."""
+    x, y = place[0] - foot_spot(state)[0], abs(place[1])
+    back = 4.0 * 2.0 * state.radius * math.sqrt(0.75)
+    outside = max(0.5 * math.sqrt(3.0) * y - 0.5 * x, x - back)  # from the centres of the balls
+    return outside < 2.0 * state.radius
+
+
+def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
+    """Rack the balls in an order drawn from the seed; the first one lies at the apex (4.2)."""
+    others = list(balls[1:]) if len(balls) > 1 else []
+    random.Random(state.seed).shuffle(others)
+    spacing = 2.0 * state.radius + Rack('eight_ball').gap
+    places = sites([1, 2, 3, 4, 5], foot_spot(state)[0], spacing)
+    return dict(zip((balls[0], *others), places, strict=False))
+
+
+GAME = Game(
+    name='straight_pool',
+    edition=f'{WPA}, part 4',
+    rule=rule,
+    targets=targets,
+    rack=rack,
+    balls=BALLS,
+    goal=150,
+)

@@ -1,0 +1,240 @@
+"""The state of a game: all that rules and players need to know before a shot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+import dataclasses
+from dataclasses import dataclass, replace
+import json
+import math
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+from billiard_shot.numerics import rounding
+from billiard_shot.scene.checks import check, read, write
+from billiard_shot.scene.errors import InputError, Mistake, refused
+from billiard_shot.scene.fields import boolean, choice, name, number, places, TAKES, whole_number
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import as_float, whole
+
+PHASES = ('break', 'second', 'play')
+IN_HAND = ('', 'kitchen', 'anywhere')
+# Choices that rules offer: play on, take the cue ball in hand behind the head string, break a new
+# rack, let the offender break again, let the other player shoot.
+CHOICES = ('accept', 'kitchen', 'break', 'rebreak', 'pass')
+
+
+def _pair(minimum: int) -> Any:
+    """Field for two whole numbers, of player 0 and player 1."""
+
+    def convert(value: object) -> tuple[int, int]:
+        try:
+            one, two = (whole('', each, minimum) for each in value)  # type: ignore[attr-defined]
+        except (TypeError, ValueError):
+            raise refused(value, f'two whole numbers, at least {minimum}') from None
+        return one, two
+
+    return dataclasses.field(default=(0, 0), metadata={TAKES: convert})
+
+
+def _names(count: int | None, *options: str) -> Any:
+    """Field for a list of options, `count` of them or any number."""
+
+    def convert(value: object) -> tuple[str, ...]:
+        listed = tuple(value) if isinstance(value, tuple | list) else (value,)
+        if count not in (None, len(listed)) or any(each not in options for each in listed):
+            many = 'a list' if count is None else f'{count}'
+            raise refused(value, f'{many} of {", ".join(map(repr, options))}')
+        return listed
+
+    return dataclasses.field(default=('',) * (count or 0), metadata={TAKES: convert})
+
+
+def _clocks() -> Any:
+    """Field for the times that two players have left [s], or None without a limit."""
+
+    def convert(value: object) -> tuple[float, float] | None:
+        if value is None:
+            return None
+        try:
+            one, two = (as_float(each) for each in value)  # type: ignore[attr-defined]
+        except (TypeError, ValueError):
+            one = two = math.nan
+        if not (math.isfinite(one) and math.isfinite(two)):
+            raise refused(value, 'two finite numbers (s)')
+        return one, two
+
+    return dataclasses.field(default=None, metadata={TAKES: convert})
+
+
+def _player() -> Any:
+    """Field for a player, 0 or 1, or None."""
+
+    def convert(value: object) -> int | None:
+        if value is not None and (isinstance(value, bool) or value not in (0, 1)):
+            raise refused(value, '0 or 1')
+        return None if value is None else int(value)
+
+    return dataclasses.field(default=None, metadata={TAKES: convert})
+
+
+def _overlaps(state: Any) -> Iterator[Mistake]:
+    places = list(state.balls.items())
+    for i, (one, here) in enumerate(places):
+        for other, there in places[:i]:
+            if math.dist(here, there) < 2.0 * state.radius - rounding.PLACE:
+                yield Mistake(('balls', one), f'overlaps ball {other!r}')
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """
+    A game before a shot.
+
+    Parameters
+    ----------
+    game : str
+        Name of the game, see `find_game`.
+    length, width, radius : float
+        Of the table between the noses, and of the balls [m], above 0.
+    balls : mapping of str to (x, y)
+        The balls on the table [m]; the cue ball is `cue`, and is missing while it is in hand.
+    player : int
+        Who plays next, 0 or 1.
+    phase : str
+        `break`, `second` (the shot after the break, if it may be a push-out), or `play`.
+    in_hand : str
+        `kitchen` (behind the head string) or `anywhere` if the player places the cue ball; ''
+        if the player does not. It stays until the shot, because rule 6.11 needs it.
+    choices : tuple of str
+        If not empty, the player takes one of these before anything else, see `CHOICES`.
+    groups : (str, str)
+        Eight-ball: `solids` and `stripes`, by player; '' while the table is open.
+    fouls : (int, int)
+        Consecutive fouls of each player.
+    scores : (int, int)
+        Points.
+    target : int
+        Points that win, in games with points.
+    time_left : (float, float), optional
+        What is left of the players' times for the rack [s]; None without a limit.
+    over : bool
+        The rack or the game is decided.
+    winner : int, optional
+        0 or 1; None if nobody has won.
+    breaker : int
+        Who broke the rack first.
+    shots : int
+        Shots so far.
+    seed : int
+        Of this rack.
+
+    """
+
+    RULES: ClassVar = (_overlaps,)
+    game: str = name()
+    length: float = number('m', above=0)
+    width: float = number('m', above=0)
+    radius: float = number('m', above=0)
+    balls: Mapping[str, tuple[float, float]] = places()
+    player: int = dataclasses.field(default=0, metadata=_player().metadata)
+    phase: str = choice(*PHASES, default='break')
+    in_hand: str = choice(*IN_HAND, default='')
+    choices: tuple[str, ...] = _names(None, *CHOICES)
+    groups: tuple[str, str] = _names(2, 'solids', 'stripes', '')
+    fouls: tuple[int, int] = _pair(0)
+    scores: tuple[int, int] = _pair(-(10**9))
+    target: int = whole_number(minimum=0, default=0)
+    time_left: tuple[float, float] | None = _clocks()
+    over: bool = boolean(default=False)
+    winner: int | None = _player()
+    breaker: int = dataclasses.field(default=0, metadata=_player().metadata)
+    shots: int = whole_number(minimum=0, default=0)
+    seed: int = whole_number(minimum=0, default=0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def other(self) -> int:
+        """The player who does not play next."""
+        return 1 - self.player
+
+    @property
+    def object_balls(self) -> tuple[str, ...]:
+        """The balls on the table without the cue ball."""
+        return tuple(ball for ball in self.balls if ball != CUE_BALL)
+
+    @property
+    def places_cue_ball(self) -> bool:
+        """Whether the player has to place the cue ball first."""
+        return bool(self.in_hand) and CUE_BALL not in self.balls and not self.choices
+
+    def with_cue_ball(self, x: float, y: float) -> Self:
+        """
+        Place the cue ball that is in hand.
+
+        Parameters
+        ----------
+        x, y : float
+            [m]
+
+        Raises
+        ------
+        ValueError
+            If the cue ball is not in hand, or cannot lie there by the rules (6.10).
+
+        """
+        if not self.places_cue_ball:
+            raise ValueError('cue ball: is not in hand, and must not be placed')
+        if why := self.no_place(x, y):
+            raise ValueError(f'cue ball: {(x, y)!r} is not allowed; {why}')
+        return replace(self, balls={**self.balls, CUE_BALL: (float(x), float(y))})
+
+    def no_place(self, x: float, y: float) -> str:
+        """Say why the cue ball in hand cannot be placed at (x, y) [m]; empty if it can."""
+        r = self.radius
+        along, across = 0.5 * self.length - r, 0.5 * self.width - r
+        if not (abs(x) <= along and abs(y) <= across):
+            return f'x must be {-along:.4g} to {along:.4g} and y {-across:.4g} to {across:.4g} (m)'
+        # The base of the ball has to be behind the head string, not on it (WPA 8.1, 6.10).
+        if self.in_hand == 'kitchen' and x >= -0.25 * self.length:
+            return f'x must be below {-0.25 * self.length:.4g} (m), behind the head string'
+        for ball, place in self.balls.items():
+            if ball != CUE_BALL and math.dist(place, (x, y)) < 2.0 * r:
+                return f'it must be at least {2e3 * r:.4g} mm from ball {ball!r}'
+        return ''
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain dict that `from_dict` turns into an equal state."""
+        return write(self)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Self:
+        """Make a state from such a dict; ValueError lists all mistakes."""
+        try:
+            return read(cls, data)
+        except InputError as error:
+            raise InputError(error.mistakes, 'state') from None
+
+    def save(self, path: str | Path) -> None:
+        """Write the state as JSON."""
+        Path(path).write_text(json.dumps(self.to_dict(), indent=1) + '\n', encoding='utf-8')
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """
+        Read a state that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            Naming the file, and each mistake in it.
+
+        """
+        try:
+            return read(cls, json.loads(Path(path).read_text(encoding='utf-8')))
+        except InputError as error:
+            raise InputError(error.mistakes, f'state {path}') from None
+        except (OSError, ValueError) as error:
+            raise ValueError(f'state {path}: {error}') from None

@@ -1,0 +1,198 @@
+"""States, outcomes and rulings, in all games."""
+
+from dataclasses import replace
+import json
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.game import (
+    Call,
+    find_game,
+    game_names,
+    judge,
+    judge_batch,
+    Outcome,
+    outcome_of,
+    start,
+    State,
+)
+from billiard_shot.game.spots import spotted
+
+TABLE = Scene.load('pool_table')
+EIGHT = start('eight_ball', TABLE, seed=3)
+
+
+def shot_at(balls, target, speed=2.0, cue=(0.0, 0.0), b=0.0, elevation=0.05):
+    scene = replace(TABLE, balls={'cue': cue, **balls})
+    azimuth = math.atan2(target[1] - cue[1], target[0] - cue[0])
+    return predict(scene, Stroke.from_offsets(0.0, b, elevation, azimuth, speed))
+
+
+@pytest.mark.parametrize('game', game_names())
+@pytest.mark.parametrize('table', ['pool_table', 'seven_foot', 'carom'])
+def test_a_game_starts_on_tables_that_suit_it(game, table):
+    scene = Scene.load(table)
+    if scene.table.pockets != find_game(game).pockets:
+        with pytest.raises(ValueError, match='needs a table with'):
+            start(game, scene)
+        return
+    state = start(game, scene, seed=5)
+    assert state == start(game, scene, seed=5)
+    if game != 'three_cushion':
+        assert state.balls != start(game, scene, seed=6).balls
+    placed = replace(scene, balls=state.balls)  # a scene refuses balls that cannot lie there
+    assert set(placed.balls) >= set(find_game(game).balls)
+
+
+@pytest.mark.parametrize('game', game_names())
+def test_a_state_is_saved_and_loaded(game, tmp_path):
+    state = start(game, 'carom' if game == 'three_cushion' else 'pool_table', 2, time_limit=60.0)
+    state.save(tmp_path / 'state.json')
+    assert State.load(tmp_path / 'state.json') == state
+    assert State.from_dict(json.loads(json.dumps(state.to_dict()))) == state
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'allowed'),
+    [
+        ('player', 2, '0 or 1'),
+        ('phase', 'lag', 'break, second, play'),
+        ('fouls', (1, -1), 'two whole numbers, at least 0'),
+        ('groups', ('solids',), "2 of 'solids', 'stripes'"),
+        ('choices', ('resign',), "a list of 'accept'"),
+        ('time_left', (1.0, math.inf), 'two finite numbers'),
+        ('balls', {'1': (0, 0), '2': (0, 0.05)}, "overlaps ball '1'"),
+    ],
+)
+def test_a_state_refuses_what_makes_no_sense(field, value, allowed):
+    with pytest.raises(ValueError, match=field) as caught:
+        State.from_dict({**EIGHT.to_dict(), field: value})
+    assert allowed in str(caught.value)
+
+
+def test_the_cue_ball_is_placed_by_the_rules():
+    with pytest.raises(ValueError, match='behind the head string'):
+        EIGHT.with_cue_ball(-0.635, 0.0)
+    with pytest.raises(ValueError, match=r'x must be -1\.241 to 1\.241'):
+        EIGHT.with_cue_ball(-1.25, 0.0)
+    anywhere = replace(EIGHT, in_hand='anywhere')
+    with pytest.raises(ValueError, match=r'at least 57\.15 mm from ball'):
+        anywhere.with_cue_ball(0.6, 0.0)
+    assert anywhere.with_cue_ball(0.5, 0.0).balls['cue'] == (0.5, 0.0)
+    with pytest.raises(ValueError, match='is not in hand'):
+        EIGHT.with_cue_ball(-0.7, 0.0).with_cue_ball(-0.7, 0.0)
+
+
+def test_an_unknown_game_is_refused():
+    with pytest.raises(ValueError, match='eight_ball, nine_ball, practice'):
+        find_game('snooker')
+    with pytest.raises(ValueError, match='is not a module with a constant GAME'):
+        find_game('json.decoder')
+
+
+def test_a_pot_is_read_from_a_prediction():
+    balls, ghost = {'3': (0.9, 0.45), '4': (-0.9, 0.3)}, (0.849, 0.4244)
+    outcome = outcome_of(shot_at(balls, ghost, cue=(0.3, 0.0)))
+    assert outcome.pocketed == (('3', 'foot_left'),)
+    assert outcome.first_contact == '3'
+    assert outcome.met == ('3',)
+    assert set(outcome.places) == {'cue', '4'}
+    assert outcome.places['4'] == (-0.9, 0.3)
+    assert not outcome.refused
+
+
+def test_a_refused_stroke_moves_nothing():
+    shot = shot_at({'3': (-0.06, 0.0)}, (1.0, 0.0))
+    assert shot.status.refused
+    ruling = judge(replace(EIGHT, phase='play').with_cue_ball(-0.7, 0.0), Call(), shot)
+    assert [foul.rule for foul in ruling.fouls] == ['6.6']
+    assert ruling.state.balls == EIGHT.balls
+
+
+def test_only_cushions_after_the_first_contact_count():
+    cushion_first = outcome_of(shot_at({'3': (-0.4, 0.0)}, (1.0, 0.0), speed=1.6, elevation=0.15))
+    assert cushion_first.first_contact == '3'
+    assert cushion_first.cushions_before == (1,)
+    slow = outcome_of(shot_at({'3': (0.3, 0.0)}, (1.0, 0.0), speed=0.4))
+    assert slow.first_contact == '3'
+    assert slow.to_cushion == frozenset()
+    fast = outcome_of(shot_at({'3': (0.3, 0.0)}, (1.0, 0.0), speed=2.0))
+    assert '3' in fast.to_cushion
+
+
+def test_a_ball_frozen_to_a_cushion_is_not_driven_to_it():
+    """WPA 8.4: it has to leave the cushion and come back, or reach another one."""
+    edge = 0.635 - 2 * 0.028575 * math.sqrt(0.635 * (1 - 0.635))
+    soft = shot_at({'3': (0.3, edge)}, (0.3, edge), speed=0.35, cue=(0.3, 0.3))
+    assert any('3' in e.balls and e.place == 'left' for e in soft.events)
+    assert '3' not in outcome_of(soft).to_cushion
+    near = shot_at({'3': (0.3, edge - 0.01)}, (0.3, edge), speed=0.35, cue=(0.3, 0.3))
+    assert '3' in outcome_of(near).to_cushion
+
+
+def test_behind_the_head_string():
+    behind = {'3': (-1.0, 0.3)}
+    cue = (-0.7, 0.3)
+    assert outcome_of(shot_at(behind, behind['3'], cue=cue)).from_kitchen
+    assert not outcome_of(shot_at({'3': (0.5, 0.3)}, (0.5, 0.3), cue=cue)).from_kitchen
+    by_the_foot = shot_at({'3': (-1.0, 0.3)}, (1.0, 0.3), cue=cue, speed=4.0, elevation=0.15)
+    assert by_the_foot.first_contact == '3'
+    assert not outcome_of(by_the_foot).from_kitchen
+
+
+def test_balls_are_spotted_on_the_long_string():
+    blocked = {'1': (0.635, 0.0), '2': (0.7, 0.02), 'cue': (0.79, 0.0)}
+    found = spotted(EIGHT, blocked, ['8', '9'])
+    r = EIGHT.radius
+    assert found['8'][1] == found['9'][1] == 0.0
+    assert math.dist(found['8'], found['cue']) > 2 * r
+    for ball in ('8', '9'):
+        gaps = [math.dist(found[ball], p) - 2 * r for b, p in found.items() if b != ball]
+        assert min(gaps) > -1e-9
+    assert found['8'][0] > 0.635
+    full = {str(i): (0.635 + 2 * r * i, 0.0) for i in range(11)}
+    up = spotted(EIGHT, full, ['12'])['12']
+    assert up[0] == pytest.approx(0.635 - 2 * r)
+
+
+def test_the_time_of_a_player_is_used_up():
+    state = start('eight_ball', TABLE, time_limit=10.0).with_cue_ball(-0.7, 0.0)
+    outcome = Outcome('1', (), (), frozenset('1234'), places=state.balls)
+    ruling = judge(state, Call(), outcome, seconds=4.0)
+    assert ruling.state.time_left == (6.0, 10.0)
+    late = judge(state, Call(), outcome, seconds=10.5)
+    assert [foul.rule for foul in late.fouls] == ['6.15']
+    assert (late.state.over, late.state.winner) == (True, 1)
+    with pytest.raises(ValueError, match='the game is over'):
+        judge(late.state, Call(), outcome)
+
+
+def test_a_batch_is_judged_as_each_shot_is():
+    state = replace(EIGHT, phase='play', in_hand='').with_cue_ball
+    state = replace(EIGHT.with_cue_ball(-0.7, 0.1), phase='play', in_hand='')
+    draw = np.random.default_rng(5)
+    balls, pockets = ['cue', *EIGHT.balls], ['foot_left', 'side_left']
+    outcomes, calls = [], []
+    for _ in range(200):
+        fallen = draw.choice(balls, draw.integers(0, 3), replace=False).tolist()
+        calls.append(Call(ball=str(draw.integers(1, 4)), pocket=str(draw.choice(pockets))))
+        outcomes.append(
+            Outcome(
+                draw.choice([None, '1', '8', '9']),
+                tuple((ball, str(draw.choice(pockets))) for ball in fallen),
+                to_cushion=frozenset(draw.choice(balls, draw.integers(0, 2)).tolist()),
+                places={b: p for b, p in state.balls.items() if b not in fallen},
+            )
+        )
+    rulings = judge_batch(state, calls, outcomes)
+    assert len(rulings.kinds) < len(outcomes)
+    for number, call, outcome in zip(rulings.kind, calls, outcomes, strict=True):
+        one, many = judge(state, call, outcome), rulings.kinds[number]
+        assert one.fouls == many.fouls
+        assert one.text == many.text
+        assert replace(one.state, balls={}) == replace(many.state, balls={})
+    with pytest.raises(ValueError, match='as many as outcomes'):
+        judge_batch(state, calls[1:], outcomes)
