@@ -1,6 +1,6 @@
 """States of balls as people give them, checked, in the form that compiled code takes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,36 +60,59 @@ def _check_balls(name: str, states: States) -> None:
 def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     """Return (1, balls) BallStart; raise ValueError if a table cannot begin like that."""
     _check_balls('states', states)
-    radius = scene.ball.radius
+    names, radius = list(states), scene.ball.radius
     starts = ball_starts(1, len(states))
-    for start, (name, state) in zip(starts[0], states.items(), strict=True):
+    vectors = _vectors(states)
+    for i, field in enumerate(VECTORS):
+        starts[field][0] = vectors[:, i]
+    places = vectors[:, 0]
+    if (places[:, 2] < radius * MIN_HEIGHT).any():
+        i = int((places[:, 2] < radius * MIN_HEIGHT).argmax())
+        raise ValueError(
+            f'states[{names[i]!r}].position: {places[i, 2]:.6g} is not allowed as z; it must be at '
+            f'least the radius, {radius:g} (m)'
+        )
+    for t, i, why in in_cushions(scene, starts):
+        x, y, _ = starts['position'][t, i]
+        raise ValueError(f'states[{names[i]!r}].position: ({x:g}, {y:g}) is not allowed; {why}')
+    gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
+    np.fill_diagonal(gaps, 0.0)
+    if gaps.min() < -rounding.PLACE:
+        i, j = divmod(int(gaps.argmin()), len(names))
+        raise ValueError(
+            f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '
+            f'{-gaps[i, j]:.3g} m'
+        )
+    return starts
+
+
+def _vectors(states: States) -> NDArray[np.float64]:
+    """Return (balls, vectors, 3); raise ValueError if a vector is not three finite numbers."""
+    for name, state in states.items():
+        check_type(f'states[{name!r}]', state, BallState)
+    vectors = as_floats([[getattr(each, field) for field in VECTORS] for each in states.values()])
+    if vectors.shape == (len(states), 3, 3) and (np.abs(vectors) <= LARGEST).all():
+        return vectors
+    for name, state in states.items():
         for field, row in zip(VECTORS, _row(name, state), strict=True):
             if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
                 raise ValueError(
                     f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
                     f'be three finite numbers, {-LARGEST:g} to {LARGEST:g}'
                 )
-            start[field] = row
-        x, y, z = start['position'].tolist()
-        if z < radius * MIN_HEIGHT:
-            raise ValueError(
-                f'states[{name!r}].position: {z:.6g} is not allowed as z; it must be at least the '
-                f'radius, {radius:g} (m)'
-            )
-        velocity = start['velocity'].tolist()
-        if scene.table is not None and (why := no_start(scene.table, (x, y, z), velocity, radius)):
-            raise ValueError(f'states[{name!r}].position: ({x:g}, {y:g}) is not allowed; {why}')
-    names, places = list(states), starts['position'][0]
-    if len(names) > 1:
-        gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
-        np.fill_diagonal(gaps, 0.0)
-        if gaps.min() < -rounding.PLACE:
-            i, j = divmod(int(gaps.argmin()), len(names))
-            raise ValueError(
-                f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '
-                f'{-gaps[i, j]:.3g} m'
-            )
-    return starts
+    raise AssertionError('one of the vectors is wrong')
+
+
+def in_cushions(scene: Scene, starts: NDArray[np.void]) -> Iterator[tuple[int, int, str]]:
+    """Yield table, ball and reason for the balls of (tables, balls) BallStart in a cushion."""
+    if scene.table is None:
+        return
+    radius, position = scene.ball.radius, starts['position']
+    bed = 0.5 * np.array([scene.table.length, scene.table.width]) - radius
+    for t, i in zip(*np.nonzero((np.abs(position[..., :2]) > bed).any(axis=-1)), strict=True):
+        velocity = starts['velocity'][t, i].tolist()
+        if why := no_start(scene.table, position[t, i].tolist(), velocity, radius):
+            yield int(t), int(i), why
 
 
 def batch_starts(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.void]]:

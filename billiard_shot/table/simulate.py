@@ -15,7 +15,6 @@ from billiard_shot import machine_code
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
-from billiard_shot.scene.placement import no_start
 from billiard_shot.scene.values import LARGEST, positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
@@ -32,6 +31,7 @@ from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
     BallStart,
     batch_starts,
+    in_cushions,
     States,
     validated_starts,
     VECTORS,
@@ -300,23 +300,12 @@ def simulate_batch(
     names, starts = batch_starts(states)
     for field in VECTORS:
         starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # which compiled code refuses
-    _mark_balls_in_cushions(scene, starts)
+    for t, i, _ in in_cushions(scene, starts):
+        starts['position'][t, i] = np.nan
     if len(starts) > INTERPRETED_AT_MOST:
         machine_code.require()
     task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
     return run_many(task, names, workers)
-
-
-def _mark_balls_in_cushions(scene: Scene, starts: NDArray[np.void]) -> None:
-    """Make the places of balls NaN that are in a cushion or beyond it."""
-    if scene.table is None:
-        return
-    radius, position = scene.ball.radius, starts['position']
-    bed = 0.5 * np.array([scene.table.length, scene.table.width]) - radius
-    for t, i in zip(*np.nonzero((np.abs(position[..., :2]) > bed).any(axis=-1)), strict=True):
-        x, y, z = position[t, i].tolist()
-        if no_start(scene.table, (x, y, z), starts['velocity'][t, i].tolist(), radius):
-            position[t, i] = np.nan
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
