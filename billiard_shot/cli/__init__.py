@@ -1,15 +1,14 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package with three members: `HELP`, one line; `add_arguments`,
-which adds its options to a parser; and `run`, which executes it and returns the exit code. A
-module is imported only if its command or the help is requested, so that it does not slow down the
-others. In all commands the scene comes first, `--output` names the file, and numbers are also
-printed as JSON or CSV.
+Each command is a module of this package with two members: `add_arguments`, which adds its options
+to a parser; and `run`, which executes it and returns the exit code. A module is imported only if
+its command is requested, so that it does not slow down the others. In all commands the scene comes
+first, `--output` names the file, and numbers are also printed as JSON or CSV.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from concurrent.futures import BrokenExecutor
 from importlib import import_module
 import os
@@ -19,24 +18,24 @@ import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 from billiard_shot.pictures.canvas import require_matplotlib
 
-COMMANDS = (
-    'predict',
-    'plan',
-    'atlas',
-    'view',
-    'figures',
-    'scene',
-    'effects',
-    'accuracy',
-    'tolerance',
-    'laws',
-    'paper',
-    'measured',
-    'hard-cases',
-    'urdf',
-    'compile',
-    'completion',
-)
+COMMANDS = {  # and what each does
+    'predict': 'predict the motion of all balls after a stroke',
+    'plan': 'find the stroke most likely to reach a target, given execution noise and limits',
+    'atlas': 'map the success probability of pots over the table',
+    'view': 'write a shot as one HTML file (3-D table, rotating balls, time slider) or as a video',
+    'figures': 'draw the figures of the documentation',
+    'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
+    'effects': 'measure the cost (us) and the influence (mm, degrees) of each effect',
+    'accuracy': 'compare the errors and the work of several methods for the same strokes',
+    'tolerance': 'compare tolerances: true errors, times, and the success of a plan',
+    'laws': 'compare the outcomes of impact laws, and find where they are discontinuous',
+    'paper': 'recompute Table 1 of the paper: as printed, by its model, and under variants',
+    'measured': 'compute values that others measured or published, and print the deviation',
+    'hard-cases': 'solve collisions at the limits of the input ranges, and check each result',
+    'urdf': 'print the mechanical cue as a robot model (URDF)',
+    'compile': 'compile the library to machine code, once for each version',
+    'completion': 'print a script that completes commands and options in bash or zsh',
+}
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
 FILES = (*PICTURES, 'output', 'view', 'video')  # options that name a file to write
 
@@ -45,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code, see `EXIT_CODES`."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        options = make_parser(words).parse_args(words)
+        options = make_parser(words[:1]).parse_args(words)
         _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
@@ -71,8 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
-    """Make the parser of the command that `words` begin with, or of all commands."""
+def make_parser(complete: Container[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
+    """Make the parser of all commands; only those in `complete` have their options."""
     parser = argparse.ArgumentParser(
         prog='billiard-shot',
         description=billiard_shot.__doc__,
@@ -82,12 +81,12 @@ def make_parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
         '--version', action='version', version=f'billiard_shot {billiard_shot.__version__}'
     )
     commands = parser.add_subparsers(required=True, metavar='COMMAND')
-    wanted = [name for name in COMMANDS if name in words[:1]] or COMMANDS
-    for name in wanted:
-        module = import_module(f'billiard_shot.cli.{name.replace("-", "_")}')
-        command = commands.add_parser(name, help=module.HELP, description=module.HELP)
-        module.add_arguments(command)
-        command.set_defaults(run=module.run)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text)
+        if name in complete:
+            module = import_module(f'billiard_shot.cli.{name.replace("-", "_")}')
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
     return parser
 
 

@@ -12,7 +12,6 @@ from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, 
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
-HELP = 'compare the errors and the work of several methods for the same strokes'
 COLUMNS = (
     Column('method'),
     Column('parameter'),

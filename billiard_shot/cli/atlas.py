@@ -37,7 +37,6 @@ from billiard_shot.planning.atlas import (
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'map the success probability of pots over the table'
 SURE, EVEN = 0.9, 0.5
 
 

@@ -6,8 +6,6 @@ import sys
 from billiard_shot import machine_code
 from billiard_shot.cli.progress import wait_for_machine_code
 
-HELP = 'compile the library to machine code, once for each version'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add no options."""

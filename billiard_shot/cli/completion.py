@@ -2,8 +2,6 @@
 
 import argparse
 
-HELP = 'print a script that completes commands and options in bash or zsh'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the shell."""

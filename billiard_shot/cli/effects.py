@@ -20,8 +20,6 @@ from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_give
 from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
 from billiard_shot.study.sample_strokes import sample_strokes
 
-HELP = 'measure the cost (us) and the influence (mm, degrees) of each effect in a shot or scene'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for scene, strokes and picture."""

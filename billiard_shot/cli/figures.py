@@ -5,8 +5,6 @@ from pathlib import Path
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 
-HELP = 'draw the figures of the documentation'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the names of figures and the output folder."""

@@ -13,7 +13,6 @@ Steps: at tolerance 1e-12. off: error relative to the speed; gain: relative
 energy gain; order: change with the order of contacts; sens (sensitivity):
 change of the result per relative change of the input. States and times: --csv
 or --json."""
-HELP = 'solve collisions at the limits of the input ranges, and check each result'
 
 
 def _power(value: float) -> str:

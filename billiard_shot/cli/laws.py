@@ -11,8 +11,6 @@ from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, 
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
-HELP = 'compare the outcomes of impact laws, and find where they are discontinuous'
-
 
 def _places(found: list[tuple[float, float]]) -> str:
     return ', '.join(f'{place:.6g} ({size:.2g})' for place, size in found) or 'none'

@@ -11,7 +11,6 @@ from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.study.measured.comparison import compare, Comparison, comparisons, Group
 from billiard_shot.study.measured.published import SOURCES
 
-HELP = 'compute values that others measured or published, and print both with the deviation'
 WIDTH = 80  # characters of a line
 LABEL = 40  # characters of the name of a row
 

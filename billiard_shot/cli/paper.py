@@ -30,7 +30,6 @@ FOOTER = (
     'velocity and spin: of the ball after the strike. off by: distance from the printed vector, '
     'relative to its length. The law of all rows is energetic, unless the row names another.'
 )
-HELP = 'recompute Table 1 of the paper: as printed, by its model, and under variants'
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -26,7 +26,6 @@ from billiard_shot.scene import Robot
 from billiard_shot.scene.fields import FORMER
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'find the stroke most likely to reach a target, given execution noise and limits'
 PICTURE_TRIALS = 400  # noisy executions in a picture
 LIMITS = {
     'speed_min': 'smallest speed of the cue (m/s)',

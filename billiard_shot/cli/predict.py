@@ -19,8 +19,6 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
 
-HELP = 'predict the motion of all balls after a stroke'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""

@@ -9,8 +9,6 @@ from billiard_shot import Scene
 from billiard_shot.cli.text_table import table
 from billiard_shot.scene.bundled import scene_names, scene_path
 
-HELP = 'list the bundled scenes, show a scene with its defaults, or check files'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the subcommands check, show and list."""

@@ -13,8 +13,6 @@ from billiard_shot.cli.text_table import (
 )
 from billiard_shot.study.tolerances import study_tolerances, TOLERANCES
 
-HELP = 'compare tolerances: true errors, times, and the success of a plan'
-
 
 def length(metres: float) -> str:
     """Text of a length, in mm down to 0.1 mm, then in um or nm."""

@@ -6,8 +6,6 @@ from pathlib import Path
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.urdf import urdf_of
 
-HELP = 'print the mechanical cue as a robot model (URDF)'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for mechanism, frame and output."""

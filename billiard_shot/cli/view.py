@@ -9,8 +9,6 @@ from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, sho
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
-HELP = 'write a shot as one HTML file (3-D table, rotating balls, time slider) or as a video'
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""

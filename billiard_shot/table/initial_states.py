@@ -69,8 +69,8 @@ def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     if (places[:, 2] < radius * MIN_HEIGHT).any():
         i = int((places[:, 2] < radius * MIN_HEIGHT).argmax())
         raise ValueError(
-            f'states[{names[i]!r}].position: {places[i, 2]:.6g} is not allowed as z; it must be at '
-            f'least the radius, {radius:g} (m)'
+            f'states[{names[i]!r}].position: {places[i, 2]:.6g} is not allowed as z; it must be '
+            f'at least the radius, {radius:g} (m)'
         )
     for t, i, why in in_cushions(scene, starts):
         x, y, _ = starts['position'][t, i]
