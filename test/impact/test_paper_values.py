@@ -156,6 +156,5 @@ def test_table_contact_alone_has_a_closed_form(law, slip):
 
 def test_a_result_says_what_it_is():
     result = run(two_balls(), law='energetic', tolerance=1e-12)
-    assert repr(result) == (
-        f'CollisionResult(OK, 3 bodies, 2 contacts, 4 phases, lost {result.dissipated.sum():.4g} J)'
-    )
+    lost = f'{result.dissipated.sum():.4g} J'
+    assert repr(result) == f'CollisionResult(OK, 3 bodies, 2 contacts, 4 phases, lost {lost})'
