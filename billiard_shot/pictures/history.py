@@ -113,7 +113,7 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
         )
     axes.set(ylabel='speed (m/s)', ylim=(0.0, None))
     for mark in trails.marks:
-        if mark.ball == CUE_BALL and mark.kind in LABELLED:
+        if mark.balls[0] == CUE_BALL and mark.kind in LABELLED:
             axes.axvline(mark.time, color=BLACK, linewidth=0.6, linestyle=':')
 
 

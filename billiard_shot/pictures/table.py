@@ -6,6 +6,7 @@ axes, for pictures with more on them; `draw_shot` is all of them in one file.
 """
 
 from collections.abc import Iterable, Mapping
+from itertools import cycle
 import math
 from pathlib import Path
 import textwrap
@@ -20,12 +21,14 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
 from billiard_shot.table.colours import (
     ball_colour,
     BLACK,
+    BLUE,
     GREEN,
+    GREY,
     is_striped,
-    MOTIONS,
     ORANGE,
     PURPLE,
     VERMILION,
@@ -33,25 +36,23 @@ from billiard_shot.table.colours import (
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.words import ball_in_words
 
 CLOTH, CUSHION, WOOD, HOLE = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
 WIDTH = 9.0  # inches of a picture
-NAMES = {
-    Motion.SLIDE: 'slides',
-    Motion.ROLL: 'rolls',
-    Motion.FLIGHT: 'flies',
-}
-DASHES = {Motion.SLIDE: '-', Motion.ROLL: '-', Motion.FLIGHT: (0, (2.5, 1.5))}
-MARKS = {  # marker, colour, label
-    EventKind.ROLL: ('o', VERMILION, 'begins to roll'),
-    EventKind.BOUNCE: ('v', BLACK, 'bounces'),
-    EventKind.LAND: ('v', 'white', 'lands'),
-    EventKind.CUSHION: ('s', GREEN, 'cushion'),
-    EventKind.BALL: ('X', PURPLE, 'meets a ball'),
-    EventKind.CLUSTER: ('P', PURPLE, 'meets several'),
-    EventKind.POCKET: ('D', ORANGE, 'falls'),
-    EventKind.OFF: ('D', VERMILION, 'leaves the table'),
-    EventKind.CUE: ('*', BLACK, 'is hit again'),
+NAMES = {Motion.ROLL: 'rolls', Motion.SLIDE: 'slides', Motion.FLIGHT: 'flies'}
+# As on the page of `view`.
+DASHES = {Motion.ROLL: '-', Motion.SLIDE: (0, (3.5, 1.2)), Motion.FLIGHT: (0, (1.0, 1.0))}
+# Colours of paths, that of the cue ball first. If more balls move, the rest is grey and thin.
+PATHS = BLACK, VERMILION, BLUE, PURPLE, ORANGE, GREEN
+REST = '#9fb3a7'
+MARKS = {  # marker, label
+    EventKind.CUSHION: ('s', 'cushion'),
+    EventKind.BALL: ('X', 'meets a ball'),
+    EventKind.CLUSTER: ('X', 'meets a ball'),
+    EventKind.POCKET: ('D', 'falls'),
+    EventKind.OFF: ('^', 'leaves the table'),
+    EventKind.CUE: ('*', 'is hit again'),
 }
 CUE_COLOUR = '#8a5a2b'
 TITLE = 100  # characters of a line of the title
@@ -152,52 +153,75 @@ def draw_balls(
             **look,
         )
         artists[name] = [axes.add_patch(face)]
-        if name.isdecimal() and not faint:
+        if name.isdecimal():
             spot = 0.78 if is_striped(name) else 0.6
-            disc = Circle((x, y), spot * radius, color='white', linewidth=0, zorder=4.1)
+            above = 2.1 if faint else 4.1
+            disc = Circle((x, y), spot * radius, color='white', linewidth=0, zorder=above)
             number = axes.text(
-                x, y, name, ha='center', va='center_baseline', fontsize=4.5, zorder=4.2
+                x, y, name, ha='center', va='center_baseline', fontsize=4.5, zorder=above + 0.1
             )
             artists[name] += [axes.add_patch(disc), number]
     return artists
 
 
+def path_colours(trails: Trails) -> dict[str, str]:
+    """
+    Choose the colours of the paths of the balls that move, by name, the cue ball first.
+
+    If there are more balls than colours, the cue ball, the ball that it met first, and the balls
+    that left the table keep theirs; the paths of the others are pale.
+    """
+    moving = [name for name in trails.balls if trails.moved(name)]
+    moving.sort(key=lambda name: name != CUE_BALL)
+    if len(moving) <= len(PATHS):
+        return dict(zip(moving, PATHS, strict=False))
+    gone = [name for name in moving if trails.end(name) is None]
+    told = dict.fromkeys([CUE_BALL, *filter(None, [trails.first_contact]), *gone])
+    return dict.fromkeys(moving, REST) | dict(zip(told, cycle(PATHS), strict=False))
+
+
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
-    """Draw the paths of balls, events on the way, and ghost balls."""
+    """Draw the paths of balls, events on the way, and ghost balls: a colour for each ball."""
     from matplotlib.patches import Circle
 
-    for name in trails.balls:
+    colours = path_colours(trails)
+    styles: dict[str, Any] = {}  # that occur, for the legend
+    for name, colour in colours.items():
+        pale = colour == REST
+        axes.plot([], [], color=colour, linewidth=1.5, label=_label(name, pale))
         for piece in trails.pieces(name):
             if piece.motion not in NAMES:
                 continue  # it spins in place
+            styles[NAMES[piece.motion]] = DASHES[piece.motion]
             axes.plot(
                 piece.points[:, 0],
                 piece.points[:, 1],
                 linestyle=DASHES[piece.motion],
-                color=MOTIONS[piece.motion],
-                linewidth=1.5,
+                color=colour,
+                linewidth=0.6 if pale else 1.5,
                 alpha=alpha,
-                zorder=3,
-                label=NAMES[piece.motion],
+                zorder=2.5 if pale else 3,
                 solid_capstyle='butt',
             )
-    for kind, (marker, colour, text) in MARKS.items():
-        places = [mark.position for mark in trails.marks if mark.kind == kind]
-        if places:
-            x, y, _ = np.transpose(places)
+    for label in NAMES.values():
+        if label in styles:
+            axes.plot([], [], linestyle=styles[label], color=GREY, linewidth=1.5, label=label)
+    for mark in trails.marks:
+        colour = colours.get(mark.balls[0], REST)
+        if mark.kind in MARKS and colour != REST:
+            marker, label = MARKS[mark.kind]
             axes.plot(
-                x,
-                y,
+                *mark.position[:2],
                 marker,
                 color=colour,
                 markersize=4.5,
-                markeredgecolor='black',
+                markeredgecolor='white',
                 markeredgewidth=0.5,
                 linestyle='',
                 alpha=alpha,
                 zorder=3.8,
-                label=text,
             )
+            axes.plot([], [], marker, color=GREY, markersize=4.5, linestyle='', label=label)
     for x, y, _ in trails.ghosts:
         axes.add_patch(
             Circle(
@@ -221,6 +245,10 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
             linestyle='',
             label='ghost ball',
         )
+
+
+def _label(name: str, pale: bool) -> str:
+    return 'other balls' if pale else ball_in_words(name)
 
 
 def draw_cue(axes: Any, scene: Scene, stroke: Stroke, place: ArrayLike) -> list[Any]:
@@ -277,6 +305,7 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
     figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
     draw_trails(axes, trails)
     draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
+    _name_starts(axes, trails)
     ends = {name: trails.end(name) for name in trails.balls}
     draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
     draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE_BALL))
@@ -285,8 +314,25 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
 
 
 def shot_title(shot: Shot) -> str:
-    """Summarise a shot, in lines that fit a picture."""
-    return textwrap.fill(f'{shot.status.name}: {shot.message}', TITLE)
+    """Say what happened, in lines that fit a picture."""
+    trouble = '' if shot.status == Status.OK else f'{shot.status.name}: '
+    return textwrap.fill(f'{trouble}{shot.message[0].upper()}{shot.message[1:]}', TITLE)
+
+
+def _name_starts(axes: Any, trails: Trails) -> None:
+    """Write the names of balls without a number beside their first places; of many, the cue's."""
+    named = [name for name in _moved(trails) if not name.isdecimal()]
+    for name in named if len(named) <= len(PATHS) else [CUE_BALL]:
+        x, y, _ = trails.start(name)
+        axes.annotate(
+            name,
+            (x, y),
+            (0, 8),
+            textcoords='offset points',
+            ha='center',
+            fontsize='x-small',
+            zorder=6.5,
+        )
 
 
 def _moved(trails: Trails) -> Iterable[str]:

@@ -19,6 +19,7 @@ from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
 ENDLESS = 2.0  # s for which a motion without end is shown
 SAGITTA = 1e-4  # m, largest distance of a drawn line from the curve
 MOST = 400  # largest number of points of a segment
+MEETINGS = EventKind.BALL, EventKind.CLUSTER
 GONE = (Motion.POCKETED, Motion.OFF_TABLE)
 
 
@@ -33,9 +34,9 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mark:
-    """Something that happened to a ball [s], its centre at a position (3,) [m]."""
+    """Something that happened to balls [s], the centre of the first at a position (3,) [m]."""
 
-    ball: str
+    balls: tuple[str, ...]
     time: float
     kind: EventKind
     position: NDArray[np.float64]
@@ -55,6 +56,8 @@ class Trails:
         In the order of time.
     ghosts : tuple of (3,) float arrays
         Positions of the cue ball as it met other balls [m].
+    first_contact : str or None
+        The first ball that the cue ball met.
     until : float
         Time up to which the balls are shown [s].
 
@@ -64,6 +67,7 @@ class Trails:
     balls: Mapping[str, Trajectory]
     marks: tuple[Mark, ...]
     ghosts: tuple[NDArray[np.float64], ...]
+    first_contact: str | None
     until: float
 
     def pieces(self, name: str) -> tuple[Piece, ...]:
@@ -92,18 +96,18 @@ class Trails:
 def trails_of_run(scene: Scene, run: TableRun) -> Trails:
     """Make trails of all balls of a table."""
     marks = tuple(
-        Mark(event.balls[0], event.time, event.kind, event.position) for event in run.events
+        Mark(tuple(event.balls), event.time, event.kind, event.position) for event in run.events
     )
     ghosts = (
         tuple(
             run.balls[CUE_BALL].at(event.time).position
             for event in run.events
-            if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE_BALL in event.balls
+            if event.kind in MEETINGS and CUE_BALL in event.balls
         )
         if CUE_BALL in run.balls
         else ()
     )
-    return Trails(scene, run.balls, marks, ghosts, _until(run.balls))
+    return Trails(scene, run.balls, marks, ghosts, run.first_met.get(CUE_BALL), _until(run.balls))
 
 
 def trails_of(shot: Shot) -> Trails:

@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.pictures.cue_motion import cue_motion
-from billiard_shot.pictures.table import draw_balls, draw_cue, shot_title, table_axes
+from billiard_shot.pictures.table import (
+    draw_balls,
+    draw_cue,
+    path_colours,
+    REST,
+    shot_title,
+    table_axes,
+)
 from billiard_shot.pictures.trails import GONE, Trails, trails_of
-from billiard_shot.pictures.view import path_colours
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLACK
@@ -176,7 +182,9 @@ class _Moving:
         self.cue = draw_cue(axes, shot.scene, shot.stroke, starts[CUE_BALL])
         self.cue_motion = cue_motion(shot, trails)
         self.paths = {
-            name: axes.plot([], [], color=colour, linewidth=1.2, zorder=3)[0]
+            name: axes.plot(
+                [], [], color=colour, linewidth=0.6 if colour == REST else 1.5, zorder=3
+            )[0]
             for name, colour in path_colours(trails).items()
         }
         pieces = {name: trails.pieces(name) for name in self.paths}
@@ -198,8 +206,10 @@ class _Moving:
         """Draw all moving things at their places at a time [s]."""
         for name, line in self.paths.items():
             times, points = self.points[name]
-            shown = points[: int(np.searchsorted(times, time))]
-            line.set_data(shown[:, 0], shown[:, 1])
+            past = points[: int(np.searchsorted(times, time)), :2]
+            if 0 < len(past) < len(points):  # between two points, the path ends at the ball
+                past = np.vstack([past, self.trails.balls[name].at(time).position[:2]])
+            line.set_data(past[:, 0], past[:, 1])
             self.axes.draw_artist(line)
         for name, artists in self.balls.items():
             state = self.trails.balls[name].at(max(time, 0.0))

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.pictures.table import draw_shot, draw_trails, table_axes
+from billiard_shot.pictures.table import draw_shot, draw_trails, path_colours, REST, table_axes
 from billiard_shot.pictures.trails import ENDLESS, trails_of, trails_of_run
-from billiard_shot.table.colours import ball_colour, CUE_BALL, is_striped, MOTIONS, OTHER, POOL
+from billiard_shot.table.colours import ball_colour, CUE_BALL, is_striped, OTHER, POOL
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
@@ -119,17 +119,37 @@ def test_colours_of_balls():
     assert ball_colour('16') == ball_colour('Ω') == OTHER
 
 
-def test_lines_have_the_colours_of_motions():
+def test_lines_tell_balls_by_colour_and_motions_by_style():
     drawn('matplotlib', reason='needs matplotlib, an extra')
-    _, axes = table_axes(MASSE.scene)
-    draw_trails(axes, trails_of(MASSE))
-    lines = {line.get_label(): line.get_color() for line in axes.get_lines()}
-    assert lines['flies'] == MOTIONS[Motion.FLIGHT]
-    assert lines['slides'] == MOTIONS[Motion.SLIDE]
-    assert lines['rolls'] == MOTIONS[Motion.ROLL]
-    x, y = next(m for m in axes.get_lines() if m.get_label() == 'begins to roll').get_data()
-    roll = next(e for e in MASSE.trajectory.events if e.kind == EventKind.ROLL)
-    assert (x[0], y[0]) == pytest.approx(roll.position[:2])
+    trails = trails_of(COMBINATION)
+    _, axes = table_axes(FROZEN)
+    draw_trails(axes, trails)
+    colours = path_colours(trails)
+    assert list(colours) == ['cue', '1', '8']
+    assert len(set(colours.values())) == 3
+    legend = {line.get_label(): line for line in axes.get_lines()}
+    for name, label in (('cue', 'cue ball'), ('1', '1'), ('8', '8')):
+        assert legend[label].get_color() == colours[name]
+        lines = [
+            line
+            for line in axes.get_lines()
+            if len(line.get_xdata()) > 1 and line.get_color() == colours[name]
+        ]
+        assert len(lines) == len([p for p in trails.pieces(name) if p.motion != Motion.SPIN])
+    assert len({legend[motion].get_linestyle() for motion in ('rolls', 'slides')}) == 2
+
+
+def test_a_break_shows_what_matters():
+    """Cue ball, first contact, and balls that fall have a colour; the other balls are pale."""
+    drawn('matplotlib', reason='needs matplotlib, an extra')
+    trails = trails_of(
+        predict('eight_ball', Stroke.from_offsets(b=0.1, elevation_deg=5, azimuth_deg=-4, speed=8))
+    )
+    colours = path_colours(trails)
+    told = {name for name, colour in colours.items() if colour != REST}
+    gone = {name for name in trails.balls if trails.end(name) is None}
+    assert told == {'cue', trails.first_contact} | gone
+    assert len(colours) > 10
 
 
 @pytest.mark.parametrize('shot', [COMBINATION, MASSE])

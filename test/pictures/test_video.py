@@ -55,6 +55,21 @@ def test_balls_are_drawn_where_they_are():
                 assert shown != colour_at(empty, SCENE, state.position[:2]), (name, time)
 
 
+def test_paths_end_at_the_balls():
+    """A path goes on between the points that draw it: behind a moving ball is its path."""
+    trails = trails_of(SHOT)
+    dark = 0
+    times = [0.15, 1.0, 1.5]  # the cue ball slides, then rolls far
+    for time, image in zip(times, images(SHOT, np.array(times)), strict=True):
+        state = trails.balls['cue'].at(time)
+        way = state.velocity[:2] / np.linalg.norm(state.velocity[:2])
+        behind = [
+            state.position[:2] - (1.0 + part) * 0.0286 * way for part in (0.2, 0.4, 0.6, 0.8)
+        ]
+        dark += min(sum(colour_at(image, SCENE, place)) for place in behind) < 300
+    assert dark == len(times)
+
+
 def test_pocketed_ball_disappears():
     (last,) = images(SHOT, image_times(SHOT)[-1:])
     assert trails_of(SHOT).end('8') is None

@@ -13,6 +13,7 @@ from billiard_shot.pictures.orientations import orientations, product, rotation,
 from billiard_shot.pictures.view import page_of, view_data, write_page
 from billiard_shot.records import ROWS
 from billiard_shot.table.motion import Segment
+from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import Trajectory
 
 COMBINATION = predict(
@@ -408,9 +409,31 @@ def test_a_phone_shows_all_balls_and_all_controls(page):
         )
         page.settle()
 
+    def in_view(places):
+        area = page.run('view.freeArea()')
+        for place in places:
+            x, y, _ = page.run(f'view.project({place})')
+            assert area['left'] < x < area['right']
+            assert area['top'] < y < area['bottom']
+
     size = 390, 844
     resize(*size)
     try:
+        # A window that changes its size, or opens its panel, shows the whole table again ...
+        x, y = outline_of(COMBINATION.scene).frame.tolist()
+        for _ in range(2):
+            in_view([[i * x, j * y, 0] for i in (-1, 1) for j in (-1, 1)])
+            page.run("document.getElementById('panel').click()")
+            page.settle()
+        page.run('view.camera.distance = 3; view.camera.azimuth = 1')
+        # ... but not if somebody has turned it.
+        page.mouse('mousePressed', 200, 400, button='left', buttons=1)
+        page.mouse('mouseMoved', 230, 400, button='left', buttons=1)
+        page.mouse('mouseReleased', 230, 400, button='left')
+        turned = page.run('view.camera.azimuth')
+        resize(400, 844)
+        assert page.run('view.camera.azimuth') == turned
+        resize(*size)
         for view in ('corner', 'top'):
             page.run(f"view.look('{view}')")
             area = page.run('view.freeArea()')

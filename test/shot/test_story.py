@@ -196,7 +196,8 @@ def test_a_shot_draws_itself(tmp_path, monkeypatch):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     shot = straight_at_pocket(follow=True)
     figure = shot.plot(tmp_path / 'shot.png')
-    assert shot.message in figure.axes[0].get_title('left').replace('\n', ' ')
+    title = figure.axes[0].get_title('left').replace('\n', ' ')
+    assert title.lower() == shot.message.lower()
     assert (tmp_path / 'shot.png').read_bytes()[:4] == b'\x89PNG'
 
 

@@ -16,6 +16,7 @@ function minmax(values) { // Math.min(...values) has a limit
 }
 
 const camera = { azimuth: 0, elevation: 0, distance: 1, target: [0, 0, 0] };
+let kept = 'corner'; // the view that is fitted again if the free area changes; null: the user's own
 const FIELD = 0.62; // rad, its angle of view from below to above
 const NEAR_CLOTH = 0.02; // m, the least height of the eye above the cloth, or above the frame
 
@@ -26,7 +27,7 @@ const corners = [-1, 1].flatMap((i) => [-1, 1].map((j) => (data.table
 
 // A narrow window shows the table along its length.
 const OVERVIEWS = {
-  corner: { wide: [-1.8, 0.78], narrow: [Math.PI + 0.2, 0.9] },
+  corner: { wide: [-1.8, 0.78], narrow: [Math.PI + 0.12, 1.1] },
   top: { wide: [-Math.PI / 2, Math.PI / 2], narrow: [Math.PI, Math.PI / 2] },
 };
 
@@ -47,6 +48,7 @@ function look(view) {
     Object.assign(camera, { azimuth, elevation, target: data.table ? [0, 0, 0] : [...data.middle, 0] });
     camera.distance = followed ? CLOSE : fitting();
   }
+  kept = view;
   draw();
 }
 
@@ -69,6 +71,7 @@ let followed = null;
 function follow(ball) {
   if (followed && !ball) camera.target = onCloth(stateOf(followed, time).position);
   if (ball) camera.distance = Math.min(camera.distance, CLOSE);
+  if (ball !== followed) kept = null;
   followed = ball;
   element('follow').value = ball ? ball.name : '';
   draw();
@@ -97,11 +100,13 @@ function freeArea() {
   const { clientWidth: width, clientHeight: height } = element('canvas');
   const panel = document.querySelector('aside').getBoundingClientRect();
   const bar = document.querySelector('footer').getBoundingClientRect();
-  const below = panel.width > 0.7 * width; // a narrow window: the panel is below the table
+  // In a narrow window the panel is below the table, or only its head is shown, above the table.
+  const aside = panel.width < 0.7 * width;
+  const below = !aside && panel.bottom > height / 2;
   return {
-    left: 0, top: 0,
-    right: panel.width && !below ? panel.left - 8 : width,
-    bottom: (panel.width && below ? panel.top : bar.top) - 4,
+    left: 0, top: !aside && !below ? panel.bottom : 0,
+    right: panel.width && aside ? panel.left - 8 : width,
+    bottom: (below ? panel.top : bar.top) - 4,
   };
 }
 

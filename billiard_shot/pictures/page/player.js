@@ -134,7 +134,7 @@ function listen() {
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
   element('panel').addEventListener('click', () => {
     document.querySelector('aside').classList.toggle('away');
-    draw();
+    fitAgain();
   });
   for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
   element('follow').addEventListener('change', ({ target: { value } }) =>
@@ -172,16 +172,23 @@ function listen() {
     event.preventDefault();
     zoom(Math.exp(0.0012 * event.deltaY));
   }, { passive: false });
-  new ResizeObserver(draw).observe(canvas);
+  new ResizeObserver(fitAgain).observe(canvas);
+}
+
+function fitAgain() {
+  if (kept) look(kept);
+  else draw();
 }
 
 function turn(dx, dy) {
+  kept = null;
   camera.azimuth -= 0.006 * dx;
   camera.elevation = clamp(camera.elevation + 0.006 * dy, 0, Math.PI / 2);
   draw();
 }
 
 function zoom(factor) {
+  kept = null;
   camera.distance = clamp(camera.distance * factor, 0.12, 60);
   draw();
 }
@@ -207,6 +214,7 @@ function start() {
     describe();
     return;
   }
+  document.querySelector('aside').classList.toggle('away', window.innerWidth <= 700);
   look('corner');
   if (!data.table && data.extent > 9) follow(cueBall);
   setTime(BEGIN);
