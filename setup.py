@@ -97,7 +97,6 @@ setup(
             'table_display = billiard_shot.ros.table_display:main',
             'player = billiard_shot.ros.player:main',
             'plan_player = billiard_shot.ros.plan_player:main',
-            'seal_shot = billiard_shot.ros.seal_shot:main',
         ],
     },
 )

@@ -7,7 +7,7 @@ The controller acts on messages at once; it checks for time-outs and progress at
 After a pause without calls, it trusts no message from before the pause.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 import math
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import Balls, GoalRegistry, moved, ShotGoal
+from billiard_shot.cue.goals import GoalRegistry, ShotGoal
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
 from billiard_shot.cue.measurement import Strike, StrikeDetector
@@ -32,6 +32,7 @@ from billiard_shot.cue.safety import (
     MOVING,
     State,
 )
+from billiard_shot.cue.sightings import Balls, moved
 from billiard_shot.scene import Scene
 
 OVERRUN = 0.1
@@ -165,8 +166,8 @@ class Controller:
         if names and self.state is not State.FAULT:
             self.fail(now, self.other_drivers)
 
-    def receive_table(self, balls: Mapping[str, tuple[float, float]] | None) -> None:
-        """Take the positions of the balls [m]; None if they are no longer known."""
+    def receive_table(self, balls: Balls | None) -> None:
+        """Take the balls on the table; None if they are no longer known."""
         self._balls = balls
 
     # --- requests -------------------------------------------------------------------------------
@@ -199,7 +200,7 @@ class Controller:
             raise RefusedError(Outcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
             raise RefusedError(Outcome.NOT_READY, moving)
-        self._registry.register(goal)
+        self._registry.check(goal)
         if self._balls is None:
             raise RefusedError(Outcome.TABLE_UNKNOWN, self.table_problem)
         problem = moved(goal.plan.balls, self._balls, self._settings.table_tolerance)
@@ -217,11 +218,16 @@ class Controller:
         if not decision.accepted:
             self._execution = None
             raise RefusedError(Outcome.NOT_READY, decision.reason)
+        self._registry.use(goal.plan.shot_id)
         self._start(aim, now)
 
-    def arm(self, now: float) -> Decision:
-        """Allow the aimed shot to be fired; it fires after the settling time."""
+    def arm(self, shot_id: str, now: float) -> Decision:
+        """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
+        if self._execution and shot_id != self.shot_id:
+            return Decision(
+                False, self.state, f'arm: shot_id must be {self.shot_id!r}, got {shot_id!r}'
+            )
         decision = self._event(Event.ARM, now, 'armed')
         if decision.accepted and self._execution:
             self._execution.armed_until = now + self._settings.arm_timeout

@@ -20,20 +20,20 @@ class Outcome(IntEnum):
     FAULT = 5  # the mechanism did not follow its commands
     EXPIRED = 6  # not armed in time: the goal was no longer valid
     TABLE_MOVED = 7  # a ball moved between the goal and the shot
+    TABLE_STALE = 8  # the balls were not detected for too long
     NOT_READY = 100  # not active, not disarmed, or an input does not allow it
     BUSY = 101  # another shot is being executed
     INVALID_PLAN = 102  # a field is invalid, or contradicts another field
-    PLAN_CHANGED = 103  # the plan does not match its seal, or its shot id had another plan
+    ALREADY_PLAYED = 103  # the cue has been aimed for this shot before
     ALREADY_EXPIRED = 104
-    NONCE_REPEATED = 105
-    TABLE_UNKNOWN = 106  # no table state has been received, or the last one was not valid
-    TABLE_DIFFERS = 107  # a ball does not lie at its planned place
-    NOT_PREDICTED = 108  # the library refuses the stroke, or its prediction did not finish
-    SPEED_OUT_OF_LIMITS = 109
-    ELEVATION_OUT_OF_LIMITS = 110
-    OUT_OF_REACH = 111  # a joint would be out of its range
-    STROKE_OUT_OF_LIMITS = 112  # force, travel, or braking distance before the cloth
-    TOUCHES_AGAIN = 113  # the cue would touch the ball a second time, or another ball
+    TABLE_UNKNOWN = 105  # no recent and valid table state has been received
+    TABLE_DIFFERS = 106  # a ball does not lie at its planned place
+    NOT_PREDICTED = 107  # the library refuses the stroke, or its prediction did not finish
+    SPEED_OUT_OF_LIMITS = 108
+    ELEVATION_OUT_OF_LIMITS = 109
+    OUT_OF_REACH = 110  # a joint would be out of its range
+    STROKE_OUT_OF_LIMITS = 111  # force, travel, or braking distance before the cloth
+    TOUCHES_AGAIN = 112  # the cue would touch the ball a second time, or another ball
 
     @property
     def refused(self) -> bool:

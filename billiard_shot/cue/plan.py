@@ -1,10 +1,7 @@
-"""A planned shot with its seal, and the fully checked motion of the mechanism for it."""
+"""A planned shot, and the fully checked motion of the mechanism for it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-import hashlib
 import math
-import struct
 
 import numpy as np
 
@@ -20,6 +17,7 @@ from billiard_shot.cue.profile import (
     StrokeProfile,
     StrokeTrajectory,
 )
+from billiard_shot.cue.sightings import Balls, positions_of
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
@@ -49,7 +47,7 @@ class ShotPlan:
     Parameters
     ----------
     shot_id : str
-        Name of the shot; the same id always means the same shot.
+        Name of the shot; a shot is played once.
     position : (3,) tuple of float
         Position of the tip before the stroke: any point on its axis in front of the ball [m].
     quaternion : (4,) tuple of float
@@ -58,8 +56,8 @@ class ShotPlan:
         Speed of the cue as it meets the ball [m/s].
     elevation : float
         Downward angle of the stroke [rad]; the same as that of the quaternion.
-    balls : mapping of str to (x, y)
-        Positions of the balls when the shot was planned [m]; the cue ball is `cue`.
+    balls : mapping of str to Sighting
+        The balls for which the shot was planned; the cue ball is `cue`.
 
     """
 
@@ -68,17 +66,7 @@ class ShotPlan:
     quaternion: tuple[float, float, float, float]
     speed: float
     elevation: float
-    balls: Mapping[str, tuple[float, float]]
-
-    @property
-    def seal(self) -> str:
-        """SHA-256 of all fields, in hexadecimal; a changed plan has another seal."""
-        numbers = [*self.position, *self.quaternion, self.speed, self.elevation]
-        content = hashlib.sha256()
-        for text, values in [(self.shot_id, numbers), *sorted(self.balls.items())]:
-            name = text.encode()
-            content.update(struct.pack(f'<Q{len(name)}s{len(values)}d', len(name), name, *values))
-        return content.hexdigest()
+    balls: Balls
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,12 +96,12 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     # The mechanism brakes after the strike, so its cue does not follow as a player's does.
     alone = replace(scene.effects, double_hit='off')
     try:
-        shot = predict(replace(scene, balls=dict(plan.balls), effects=alone), stroke)
+        shot = predict(replace(scene, balls=positions_of(plan.balls), effects=alone), stroke)
     except ValueError as error:
         raise RefusedError(Outcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:
         raise RefusedError(Outcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
-    contact = tip_at(stroke, plan.balls['cue'], scene)
+    contact = tip_at(stroke, plan.balls['cue'].position, scene)
     try:
         profile = stroke_profile(
             mechanism,
@@ -164,12 +152,18 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
         raise RefusedError(invalid, "shot_id: '' is not allowed; it must not be empty")
     if 'cue' not in plan.balls:
         raise RefusedError(invalid, "balls: there must be a ball 'cue'")
-    for name, place in plan.balls.items():
-        if not all(map(math.isfinite, place)):
-            raise RefusedError(invalid, f'balls: {place} of {name!r} must be finite (m)')
+    for name, ball in plan.balls.items():
+        if not all(map(math.isfinite, (*ball.position, *ball.covariance))):
+            raise RefusedError(
+                invalid,
+                f'position and position_covariance of ball {name!r} must be finite, got '
+                f'{ball.position} m and {ball.covariance} m^2',
+            )
+        if ball.is_moving or not ball.is_seen:
+            raise RefusedError(invalid, f'ball {name!r} of the plan must be seen and at rest')
     try:
         stroke = Stroke.from_pose(
-            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'], radius)
+            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'].position, radius)
         )
     except (ValueError, ArithmeticError) as error:
         raise RefusedError(invalid, str(error)) from error

@@ -1,25 +1,31 @@
 """Conversions between messages and the library, and the checks of requests: pure functions."""
 
 from array import array
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 import math
 from typing import Any
 
-from billiard_shot_msgs.msg import BallTrajectory, Effect, TableState
+from billiard_shot_msgs.msg import BallState, BallTrajectory, Effect, TableState
 from billiard_shot_msgs.srv import PredictShot
+from builtin_interfaces.msg import Duration, Time
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
+from billiard_shot.cue.sightings import positions_of, Sighting
 from billiard_shot.ros.parameters import FRAME, MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import Status
 
 MAX_KEY_TIMES = 8
 """Largest number of samples in a short answer."""
+
+HEIGHT_ERROR = 5e-3
+"""Largest error of the measured height of a ball that lies on the cloth [m]."""
 
 Triple = tuple[float, float, float]
 
@@ -85,58 +91,97 @@ def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
         raise BadRequestError(invalid, f'cue_pose, speed: {error}') from error
 
 
-def ball_of(
-    request: PredictShot.Request,
-    radius: float,
-    table: TableState | None,
-    frame: str,
-) -> Triple:
+def table_scene(scene: Scene, table: TableState | None, frame: str) -> Scene:
     """
-    Centre of the cue ball (metres, in `frame`), from a request or from the table state.
+    Replace the balls of a scene by those of the table state.
 
     Raises
     ------
     BadRequestError
-        INVALID_REQUEST, with the field, its value and the allowed range.
+        INVALID_REQUEST, if no table state has been received, or it is in another frame, or its
+        balls cannot be used.
 
     """
-    if not request.use_table_state:
-        return _resting('ball_position', request.ball_position, radius)
     if table is None:
-        raise _invalid(
-            'use_table_state is true, but no message has been received on topic table_state'
-        )
+        raise _invalid('use_table_state: no message received on topic table_state')
     check_frame('table_state.header.frame_id', table.header, frame)
-    balls = [ball for ball in table.balls if ball.id == CUE_BALL]
-    if len(balls) != 1:
-        raise _invalid(
-            f'use_table_state: table_state has {len(balls)} balls {CUE_BALL!r}: must be one'
-        )
-    if balls[0].pocketed:
-        raise _invalid(f'use_table_state: table_state says that ball {CUE_BALL!r} is pocketed')
-    return _resting(f'table_state ball {CUE_BALL!r} position', balls[0].position, radius)
+    return scene_of(scene, table.balls, 'table_state.balls')
 
 
-def scene_of(scene: Scene, table: TableState) -> Scene:
+def scene_of(scene: Scene, balls: Sequence[BallState], field: str = 'balls') -> Scene:
     """
-    Replace the balls of a scene by those of a table state.
+    Replace the balls of a scene by those of a message.
 
     Raises
     ------
     BadRequestError
-        INVALID_REQUEST, with the ball and the reason why it cannot lie there.
+        INVALID_REQUEST, if there is no cue ball, or if a ball is not seen, moves, occurs twice or
+        cannot lie there.
 
     """
-    balls: dict[str, tuple[float, float]] = {}
-    for ball in table.balls:
-        if ball.id in balls:
-            raise _invalid(f'use_table_state: table_state has ball {ball.id!r} twice')
-        if not ball.pocketed:
-            balls[ball.id] = ball.position.x, ball.position.y
+    sightings = sightings_of(balls, field=field)
+    if CUE_BALL not in sightings:
+        raise _invalid(f'{field}: the cue ball, {CUE_BALL!r}, must be on the table')
+    for name, ball in sightings.items():
+        if ball.is_moving or not ball.is_seen:
+            fault = 'moves' if ball.is_seen else 'is not seen'
+            raise _invalid(f'{field}: ball {name!r} {fault}; must be seen and at rest')
     try:
-        return replace(scene, balls=balls)
+        return replace(scene, balls=positions_of(sightings))
     except ValueError as error:
-        raise _invalid(f'use_table_state: table_state: {error}') from None
+        raise _invalid(f'{field}: {error}') from None
+
+
+def sightings_of(
+    balls: Sequence[BallState], stamp: Time | None = None, field: str = 'balls'
+) -> dict[str, Sighting]:
+    """
+    Read the balls that are not pocketed; `stamp` is the stamp of their message.
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, if a ball occurs twice, has a number that is not finite, or has a state
+        that does not exist.
+
+    """
+    sightings: dict[str, Sighting] = {}
+    names = set()
+    for ball in balls:
+        if ball.id in names:
+            raise _invalid(f'{field}: {ball.id!r} occurs twice; each name must occur only once')
+        names.add(ball.id)
+        if ball.state == BallState.POCKETED:
+            continue
+        if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
+            raise _invalid(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
+        position = ball.position.x, ball.position.y
+        xx, xy, _, _, yy, *_ = map(float, ball.position_covariance)
+        covariance = xx, xy, yy
+        if not all(map(math.isfinite, (*position, *covariance))):
+            raise _invalid(
+                f'{field}: position and position_covariance of {ball.id!r} must be finite, got '
+                f'{position} m and {covariance} m^2'
+            )
+        seen = seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0)
+        sightings[ball.id] = Sighting(
+            position, covariance, ball.state == BallState.ON_TABLE, ball.moving, seen
+        )
+    return sightings
+
+
+def ball_message(name: str, ball: Sighting) -> BallState:
+    """Message of a ball that is on the table or not seen; its height is that of a ball at rest."""
+    xx, xy, yy = ball.covariance
+    x, y = ball.position
+    return BallState(
+        id=name,
+        state=BallState.ON_TABLE if ball.is_seen else BallState.UNKNOWN,
+        position=Point(x=x, y=y),
+        position_covariance=[xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0],
+        moving=ball.is_moving,
+        last_seen=time_of(ball.time),
+    )
 
 
 def check_common(request: PredictShot.Request, frame: str) -> None:
@@ -252,6 +297,17 @@ def vectors(flat: 'array[float]') -> NDArray[np.float64]:
 # --- pieces -------------------------------------------------------------------------------------
 
 
+def seconds(time: Time | Duration) -> float:
+    """Convert a time or a duration to seconds."""
+    return time.sec + 1e-9 * time.nanosec
+
+
+def time_of(seconds: float) -> Time:
+    """Convert seconds to a time."""
+    whole = math.floor(seconds)
+    return Time(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
+
+
 def _filled(kind: type, values: Any) -> Any:
     x, y, z = map(float, values)
     return kind(x=x, y=y, z=z)
@@ -270,13 +326,21 @@ def _finite(field: str, message: Any, axes: str, status: Status) -> tuple[float,
     return values
 
 
-def _resting(field: str, point: Point, radius: float) -> Triple:
+def resting(field: str, point: Point, radius: float) -> Triple:
+    """
+    Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given.
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, with the field, its value and the allowed range.
+
+    """
     x, y, z = _finite(field, point, 'xyz', Status.INVALID_REQUEST)
-    if z != 0.0 and abs(z - radius) > 1e-6:
-        where = 'below the cloth' if z < radius else 'above it'
+    if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
         raise _invalid(
-            f'{field}.z is {z}: the ball would be {where}; '
-            f'must be 0 (resting on the cloth) or the radius, {radius} m'
+            f'{field}.z must be 0, for a ball on the cloth, or within {1e3 * HEIGHT_ERROR:g} mm '
+            f'of its radius, {radius} m, got {z} m'
         )
     return x, y, radius
 

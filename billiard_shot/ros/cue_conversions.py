@@ -23,11 +23,17 @@ from billiard_shot.cue.measurement import Strike as MeasuredStrike
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.conversions import BadRequestError, check_frame
-from billiard_shot.ros.parameters import FRAME
+from billiard_shot.cue.sightings import Balls
+from billiard_shot.ros.conversions import (
+    BadRequestError,
+    ball_message,
+    check_frame,
+    seconds,
+    sightings_of,
+)
+from billiard_shot.scene.placement import CUE_BALL
 
 Joints = NDArray[np.float64]
-Places = Mapping[str, tuple[float, float]]
 
 RUN_UP = 0.05
 """Distance [m] from the ball to the tip's position in a plan, which is in front of the ball."""
@@ -36,33 +42,23 @@ RUN_UP = 0.05
 # --- goals and results --------------------------------------------------------------------------
 
 
-def plan_of(stroke: Stroke, balls: Places, scene: Scene, shot_id: str) -> ShotPlan:
-    """Plan of a stroke at the ball `cue`; the balls lie at (x, y) [m]."""
-    tip = tip_at(stroke, balls['cue'], scene)
+def plan_of(stroke: Stroke, balls: Balls, scene: Scene, shot_id: str) -> ShotPlan:
+    """Plan of a stroke at the ball `cue`."""
+    tip = tip_at(stroke, balls[CUE_BALL].position, scene)
     x, y, z = (tip.position - RUN_UP * tip.along).tolist()
     return ShotPlan(shot_id, (x, y, z), tip.quaternion, stroke.speed, tip.elevation, dict(balls))
 
 
-def goal_of(
-    plan: ShotPlan,
-    nonce: str,
-    stamp: Time,
-    expiry: Time,
-    frame: str = FRAME,
-) -> ExecuteShot.Goal:
-    """Make the goal message for a plan made at `stamp`; the goal expires at `expiry`."""
-    message = Plan(
-        header=Header(frame_id=frame, stamp=stamp),
+def plan_message(plan: ShotPlan, header: Header) -> Plan:
+    """Message of a plan; the header has the frame of the table, and the time of the plan."""
+    return Plan(
+        header=header,
         shot_id=plan.shot_id,
         cue_pose=pose_of(plan.position, plan.quaternion),
         speed=plan.speed,
         elevation=plan.elevation,
-        seal=plan.seal,
-        balls=[
-            BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in plan.balls.items()
-        ],
+        balls=[ball_message(name, ball) for name, ball in plan.balls.items()],
     )
-    return ExecuteShot.Goal(plan=message, nonce=nonce, expiry=expiry)
 
 
 def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
@@ -72,12 +68,13 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
     Raises
     ------
     RefusedError
-        INVALID_PLAN, if the message is in another frame or has a ball twice.
+        INVALID_PLAN, if the message is in another frame, or its balls are invalid.
 
     """
     message = goal.plan
     try:
         check_frame('plan.header.frame_id', message.header, frame)
+        balls = sightings_of(message.balls, field='plan.balls')
     except BadRequestError as error:
         raise RefusedError(Outcome.INVALID_PLAN, str(error)) from None
     position, turn = message.cue_pose.position, message.cue_pose.orientation
@@ -87,28 +84,9 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
         (turn.x, turn.y, turn.z, turn.w),
         message.speed,
         message.elevation,
-        balls_of(message.balls),
+        balls,
     )
-    return ShotGoal(plan, message.seal, goal.nonce, seconds(goal.expiry) - seconds(now))
-
-
-def balls_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
-    """
-    Positions (x, y) [m] of the balls that are on the table.
-
-    Raises
-    ------
-    RefusedError
-        INVALID_PLAN, if a ball occurs twice.
-
-    """
-    places: dict[str, tuple[float, float]] = {}
-    for ball in balls:
-        if ball.id in places:
-            raise RefusedError(Outcome.INVALID_PLAN, f'balls: {ball.id!r} occurs twice')
-        if not ball.pocketed:
-            places[ball.id] = ball.position.x, ball.position.y
-    return places
+    return ShotGoal(plan, seconds(goal.expiry) - seconds(now))
 
 
 def result_of(result: Result, strike: Strike) -> ExecuteShot.Result:
@@ -216,6 +194,7 @@ def diagnostics_message(
 def table_message(
     balls: Mapping[str, tuple[float, float, float]],
     pocketed: Container[str],
+    moving: Container[str],
     snapshot: int,
     header: Header,
 ) -> TableState:
@@ -224,7 +203,12 @@ def table_message(
         header=header,
         snapshot_id=snapshot,
         balls=[
-            BallState(id=name, position=Point(x=x, y=y, z=z), pocketed=name in pocketed)
+            BallState(
+                id=name,
+                state=BallState.POCKETED if name in pocketed else BallState.ON_TABLE,
+                position=Point(x=x, y=y, z=z),
+                moving=name in moving,
+            )
             for name, (x, y, z) in balls.items()
         ],
     )
@@ -363,11 +347,6 @@ def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints
 
 
 # --- pieces -------------------------------------------------------------------------------------
-
-
-def seconds(time: Time | Duration) -> float:
-    """Convert a time or a duration to seconds."""
-    return time.sec + 1e-9 * time.nanosec
 
 
 def _duration(seconds: float) -> Duration:

@@ -8,6 +8,7 @@ import uuid
 
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Strike, TableState
+from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
@@ -30,7 +31,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import Decision, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import check_frame
+from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.node_runner import (
     EVERY_STATE,
     JOINT_STATES,
@@ -70,7 +71,8 @@ class CueDriver(LifecycleNode):
     - `~/strike` (billiard_shot_msgs/msg/Strike), the measured strike;
     - the elevation of the cue as a joint in `joint_states`, and `/diagnostics`.
 
-    Services: `~/arm`, `~/disarm` and `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to
+    Services: `~/arm` (billiard_shot_msgs/srv/Arm), which names the shot, `~/disarm` and
+    `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to
     `joint_states`, `table_state`, and to `estop` (true means stop) and `interlock` (true means
     safe), std_msgs/msg/Bool. These two must be repeated: silence stops the cue, and so do messages
     that were written too long ago. Another node that publishes commands is a fault.
@@ -120,19 +122,23 @@ class CueDriver(LifecycleNode):
         self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_service(
-            Trigger,
+            Arm,
             '~/arm',
-            _answering(lambda: self._refused('arm') or self._controller.arm(steady_time())),
+            _answering(
+                lambda request: (
+                    self._refused('arm') or self._controller.arm(request.shot_id, steady_time())
+                )
+            ),
         )
         self.create_service(
             Trigger,
             '~/disarm',
-            _answering(lambda: self._controller.disarm(steady_time(), 'disarmed by service')),
+            _answering(lambda _: self._controller.disarm(steady_time(), 'disarmed by service')),
         )
         self.create_service(
             Trigger,
             '~/clear_fault',
-            _answering(lambda: self._refused('clear') or self._controller.clear(steady_time())),
+            _answering(lambda _: self._refused('clear') or self._controller.clear(steady_time())),
         )
         steady_timer(self, self.get_parameter('period').value, self._tick)
         steady_timer(self, 1.0, self._publish_diagnostics)
@@ -256,7 +262,7 @@ class CueDriver(LifecycleNode):
             return
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
-            self._controller.receive_table(conversions.balls_of(message.balls))
+            self._controller.receive_table(sightings_of(message.balls, message.header.stamp))
             self._table = message
         except ValueError as error:
             self.get_logger().error(f'table_state: {error}; the table is not known any more')
@@ -411,11 +417,11 @@ def _aborted(goal: GoalHandle, outcome: Outcome, reason: str) -> ExecuteShot.Res
     return conversions.result_of(Result(outcome, reason, None), Strike())
 
 
-def _answering(act: Callable[[], Decision]) -> Callable[..., Trigger.Response]:
+def _answering(act: Callable[[Any], Decision]) -> Callable[[Any, Any], Any]:
     """Make the callback of a service that acts on the controller and answers with its decision."""
 
-    def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        decision = act()
+    def answer(request: Any, response: Any) -> Any:
+        decision = act(request)
         response.success = decision.accepted
         response.message = decision.reason or decision.state.name
         return response

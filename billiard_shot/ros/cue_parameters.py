@@ -257,7 +257,7 @@ TABLE_SIM = (
     Parameter(
         'rate',
         30.0,
-        'Rate at which table_state is published while balls move.',
+        'Rate at which table_state is published.',
         unit='Hz',
         limits=(1.0, 1000.0),
         read_only=True,

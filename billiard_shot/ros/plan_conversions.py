@@ -1,21 +1,27 @@
 """Conversions between messages of the planner and the library: pure functions."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 import math
 import re
 from typing import Any
 
 from billiard_shot_msgs.action import PlanShot
-from billiard_shot_msgs.msg import BallState, RankedPlan, TableState, Target
+from billiard_shot_msgs.msg import RankedPlan, TableState, Target
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
-from billiard_shot import PlanResult, RankedStroke, Scene
-from billiard_shot.cue.plan import tip_at
+from billiard_shot import PlanResult, Scene
+from billiard_shot.cue.sightings import Balls, Sighting
 from billiard_shot.planning import targets
-from billiard_shot.ros.conversions import check_frame, trajectory_message
-from billiard_shot.ros.cue_conversions import pose_of
+from billiard_shot.ros.conversions import (
+    check_frame,
+    scene_of,
+    sightings_of,
+    table_scene,
+    trajectory_message,
+)
+from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise
 from billiard_shot.scene.placement import CUE_BALL
@@ -69,6 +75,7 @@ class PlanRequest:
     budget: int
     seed: int
     time_limit: float | None = None  # s
+    balls: Balls = field(default_factory=dict)  # as they were seen; empty: those of the scene
 
 
 def plan_request_of(
@@ -87,13 +94,12 @@ def plan_request_of(
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count is {goal.sample_count}: must be at most {MAX_SAMPLES}')
     check_frame('header.frame_id', goal.header, frame)
-    balls = goal.balls
-    if table is not None and not balls:
-        check_frame('table_state.header.frame_id', table.header, frame)
-        balls = table.balls
-    scene = default.scene
-    if balls:
-        scene = with_balls(scene, balls)
+    scene, balls = default.scene, {}
+    if goal.balls:
+        scene, balls = scene_of(scene, goal.balls), sightings_of(goal.balls)
+    elif table is not None:
+        scene = table_scene(scene, table, frame)
+        balls = sightings_of(table.balls, table.header.stamp)
     constraints = dict(default.constraints)
     if goal.use_limits:
         constraints = {name: getattr(goal, name) for name in LIMITS if name not in ANGLES}
@@ -126,26 +132,8 @@ def plan_request_of(
         goal.budget or default.budget,
         goal.seed or default.seed,
         goal.time_limit or default.time_limit,
+        balls,
     )
-
-
-def with_balls(scene: Scene, balls: Sequence[BallState]) -> Scene:
-    """
-    Replace the balls of a scene.
-
-    Raises
-    ------
-    ValueError
-        If the balls cannot lie there, if there is no cue ball, or if a name occurs twice.
-
-    """
-    names = [ball.id for ball in balls]
-    if len(set(names)) < len(names):
-        raise ValueError(f'balls: each name must occur only once: {names}')
-    places = {ball.id: (ball.position.x, ball.position.y) for ball in balls if not ball.pocketed}
-    if CUE_BALL not in places:
-        raise ValueError(f'balls: the cue ball, {CUE_BALL!r}, must be on the table')
-    return replace(scene, balls=places)
 
 
 def in_fields(message: str, goal: PlanShot.Goal) -> str:
@@ -258,45 +246,41 @@ def _flat(kind: type, place: tuple[float, float] | None) -> Any:
 
 
 def result_of(
-    result: PlanResult, plan_id: str, scene: Scene, goal: PlanShot.Goal, header: Header
+    result: PlanResult, request: PlanRequest, plan_id: str, goal: PlanShot.Goal, header: Header
 ) -> PlanShot.Result:
-    """Make the result of a goal planned in `scene`, with the requested number of strokes."""
-    radius = scene.ball.radius
+    """Make the result of a goal planned for `request`, with the requested number of strokes."""
     return PlanShot.Result(
         status=int(result.status),
         message=result.message,
-        plan_id=plan_id,
         plans=[
-            ranked_message(each, header, goal.sample_count)
-            for each in result.ranking[: goal.plan_count or 1]
+            ranked_message(result, rank, request, plan_id, header, goal.sample_count)
+            for rank in range(len(result.ranking[: goal.plan_count or 1]))
         ],
         found=len(result.ranking),
-        balls=[
-            BallState(id=name, position=Point(x=float(x), y=float(y), z=radius))
-            for name, (x, y) in places_of(scene).items()
-        ],
         simulations=result.simulations,
         compute_time=result.wall_time,
     )
 
 
-def places_of(scene: Scene) -> dict[str, tuple[float, float]]:
-    """Positions (x, y) [m] of all balls of a scene, including the cue ball."""
-    x, y, _ = scene.cue_ball
-    return {CUE_BALL: (x, y), **scene.balls}
-
-
-def ranked_message(planned: RankedStroke, header: Header, sample_count: int) -> RankedPlan:
-    """Message of a planned stroke; `trajectory_message` describes the samples."""
-    a, b, elevation, azimuth, speed = planned.stroke.offsets
+def ranked_message(
+    result: PlanResult,
+    rank: int,
+    request: PlanRequest,
+    plan_id: str,
+    header: Header,
+    sample_count: int,
+) -> RankedPlan:
+    """Message of the planned stroke `rank`, from 0; `trajectory_message` describes the samples."""
+    planned = result.ranking[rank]
+    a, b, _, azimuth, _ = planned.stroke.offsets
     low, high = planned.interval
-    tip = tip_at(planned.stroke, planned.scene.cue_ball[:2], planned.scene)
+    x, y, _ = planned.scene.cue_ball
+    places = {CUE_BALL: (x, y), **planned.scene.balls}
+    balls = request.balls or {name: Sighting(place) for name, place in places.items()}
+    shot_id = f'{planned.kind} {plan_id}-{rank + 1}'
     return RankedPlan(
-        header=header,
+        plan=plan_message(plan_of(planned.stroke, balls, planned.scene, shot_id), header),
         kind=planned.kind,
-        cue_pose=pose_of(tip.position, tip.quaternion),
-        speed=speed,
-        elevation=elevation,
         azimuth=azimuth,
         a=a,
         b=b,

@@ -1,5 +1,5 @@
 """
-Plan strokes for targets and play them: plan, seal, execute, and compare with the target.
+Plan strokes for targets and play them: plan, execute, and compare with the target.
 
     ros2 run billiard_shot plan_player '{rest: [0.5, -0.3], radius: 0.1}'
 
@@ -7,29 +7,28 @@ Needs the nodes that the player needs, and a planner with the same scene as the 
 """
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 import math
 from typing import Any
 
 from action_msgs.msg import GoalStatus
-from billiard_shot_msgs.action import ExecuteShot, PlanShot
+from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import Target
-from billiard_shot_msgs.srv import SealShot
 from rclpy.action import ActionClient
 import yaml
 
+from billiard_shot.cue.sightings import Balls
 from billiard_shot.planning.statistics import estimate_in_words
-from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.player import (
     add_player_arguments,
+    DEFAULT_VALIDITY,
     own_arguments,
     parser_of,
     play_shot,
     Player,
     run_player,
 )
-from billiard_shot.ros.sealing import DEFAULT_VALIDITY
 from billiard_shot.scene.placement import CUE_BALL
 
 NOISE = {
@@ -61,12 +60,10 @@ class PlanPlayer(Player):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
-        self._seal = ServiceCaller(self, SealShot, 'seal_shot')
 
     def wait_for_all(self) -> None:
         """Wait for the planner and for everything that a shot needs."""
         self.wait_for('action', 'plan_shot', self._plan.server_is_ready)
-        self.wait_for('service', 'seal_shot', self._seal.service_is_ready)
         super().wait_for_all()
 
     def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
@@ -83,15 +80,6 @@ class PlanPlayer(Player):
             raise NoPlanError(response.result.message)
         return response.result
 
-    def seal(self, plan_id: str, valid_for: float = DEFAULT_VALIDITY) -> ExecuteShot.Goal:
-        """Get a sealed goal for the best stroke of a plan; NoPlanError if it is refused."""
-        sealed = self._seal.call(
-            SealShot.Request(plan_id=plan_id, valid_for=valid_for), repeatable=True
-        )
-        if sealed.status != SealShot.Response.OK:
-            raise NoPlanError(f'not sealed: {sealed.message}')
-        return ExecuteShot.Goal(plan=sealed.plan, nonce=sealed.nonce, expiry=sealed.expiry)
-
 
 def play_target(
     player: PlanPlayer,
@@ -104,11 +92,11 @@ def play_target(
     target = _target_of(text)
     try:
         result = player.plan(target, use_noise=True, **NOISE, **goal_limits(limits or LIMITS))
-        goal = player.seal(result.plan_id, valid_for)
     except NoPlanError as error:
         print(f'{text}: {error}', flush=True)
         return False
     best = result.plans[0]
+    goal = player.goal_to_play(best.plan, valid_for)
     success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
     print(
         f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
@@ -124,14 +112,14 @@ def play_target(
     return reached
 
 
-def judge(target: Target, balls: Mapping[str, tuple[float, float]]) -> tuple[bool, str]:
+def judge(target: Target, balls: Balls) -> tuple[bool, str]:
     """Judge by the balls at rest whether a target was reached; return that, and a sentence."""
     if CUE_BALL not in balls:
         return False, 'not reached: the cue ball is not on the table'
     if target.kind == Target.POT and target.ball in balls:
         return False, f'not reached: ball {target.ball!r} is still on the table'
     if target.kind == Target.REST or (target.kind == Target.POT and target.use_point):
-        apart = math.dist(balls[CUE_BALL], (target.point.x, target.point.y))
+        apart = math.dist(balls[CUE_BALL].position, (target.point.x, target.point.y))
         reached = apart <= target.radius
         return reached, (
             f'{"reached" if reached else "not reached"}: the cue ball rests {1e3 * apart:.1f} mm '

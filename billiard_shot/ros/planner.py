@@ -6,10 +6,10 @@ from dataclasses import asdict, dataclass, field
 import threading
 import traceback
 from typing import Any, TypeAlias
+import uuid
 
 from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState
-from billiard_shot_msgs.srv import SealShot
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -23,7 +23,6 @@ from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
 from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, wait_for_machine_code
 from billiard_shot.ros.plan_conversions import PlanRequest
-from billiard_shot.ros.sealing import LastPlan, seal
 from billiard_shot.scene import Noise, Robot
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
@@ -50,7 +49,7 @@ class Search:
     progress: Progress | None = None
     reported: int = 0  # simulations in the last feedback
     result: PlanResult | None = None
-    plan_id: str = ''
+    plan_id: str = field(default_factory=lambda: uuid.uuid4().hex[:8])
     trace: str = ''  # of an error in the library
     thread: threading.Thread | None = None
 
@@ -94,8 +93,8 @@ class Planner(Node):
     """
     Node with the action `plan_shot` (billiard_shot_msgs/action/PlanShot).
 
-    Its service `seal_shot` (billiard_shot_msgs/srv/SealShot) makes a goal of `execute_shot` from a
-    stroke of the last plan. Publishes the last plan, latched: its best stroke on `~/best`
+    Each stroke of the result has the plan that the action `execute_shot` plays. Publishes the last
+    plan, latched: its best stroke on `~/best`
     (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
     (visualization_msgs/msg/MarkerArray). If `plan_at_start` is true, it plans for its parameter
     `target` at start-up. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState), latched,
@@ -110,7 +109,6 @@ class Planner(Node):
         self._configure()
         self._table: TableState | None = None
         self._search: Search | None = None
-        self._last: LastPlan | None = None
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
@@ -121,7 +119,6 @@ class Planner(Node):
         self._server = ActionServer(
             self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel
         )
-        self.create_service(SealShot, 'seal_shot', self._seal)
         self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
         if self.get_parameter('plan_at_start').value:
             self._start(Search(self._default, None, None))
@@ -179,17 +176,12 @@ class Planner(Node):
         else:
             goal.abort()
         message = plan_conversions.result_of(
-            result, search.plan_id, request.scene, goal.request, parameters.table_header(self)
+            result, request, search.plan_id, goal.request, parameters.table_header(self)
         )
         message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
         return message
-
-    def _seal(self, request: SealShot.Request, _: SealShot.Response) -> SealShot.Response:
-        return seal(
-            request, self._last, self._default.scene, self._table, parameters.table_header(self)
-        )
 
     def _refuse(self, goal: GoalHandle, why: str) -> PlanShot.Result:
         self.get_logger().warning(f'refused: {why}')
@@ -207,7 +199,7 @@ class Planner(Node):
         self._timer.reset()
 
     def _poll(self) -> None:
-        """Report the progress of the search; when it has ended, keep and show its result."""
+        """Report the progress of the search; when it has ended, show its result."""
         search = self._search
         if search is None:
             self._timer.cancel()
@@ -217,7 +209,7 @@ class Planner(Node):
             return
         self._search = None
         self._timer.cancel()
-        self._keep(search)
+        self._show(search)
         if search.ended:
             search.ended.set_result(None)
 
@@ -237,8 +229,8 @@ class Planner(Node):
                 )
             )
 
-    def _keep(self, search: Search) -> None:
-        """Keep a plan, because it may be sealed later, and show it."""
+    def _show(self, search: Search) -> None:
+        """Log and publish a plan."""
         result = search.result
         if result is None:
             return
@@ -246,11 +238,11 @@ class Planner(Node):
         if search.trace:
             self.get_logger().error(search.trace)
         if result.ranking:
-            self._last = LastPlan(result.ranking)
-            search.plan_id = self._last.plan_id
             header = parameters.table_header(self)
             self._best.publish(
-                plan_conversions.ranked_message(result.ranking[0], header, BEST_SAMPLES)
+                plan_conversions.ranked_message(
+                    result, 0, search.request, search.plan_id, header, BEST_SAMPLES
+                )
             )
             self._markers.publish(
                 display.plan_markers(

@@ -14,30 +14,31 @@ import signal
 import sys
 from time import monotonic
 from typing import Any, TYPE_CHECKING, TypeVar
+import uuid
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
-from billiard_shot_msgs.msg import CueState, TableState
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.msg import CueState, Plan, TableState
+from billiard_shot_msgs.srv import Arm, PredictShot
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from numpy.typing import NDArray
 import rclpy
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from std_msgs.msg import Bool, Header
-from std_srvs.srv import Trigger
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
+from billiard_shot.cue.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import result_of, ServiceCaller, START_UP
 from billiard_shot.ros.node_runner import EVERY_STATE, initialized, LATCHED, steady_timer
-from billiard_shot.ros.sealing import DEFAULT_VALIDITY, MAX_VALIDITY, sealed_goal, short_id
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_of
 
@@ -71,6 +72,9 @@ REST_DISTANCE = 1e-3
 
 REST_TIME = 0.5
 """Time in which a ball at rest moves less than `REST_DISTANCE` [s]."""
+
+DEFAULT_VALIDITY, MAX_VALIDITY = 60.0, 3600.0
+"""Default and longest time within which a shot must be fired [s]."""
 
 PLAYED, FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -122,7 +126,7 @@ class Player(Node):
         self.safety_inputs_on = True
         self.problems: list[str] = []
         self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
-        self._arm: Client[Any, Any] = self.create_client(Trigger, 'cue_driver/arm')
+        self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
         self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
             self, ExecuteShot, 'execute_shot'
         )
@@ -218,11 +222,12 @@ class Player(Node):
             silence = REMINDER
         return True
 
-    def balls(self) -> dict[str, tuple[float, float]]:
-        """Return the current positions (x, y) [m] of the balls on the table."""
+    def balls(self) -> Balls:
+        """Return the balls that are not pocketed, as the last table state has them."""
+        table = self.known_table()
         try:
-            return cue_conversions.balls_of(self.known_table().balls)
-        except RefusedError as error:
+            return conversions.sightings_of(table.balls, table.header.stamp)
+        except ValueError as error:
             raise NotReadyError(f'table_state: {error}') from None
 
     def known_table(self) -> TableState:
@@ -235,7 +240,7 @@ class Player(Node):
         self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = DEFAULT_VALIDITY
     ) -> ExecuteShot.Goal:
         """
-        Make a sealed goal for a stroke at the cue ball, at its current position.
+        Make a goal for a stroke at the cue ball, at its current position.
 
         Raises
         ------
@@ -251,7 +256,12 @@ class Player(Node):
         plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
-        return sealed_goal(plan, header, valid_for)
+        return self.goal_to_play(cue_conversions.plan_message(plan, header), valid_for)
+
+    def goal_to_play(self, plan: Plan, valid_for: float = DEFAULT_VALIDITY) -> ExecuteShot.Goal:
+        """Make a goal to play a plan within `valid_for` [s] from now."""
+        expiry = self.get_clock().now() + Duration(nanoseconds=round(1e9 * valid_for))
+        return ExecuteShot.Goal(plan=plan, expiry=expiry.to_msg())
 
     def predict(self, goal: ExecuteShot.Goal) -> PredictShot.Response:
         """Call the predictor for the planned stroke."""
@@ -324,7 +334,7 @@ class Player(Node):
         if self.until(lambda: ended.done() or self._is_aimed(goal), left) and not ended.done():
             on_aimed()
             if arm:
-                answer = self._arm.call_async(Trigger.Request())
+                answer = self._arm.call_async(Arm.Request(shot_id=goal.plan.shot_id))
                 self.until(lambda: answer.done() or ended.done(), ANSWER_TIME)
                 if answer.done() and not result_of(answer).success:
                     self.get_logger().error(f'not armed: {result_of(answer).message}')
@@ -353,9 +363,10 @@ class Player(Node):
         last, since = (math.inf, math.inf), monotonic()
         while monotonic() < deadline:
             rclpy.spin_once(self, timeout_sec=0.05)
-            place = self.balls().get(CUE_BALL)
-            if place is None:
+            ball = self.balls().get(CUE_BALL)
+            if ball is None:
                 return None
+            place = ball.position
             if not math.dist(place, last) <= REST_DISTANCE:
                 last, since = place, monotonic()
             elif monotonic() - since > REST_TIME:
@@ -363,10 +374,15 @@ class Player(Node):
         return None
 
 
+def short_id() -> str:
+    """Make a unique name."""
+    return uuid.uuid4().hex[:8]
+
+
 def _is_after(stamp: Time, strike: Time) -> bool:
     """Whether a table state was seen after a strike; true if the table state has no stamp."""
-    seen = cue_conversions.seconds(stamp)
-    return seen == 0.0 or seen > cue_conversions.seconds(strike)
+    seen = conversions.seconds(stamp)
+    return seen == 0.0 or seen > conversions.seconds(strike)
 
 
 def play_shot(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
@@ -385,7 +401,8 @@ def play_shot(player: Player, name: str, goal: ExecuteShot.Goal, arm: bool) -> b
         if not arm:
             service = player.resolve_service_name('cue_driver/arm')
             print(
-                f'  aimed       to fire: ros2 service call {service} std_srvs/srv/Trigger',
+                f'  aimed       to fire: ros2 service call {service} billiard_shot_msgs/srv/Arm '
+                f'"{{shot_id: {goal.plan.shot_id}}}"',
                 flush=True,
             )
 

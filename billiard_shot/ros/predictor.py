@@ -65,11 +65,15 @@ class Predictor(Node):
         try:
             frame = self.get_parameter('frame').value
             conversions.check_common(request, frame)
-            ball = conversions.ball_of(request, self._scene.ball.radius, self._table, frame)
-            stroke = conversions.stroke_of(request, ball)
             scene = self._scene
             if request.use_table_state:
-                scene = conversions.scene_of(scene, self._table)
+                scene = conversions.table_scene(scene, self._table, frame)
+                ball = scene.cue_ball
+            else:
+                ball = conversions.resting(
+                    'ball_position', request.ball_position, scene.ball.radius
+                )
+            stroke = conversions.stroke_of(request, ball)
         except conversions.BadRequestError as error:
             return conversions.refusal(error.status, str(error))
         try:

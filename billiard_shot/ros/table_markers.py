@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from billiard_shot_msgs.msg import TableState
+from billiard_shot_msgs.msg import BallState, TableState
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
@@ -89,7 +89,7 @@ def places_of(table: TableState, radius: float) -> Places:
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)
         for ball in table.balls
-        if not ball.pocketed
+        if ball.state != BallState.POCKETED
     }
 
 

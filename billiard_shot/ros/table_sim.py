@@ -26,8 +26,9 @@ class TableSim(Node):
 
     At first the balls lie as in the scene. A strike on the topic of the parameter `strike_topic`
     (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
-    strike is ignored while balls still move. If a strike is not solved, the balls stay, and their
-    state is published again. Balls that have left the table count as pocketed.
+    strike is ignored while balls still move. If a strike is not solved, the balls stay. Balls that
+    have left the table count as pocketed. The state is published at the rate of a camera, also
+    while nothing changes.
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back. Its parameters are `cue_parameters.TABLE_SIM`.
@@ -44,10 +45,8 @@ class TableSim(Node):
         self._begin = 0.0
         self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
-        self._timer = steady_timer(
-            self, 1.0 / self.get_parameter('rate').value, self._move, autostart=False
-        )
         self._reset()
+        steady_timer(self, 1.0 / self.get_parameter('rate').value, self._see)
         self.create_subscription(
             Strike, self.get_parameter('strike_topic').value, self._strike, 10
         )
@@ -55,12 +54,12 @@ class TableSim(Node):
         self.get_logger().info('ready: a simulated table')
 
     def _reset(self) -> None:
-        self._timer.cancel()
         self._motions = {}
         radius = self._scene.ball.radius
         self._balls = {name: (x, y, radius) for name, (x, y) in self._scene.balls.items()}
         self._balls[CUE_BALL] = self._scene.cue_ball
         self._gone: set[str] = set()
+        self._snapshot += 1
         self._publish()
 
     def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -85,16 +84,19 @@ class TableSim(Node):
             return
         shot = predict(scene, stroke)
         self.get_logger().info(f'shot {message.shot_id!r}: {shot.status.name}: {shot.message}')
-        if shot.status.refused:
-            self._publish()  # the balls have not moved
-        else:
+        if not shot.status.refused:
             self._motions = shot.run.balls
             self._begin = monotonic()
-            self._timer.reset()
             self._record.publish(String(data=to_json(shot)))
 
-    def _move(self) -> None:
-        time = self._real_time_factor * (monotonic() - self._begin)
+    def _see(self) -> None:
+        """Move the balls up to now, and publish where they are, as a camera does."""
+        if self._motions:
+            self._move(self._real_time_factor * (monotonic() - self._begin))
+            self._snapshot += 1
+        self._publish()
+
+    def _move(self, time: float) -> None:
         for name, motion in self._motions.items():
             state = motion.at(time)
             x, y, z = state.position.tolist()
@@ -102,15 +104,16 @@ class TableSim(Node):
             if state.motion in (Motion.POCKETED, Motion.OFF_TABLE):
                 self._gone.add(name)
         if all(time >= motion.duration for motion in self._motions.values()):
-            self._timer.cancel()
             self._motions = {}
-        self._publish()
 
     def _publish(self) -> None:
-        self._snapshot += 1
         self._table.publish(
             conversions.table_message(
-                self._balls, self._gone, self._snapshot, parameters.table_header(self)
+                self._balls,
+                self._gone,
+                self._motions,
+                self._snapshot,
+                parameters.table_header(self),
             )
         )
 

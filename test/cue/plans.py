@@ -14,6 +14,7 @@ from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import ShotPlan
 from billiard_shot.cue.safety import State
+from billiard_shot.cue.sightings import Sighting
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
 
 SCENE = Scene.load('paper')
@@ -57,12 +58,13 @@ def plan_of(shot, ball=(0.0, 0.0), shot_id='shot', others=None):
         tip.quaternion,
         shot[4],
         shot[2],
-        {'cue': tuple(ball), **(others or {})},
+        sightings({'cue': tuple(ball), **(others or {})}),
     )
 
 
-def goal_of(plan, nonce='once', remaining=60.0, seal=None):
-    return ShotGoal(plan, seal or plan.seal, nonce, remaining)
+def sightings(places):
+    """Balls that lie exactly at places (x, y)."""
+    return {name: Sighting(place) for name, place in places.items()}
 
 
 class Bench:
@@ -89,7 +91,7 @@ class Bench:
             on_strike=self.strikes.append,
             on_result=self.results.append,
         )
-        self.controller.receive_table({'cue': (0.0, 0.0)})
+        self.controller.receive_table(sightings({'cue': (0.0, 0.0)}))
         self.run(0.1)
 
     def send(self, command):
@@ -125,14 +127,18 @@ class Bench:
     def reach(self, state, seconds=10.0):
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
 
-    def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once', **more):
-        self.controller.execute(goal_of(plan_of(shot), nonce, **more), lambda: self.now)
+    def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', remaining=60.0):
+        goal = ShotGoal(plan_of(shot, shot_id=shot_id), remaining)
+        self.controller.execute(goal, lambda: self.now)
 
-    def play(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), nonce='once'):
+    def arm(self):
+        return self.controller.arm(self.controller.shot_id, self.now)
+
+    def play(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot'):
         """Send a goal, aim, arm and fire; the result."""
         before = len(self.results)
-        self.send_goal(shot, nonce)
+        self.send_goal(shot, shot_id)
         self.reach(State.AIMED)
-        assert self.controller.arm(self.now).accepted
+        assert self.arm().accepted
         assert self.run(10.0, lambda: len(self.results) > before), self.controller.reason
         return self.results[-1]

@@ -4,17 +4,19 @@ Random sequences of events against the controller: it never fires unless it may.
 A second, simpler bookkeeping runs beside it and judges every stroke that is commanded.
 """
 
+from dataclasses import replace
 import os
 
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
 import numpy as np
-from plans import goal_of, HOME, MECHANISM, plan_of, SCENE
+from plans import HOME, MECHANISM, plan_of, SCENE, sightings
 import pytest
 
 from billiard_shot.cue.controller import Controller, RECOVERY
 from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.safety import MOVING, State
@@ -25,7 +27,7 @@ PLANS = [
     plan_of((-0.2, 0.0, 0.4, 1.0, 1.0), shot_id='two'),
     plan_of((0.0, 0.0, 0.1, 0.0, 9.0), shot_id='too fast'),
 ]
-TABLES = [{'cue': (0.0, 0.0)}, {'cue': (0.01, 0.0)}]
+TABLES = [sightings({'cue': (x, 0.0)}) for x in (0.0, 0.01)]
 
 
 class Ideal:
@@ -178,21 +180,18 @@ class AnyEvents(RuleBasedStateMachine):
 
     @rule(
         plan=st.sampled_from(PLANS),
-        nonce=st.integers(0, 30),
+        number=st.integers(0, 30),
         remaining=st.sampled_from([-1.0, 2.0, 60.0]),
-        seal=st.sampled_from([None, None, None, 'wrong']),
     )
-    def send_goal(self, plan, nonce, remaining, seal):
+    def send_goal(self, plan, number, remaining):
+        plan = replace(plan, shot_id=str(number))
         try:
-            self.controller.execute(
-                goal_of(plan, str(nonce), remaining, seal=seal), lambda: self.now
-            )
+            self.controller.execute(ShotGoal(plan, remaining), lambda: self.now)
         except RefusedError:
             return
-        assert str(nonce) not in self.used
-        self.used.add(str(nonce))
-        assert seal is None
-        assert plan is not PLANS[2]
+        assert plan.shot_id not in self.used
+        self.used.add(plan.shot_id)
+        assert plan.speed != PLANS[2].speed
         self.ordered, self.ordered_until = plan, self.now + remaining
 
     @precondition(lambda self: self.controller.state is State.AIMING)
@@ -202,7 +201,13 @@ class AnyEvents(RuleBasedStateMachine):
 
     @rule()
     def arm(self):
-        if self.controller.arm(self.now).accepted:
+        if self.controller.arm(self.controller.shot_id, self.now).accepted:
+            self.armed_at = self.now
+
+    @rule(number=st.integers(0, 30))
+    def arm_a_shot(self, number):
+        if self.controller.arm(str(number), self.now).accepted:
+            assert self.ordered.shot_id == str(number)
             self.armed_at = self.now
 
     @rule()
@@ -258,13 +263,13 @@ class Eager(AnyEvents):
         remaining=st.sampled_from([6.0, 60.0]),
         aimed=TROUBLE,
         armed=TROUBLE,
-        nonce=st.integers(1000, 1010),
+        number=st.integers(1000, 1010),
     )
-    def play(self, plan, remaining, aimed, armed, nonce):
+    def play(self, plan, remaining, aimed, armed, number):
         if self.controller.state is not State.DISARMED:
             return
         self.all_is_well()
-        self.send_goal(plan, nonce, remaining, None)
+        self.send_goal(plan, number, remaining)
         self.pass_time(4.0, 0.05)
         self.trouble(aimed)
         self.arm()

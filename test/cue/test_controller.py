@@ -4,10 +4,11 @@ import math
 
 from hypothesis import given, settings
 import numpy as np
-from plans import Bench, contact_of, goal_of, plan_of, SHOTS
+from plans import Bench, contact_of, plan_of, SHOTS, sightings
 import pytest
 
 from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
@@ -65,27 +66,20 @@ def test_shots_in_a_row(bench):
     for i, shot in enumerate(shots):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
-        bench.controller.execute(goal_of(plan, f'nonce {i}'), lambda: bench.now)
+        bench.controller.execute(ShotGoal(plan, 60.0), lambda: bench.now)
         bench.reach(State.AIMED)
-        assert bench.controller.arm(bench.now).accepted
+        assert bench.arm().accepted
         bench.reach(State.DISARMED)
         assert bench.results[-1].outcome is Outcome.OK
         assert bench.states == WAY
     assert [strike.shot_id for strike in bench.strikes] == [f'shot {i}' for i in range(20)]
 
 
-def test_one_shot_id_stands_for_one_shot(bench):
-    assert bench.play(SHOT, 'first').outcome is Outcome.OK
-    with pytest.raises(RefusedError) as caught:
-        bench.send_goal((*SHOT[:4], 2.0), 'second')
-    assert caught.value.outcome is Outcome.PLAN_CHANGED
-
-
 def in_state(bench, state):
     bench.send_goal(SHOT)
     bench.reach(State.AIMED if state in (State.ARMED, State.FIRING, State.RETRACTING) else state)
     if state not in (State.AIMING, State.AIMED):
-        assert bench.controller.arm(bench.now).accepted
+        assert bench.arm().accepted
         bench.reach(state)
 
 
@@ -142,7 +136,7 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
     """What waited meanwhile is no permission, neither to arm nor to clear."""
     in_state(bench, state)
     pause(bench)
-    assert not bench.controller.arm(bench.now).accepted
+    assert not bench.arm().accepted
     stroke = state in (State.FIRING, State.RETRACTING)
     assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
     assert 'this process did not run for 1' in bench.controller.reason
@@ -259,7 +253,7 @@ def test_faults_are_found_and_named(bench, faults, state, words):
     in_state(bench, State.AIMING if state is State.AIMING else State.AIMED)
     bench.mechanism.faults = faults
     if state is not State.AIMING:
-        bench.controller.arm(bench.now)
+        bench.arm()
     assert bench.run(6.0, lambda: bench.controller.state is State.FAULT)
     assert words in bench.controller.reason
     assert bench.results[-1].outcome is Outcome.FAULT
@@ -286,7 +280,7 @@ def test_armed_times_out():
     in_state(bench, State.ARMED)
     bench.reach(State.DISARMED, 0.5)
     assert bench.results[-1].outcome is Outcome.ARM_TIMEOUT
-    assert not bench.controller.arm(bench.now).accepted
+    assert not bench.arm().accepted
 
 
 def test_a_goal_expires_while_it_waits(bench):
@@ -300,11 +294,11 @@ def test_a_goal_expires_while_it_waits(bench):
 @pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
 def test_a_ball_that_moves_disarms(bench, state):
     in_state(bench, state)
-    bench.controller.receive_table({'cue': (0.0, 0.002)})
+    bench.controller.receive_table(sightings({'cue': (0.0, 0.002)}))
     bench.run(0.02)
     assert bench.controller.state is State.DISARMED
     assert bench.results[-1].outcome is Outcome.TABLE_MOVED
-    assert 'lies 2 mm from where the plan has it' in bench.results[-1].message
+    assert 'lies 2 mm from its planned place' in bench.results[-1].message
 
 
 def test_refusals_before_anything_moves(bench):
@@ -314,17 +308,39 @@ def test_refusals_before_anything_moves(bench):
         return caught.value.outcome
 
     plan = plan_of(SHOT)
-    bench.controller.receive_table({'cue': (0.1, 0.0)})
-    assert refused(goal_of(plan, 'a')) is Outcome.TABLE_DIFFERS
-    bench.controller.receive_table({'cue': (0.0, 0.0)})
-    assert refused(goal_of(plan, 'b', seal='0')) is Outcome.PLAN_CHANGED
-    assert refused(goal_of(plan, 'c', remaining=-1)) is Outcome.ALREADY_EXPIRED
-    assert refused(goal_of(plan, 'a')) is Outcome.NONCE_REPEATED
+    bench.controller.receive_table(sightings({'cue': (0.1, 0.0)}))
+    assert refused(ShotGoal(plan, 60.0)) is Outcome.TABLE_DIFFERS
+    bench.controller.receive_table(sightings({'cue': (0.0, 0.0)}))
+    assert refused(ShotGoal(plan, -1.0)) is Outcome.ALREADY_EXPIRED
     fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
-    assert refused(goal_of(fast, 'd')) is Outcome.SPEED_OUT_OF_LIMITS
-    bench.send_goal(SHOT, 'e')
-    assert refused(goal_of(plan, 'f')) is Outcome.BUSY
+    assert refused(ShotGoal(fast, 60.0)) is Outcome.SPEED_OUT_OF_LIMITS
+    bench.send_goal(SHOT)
+    assert refused(ShotGoal(plan, 60.0)) is Outcome.BUSY
     assert bench.states == [State.AIMING]
+
+
+def test_a_shot_is_played_once(bench):
+    bench.play(SHOT, 'a')
+    with pytest.raises(RefusedError, match="shot_id must be new, got 'a'") as caught:
+        bench.send_goal(SHOT, 'a')
+    assert caught.value.outcome is Outcome.ALREADY_PLAYED
+    assert bench.play(SHOT, 'b').outcome is Outcome.OK
+
+
+def test_an_arm_for_another_shot_is_refused(bench):
+    """Also after a client was ended while its shot was aimed."""
+    bench.send_goal(SHOT, 'A')
+    bench.reach(State.AIMED)
+    bench.controller.disarm(bench.now, 'canceled', Outcome.CANCELED)
+    assert bench.run(5.0, lambda: not bench.mechanism.moving)
+    bench.send_goal(SHOT, 'B')
+    bench.reach(State.AIMED)
+    decision = bench.controller.arm('A', bench.now)
+    assert not decision.accepted
+    assert decision.reason == "arm: shot_id must be 'B', got 'A'"
+    bench.run(1.0)
+    assert bench.controller.state is State.AIMED
+    assert bench.controller.arm('B', bench.now).accepted
 
 
 def test_table_unknown():
@@ -402,7 +418,8 @@ def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
     before = iter([bench.now])
     with pytest.raises(RefusedError, match='because this process paused') as caught:
         bench.controller.execute(
-            goal_of(plan_of(SHOT)), lambda: next(before, bench.now + Settings().max_pause + 0.01)
+            ShotGoal(plan_of(SHOT), 60.0),
+            lambda: next(before, bench.now + Settings().max_pause + 0.01),
         )
     assert caught.value.outcome is Outcome.NOT_READY
     assert State.AIMING not in bench.states
@@ -429,7 +446,7 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     assert other.controller.clear(other.now).accepted
     with pytest.raises(RefusedError) as caught:
         other.send_goal(SHOT)
-    assert caught.value.outcome is Outcome.NONCE_REPEATED
+    assert caught.value.outcome is Outcome.ALREADY_PLAYED
 
 
 def test_no_goal_is_accepted_while_the_cue_still_brakes(bench):

@@ -6,6 +6,7 @@ from threading import Thread
 from typing import NamedTuple
 
 from billiard_shot_msgs.msg import Strike
+from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -84,17 +85,20 @@ class Cell:
             self.log.append,
             QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
         )
+        self.count = 0  # of goals, for their names
         self.ended = None  # future of the result of the last goal
         self.estop = self.player.create_publisher(Bool, 'estop', 10)
         self.services = {
             name: PatientCaller(self.player, Trigger, f'{space}/{name}')
             for name in (
-                'cue_driver/arm',
                 'cue_driver/disarm',
                 'cue_driver/clear_fault',
                 'table_sim/reset',
             )
         }
+        self.services['cue_driver/arm'] = PatientCaller(
+            self.player, Arm, f'{space}/cue_driver/arm'
+        )
         self.player.wait_for_all()
         self.wait_for_services()
 
@@ -112,12 +116,20 @@ class Cell:
     def call(self, name):
         return self.services[name].call(Trigger.Request())
 
+    def arm(self, shot_id=None):
+        """Arm the shot that is aimed, or another one."""
+        if shot_id is None:
+            shot_id = self.player.states[-1].shot_id
+        return self.services['cue_driver/arm'].call(Arm.Request(shot_id=shot_id))
+
     @property
     def state(self):
         return State(self.player.states[-1].state)
 
-    def goal(self, shot_id='shot', stroke=STROKE):
-        return self.player.goal(stroke, SCENE, shot_id)
+    def goal(self, name='shot', stroke=STROKE):
+        """Goal with a new shot_id that begins with a name: a repeated test plays another shot."""
+        self.count += 1
+        return self.player.goal(stroke, SCENE, f'{name} {self.count}')
 
     def begin(self, goal):
         """Send a goal; a future of how it ends."""

@@ -5,6 +5,7 @@ They fill in messages from YAML and print them as the real ones do.
 """
 
 import argparse
+import array
 import contextlib
 from importlib import import_module
 import os
@@ -14,9 +15,8 @@ import time
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.executors import ExternalShutdownException
+from rclpy.qos import DurabilityPolicy, QoSProfile
 import yaml
-
-from billiard_shot.ros.seal_shot import plain
 
 
 def load(name):
@@ -45,6 +45,19 @@ def element_of(kind):
     return load(f'{package}/msg/{interface}')()
 
 
+def plain(message):
+    """Convert a message to mappings, lists, numbers and strings."""
+    if hasattr(message, 'get_fields_and_field_types'):
+        return {
+            name: plain(getattr(message, name)) for name in message.get_fields_and_field_types()
+        }
+    if hasattr(message, 'tolist'):  # an array of numbers
+        return plain(message.tolist())
+    if isinstance(message, list | tuple | array.array):
+        return [plain(each) for each in message]
+    return message
+
+
 def as_yaml(message):
     """Text as `ros2 action send_goal` and `ros2 topic echo` print it."""
     return yaml.safe_dump(plain(message), allow_unicode=True, width=sys.maxsize, sort_keys=False)
@@ -56,6 +69,16 @@ def publish(node, options):
     while True:
         publisher.publish(fill(kind(), yaml.safe_load(options.values)))
         time.sleep(1.0 / options.rate)
+
+
+def echo(node, options):
+    """Print a field of one message."""
+    qos = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    received = []
+    node.create_subscription(load(options.type), options.name, received.append, qos)
+    while not received:
+        rclpy.spin_once(node)
+    print(f'{as_yaml(getattr(received[0], options.field))}---')
 
 
 def call_service(node, options):
@@ -97,17 +120,26 @@ def main():
         run(sys.argv[2:])
     parser = argparse.ArgumentParser()
     verbs = parser.add_subparsers(required=True)
+    groups = {
+        name: verbs.add_parser(name).add_subparsers() for name in ('topic', 'service', 'action')
+    }
     for group, verb, action, default in (
         ('topic', 'pub', publish, None),
+        ('topic', 'echo', echo, ''),
         ('service', 'call', call_service, '{}'),
         ('action', 'send_goal', send_goal, None),
     ):
-        each = verbs.add_parser(group).add_subparsers(required=True).add_parser(verb)
+        each = groups[group].add_parser(verb)
         each.add_argument('-r', '--rate', type=float)
         each.add_argument('-f', '--feedback', action='store_true')
+        each.add_argument('--once', action='store_true')
+        each.add_argument('--field')
+        each.add_argument('--qos-durability')
         each.add_argument('name')
         each.add_argument('type')
-        each.add_argument('values', **({'nargs': '?', 'default': default} if default else {}))
+        each.add_argument(
+            'values', **({} if default is None else {'nargs': '?', 'default': default})
+        )
         each.set_defaults(action=action)
     options = parser.parse_args()
     rclpy.init()

@@ -72,7 +72,8 @@ def test_request_round_trip():
         (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(0.1, 0.2, 0), tolerance=1e-5, sample_count=9
     )
     conversions.check_common(request, 'table')
-    assert conversions.ball_of(request, RADIUS, None, 'table') == (0.1, 0.2, RADIUS)
+    ball = conversions.resting('ball_position', request.ball_position, RADIUS)
+    assert ball == (0.1, 0.2, RADIUS)
     assert (request.speed, request.tolerance, request.sample_count) == (1.5, 1e-5, 9)
     assert request.cue_pose.orientation.w == 2.0
 

@@ -24,17 +24,26 @@ from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import prepare
 from billiard_shot.cue.safety import State
+from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros.cue_driver import CueDriver
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
-BALLS = {'cue': (0.1, -0.2), '8': (0.5, 0.25)}
+BALLS = {
+    'cue': Sighting((0.1, -0.2), (1e-8, 2e-9, 3e-8), time=4.25),
+    '8': Sighting((0.5, 0.25)),
+}
 
 
 def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
     return conversions.plan_of(stroke, BALLS, SCENE, 'shot')
+
+
+def goal_of(plan, expiry):
+    message = conversions.plan_message(plan, Header(frame_id='table', stamp=Time(sec=5)))
+    return ExecuteShot.Goal(plan=message, expiry=expiry)
 
 
 @given(
@@ -46,24 +55,23 @@ def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
 )
 def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
     sent = plan(a, b, elevation, azimuth, speed)
-    goal = conversions.goal_of(sent, 'once', Time(sec=5), Time(sec=70, nanosec=500_000_000))
+    goal = goal_of(sent, Time(sec=70, nanosec=500_000_000))
     shot_goal = conversions.shot_goal_of(goal, Time(sec=60), 'table')
     assert shot_goal.plan == sent
-    assert shot_goal.seal == sent.seal == shot_goal.plan.seal
-    assert (shot_goal.nonce, shot_goal.remaining) == ('once', 10.5)
+    assert shot_goal.remaining == 10.5
 
 
 def test_goals_that_make_no_sense():
-    goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
+    goal = goal_of(plan(), Time(sec=1))
     goal.plan.header.frame_id = 'map'
     with pytest.raises(RefusedError, match=r"plan\.header\.frame_id is 'map'"):
         conversions.shot_goal_of(goal, Time(), 'table')
-    goal = conversions.goal_of(plan(), 'once', Time(), Time(sec=1))
+    goal = goal_of(plan(), Time(sec=1))
     goal.plan.balls.append(BallState(id='cue'))
     with pytest.raises(RefusedError, match="'cue' occurs twice"):
         conversions.shot_goal_of(goal, Time(), 'table')
     goal.plan.balls[-1].id = 'pocketed'
-    goal.plan.balls[-1].pocketed = True
+    goal.plan.balls[-1].state = BallState.POCKETED
     assert conversions.shot_goal_of(goal, Time(), 'table').plan == plan()
 
 

@@ -104,7 +104,7 @@ def test_balls_lie_where_they_do_in_their_colours():
         balls=[
             BallState(id='cue', position=Point(x=0.1, y=0.2)),
             BallState(id='3', position=Point(x=-0.4, y=0.0, z=0.2)),
-            BallState(id='8', pocketed=True),
+            BallState(id='8', state=BallState.POCKETED),
         ]
     )
     array = table_markers.ball_markers(table_markers.places_of(state, 0.028), 0.028, NOW)

@@ -78,7 +78,7 @@ def test_balls_in_another_frame_are_refused(node, launch):
 
     def refusal():
         answer = client.call(request, repeatable=True).message
-        return '' if 'nothing has come in' in answer else answer
+        return '' if 'no message received' in answer else answer
 
     assert spin_until(node, refusal)
     assert refusal() == ("table_state.header.frame_id is 'map': must be 'cell2/table' or empty")

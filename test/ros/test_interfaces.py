@@ -7,9 +7,9 @@ import yaml
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.action import ExecuteShot, PlanShot
+from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import BallTrajectory
-from billiard_shot_msgs.srv import PredictShot, SealShot
+from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Status
 from billiard_shot.ros import cue_parameters, parameters, plan_parameters
@@ -54,18 +54,6 @@ def test_plan_constants_are_of_the_status_enum():
     assert constants(PlanShot.Result) == {
         name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')
     }
-
-
-def test_seal_constants_are_of_the_status_enum():
-    assert constants(SealShot.Response) == {
-        name: Status[name].value for name in ('OK', 'INVALID_STROKE', 'INVALID_REQUEST')
-    }
-
-
-def test_a_sealed_goal_has_the_fields_of_a_goal():
-    goal = ExecuteShot.Goal.get_fields_and_field_types()
-    sealed = SealShot.Response.get_fields_and_field_types()
-    assert {name: sealed[name] for name in goal} == goal
 
 
 def test_motion_constants_are_the_motion_codes():

@@ -92,7 +92,7 @@ def lead_to(cell, state):
     if state is State.AIMING:
         return reached(state)
     reached(State.AIMED, State.DISARMED, State.ESTOP, State.FAULT)
-    return state is cell.state or (cell.call('cue_driver/arm').success and reached(state))
+    return state is cell.state or (cell.arm().success and reached(state))
 
 
 def wait(cell, seconds):

@@ -111,7 +111,7 @@ def test_it_plans_for_its_parameters_as_it_starts(node, asking):
         )
     assert spin_until(node, lambda: len(seen) == 2), seen
     best = seen['planner/best']
-    assert best.header.frame_id == 'table'
+    assert best.plan.header.frame_id == 'table'
     assert 0.0 < best.success_low <= best.success <= best.success_high
     assert len(seen['planner/markers'].markers) > 3
 
@@ -121,7 +121,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     status, result = asking.ask(target=POT, balls=OPEN, budget=6000, seed=4)
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert result.status == Status.OK
-    scene = plan_conversions.with_balls(SCENE, OPEN)
+    scene = conversions.scene_of(SCENE, OPEN)
     alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=6000, seed=4)
     assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
     assert result.found == len(alone.ranking) > 1
@@ -131,18 +131,19 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     )
     assert [each.success for each in longer.plans] == [each.success for each in alone.ranking]
     assert all(len(each.trajectory.times) == 50 for each in longer.plans)
-    assert longer.plan_id != result.plan_id
+    names = [each.plan.shot_id for each in longer.plans]
+    assert len({*names, result.plans[0].plan.shot_id}) == len(names) + 1
     assert result.simulations == alone.simulations
     best = result.plans[0]
-    pose = best.cue_pose
+    pose = best.plan.cue_pose
     stroke = Stroke.from_pose(
         (pose.position.x, pose.position.y, pose.position.z),
         (pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w),
-        best.speed,
+        best.plan.speed,
         scene.cue_ball,
     )
     assert stroke.offsets == pytest.approx(alone.best.stroke.offsets, abs=1e-6)
-    assert (best.a, best.b, best.elevation, best.azimuth, best.speed) == pytest.approx(
+    assert (best.a, best.b, best.plan.elevation, best.azimuth, best.plan.speed) == pytest.approx(
         alone.best.stroke.offsets
     )
     shot = predict(scene, stroke)
@@ -150,7 +151,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     assert conversions.vectors(best.trajectory.positions)[-1] == pytest.approx(
         shot.trajectory.final_position, abs=1e-3
     )
-    assert {ball.id for ball in result.balls} == {'cue', '8'}
+    assert {ball.id for ball in best.plan.balls} == {'cue', '8'}
 
 
 def test_cancel_while_it_plans(asking):
@@ -262,7 +263,7 @@ def test_the_table_comes_from_table_state(node, asking):
         return results[-1].status == Status.OK
 
     assert spin_until(node, is_seen), results[-1].message
-    assert {ball.id for ball in results[-1].balls} == {'cue', '3'}
+    assert {ball.id for ball in results[-1].plans[0].plan.balls} == {'cue', '3'}
 
 
 @pytest.mark.parametrize(
@@ -345,11 +346,16 @@ def test_balls_to_keep_and_time_limits_of_messages():
 
 
 def test_a_warning_is_part_of_the_message():
-    best = plan(SCENE, {'pot': '8'}, budget=500).best
-    assert plan_conversions.ranked_message(best, Header(), 2).warning == best.warning
-    other_way = Stroke.from_offsets(azimuth=best.stroke.offsets[3] + 0.5, elevation=0.1, speed=1.0)
-    message = plan_conversions.ranked_message(replace(best, stroke=other_way), Header(), 2)
-    assert message.warning == 'without errors the target is missed'
+    result = plan(SCENE, {'pot': '8'}, budget=500)
+
+    def warning(best):
+        ranked = replace(result, ranking=(best,))
+        return plan_conversions.ranked_message(ranked, 0, DEFAULT, 'x', Header(), 2).warning
+
+    assert warning(result.best) == result.best.warning
+    azimuth = result.best.stroke.offsets[3] + 0.5
+    other_way = Stroke.from_offsets(azimuth=azimuth, elevation=0.1, speed=1.0)
+    assert warning(replace(result.best, stroke=other_way)) == 'without errors the target is missed'
 
 
 def test_a_search_that_fails_has_a_result(monkeypatch):

@@ -1,0 +1,84 @@
+"""Sightings of balls: where a ball was detected, how surely, and whether it lies as planned."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+import math
+
+SURE = 4.0
+"""
+Number of standard deviations beyond which a distance between two sightings is no noise.
+
+Two sightings of one place differ by more with a probability of exp(-8), about 1 in 3000 (Rayleigh
+distribution), and the tolerance comes on top.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """
+    One ball, as it was last detected.
+
+    Parameters
+    ----------
+    position : (2,) tuple of float
+        Centre of the ball, x and y [m], in the frame `table`.
+    covariance : (3,) tuple of float
+        Elements xx, xy and yy of the covariance of the position [m^2]; zeros: exact.
+    is_seen : bool
+        Whether the ball is detected at present. If it is not, it may be anywhere.
+    is_moving : bool
+    time : float
+        Time of the last detection on the clock of the messages [s]; 0 if it is not known.
+
+    """
+
+    position: tuple[float, float]
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    is_seen: bool = True
+    is_moving: bool = False
+    time: float = 0.0
+
+
+Balls = Mapping[str, Sighting]
+
+
+def positions_of(balls: Balls) -> dict[str, tuple[float, float]]:
+    """Positions (x, y) [m] of the balls, by name."""
+    return {name: ball.position for name, ball in balls.items()}
+
+
+def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
+    """
+    Return which ball does not lie at its planned place; '' if all do.
+
+    A ball lies elsewhere if its distance from the planned place is more than `tolerance` [m] plus
+    `SURE` standard deviations of that distance. The errors of both positions are independent.
+    """
+    for name in sorted(planned.keys() | seen.keys()):
+        if name not in seen:
+            return f'ball {name!r} of the plan is not on the table'
+        if name not in planned:
+            return f'ball {name!r} is on the table, but not in the plan'
+        if not seen[name].is_seen:
+            return f'ball {name!r} is not seen'
+        if seen[name].is_moving:
+            return f'ball {name!r} moves'
+        distance, deviation = _apart(planned[name], seen[name])
+        allowed = tolerance + SURE * deviation
+        if not distance <= allowed:
+            return (
+                f'ball {name!r} lies {1e3 * distance:.3g} mm from its planned place; must be at '
+                f'most {1e3 * allowed:.3g} mm'
+            )
+    return ''
+
+
+def _apart(one: Sighting, other: Sighting) -> tuple[float, float]:
+    """Distance of two sightings [m], and the standard deviation of the distance [m]."""
+    dx, dy = (b - a for a, b in zip(one.position, other.position, strict=True))
+    distance = math.hypot(dx, dy)
+    xx, xy, yy = (a + b for a, b in zip(one.covariance, other.covariance, strict=True))
+    if not distance > 0.0:
+        return distance, 0.0
+    variance = (dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy) / distance**2
+    return distance, math.sqrt(max(variance, 0.0))
