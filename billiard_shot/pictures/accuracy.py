@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.study.accuracy import Point
 from billiard_shot.table.colours import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
 
@@ -55,26 +55,23 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
             others = [p for p in points if p not in paying]
             colour = COLOURS[name]
             axis.plot(
-                [*map(work, paying)], [*map(error, paying)], 'o-', color=colour, ms=4, lw=1.2
+                [*map(work, paying)],
+                [*map(error, paying)],
+                'o-',
+                color=colour,
+                ms=4,
+                lw=1.2,
+                label=name,
             )
             axis.plot(
                 [*map(work, others)], [*map(error, others)], 'o', color=colour, ms=4, mfc='none'
             )
-            left = name.startswith('SciPy')  # its points lie between those of other methods
-            axis.annotate(
-                name,
-                (work(paying[0]), error(paying[0])),
-                (-6, -9) if left else (6, 2),
-                textcoords='offset points',
-                ha='right' if left else 'left',
-                color=colour,
-                fontsize='small',
-            )
         axis.set_xlabel(work_label)
         axis.set_ylabel(error_label)
-        axis.margins(x=0.25, y=0.08)
+        axis.margins(0.08)
         axis.grid(alpha=0.3)
         axis.tick_params(labelsize='small')
+    add_legend(figure, axis)
     figure.suptitle(
         f'{title}\nEach point is a step or a tolerance. Hollow: another setting costs less and '
         'errs less, or not all strokes are solved.',

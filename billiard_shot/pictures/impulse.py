@@ -11,6 +11,7 @@ from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, State, TwoB
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}
+BESIDE = {'S1': (9, -11), 'S2': (-13, 2), 'S3': (-14, 4)}  # points from curve to number
 MEANING = {'S1': 'both', 'S2': 'ball on table', 'S3': 'ball on ball'}
 
 
@@ -148,7 +149,7 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
         axes.annotate(
             str(number),
             (x[middle], y[middle]),
-            (-4, 5) if state.name == 'S3' else (5, -10),
+            BESIDE[state.name],
             textcoords='offset points',
             fontsize=10,
             color=STATE_COLOURS[state.name],
@@ -170,20 +171,15 @@ def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
     impulses = impulses_of(trace)
     springs = (PURPLE, 'E₁, ball on ball'), (GREEN, 'E₂, ball on table')
     for j, (colour, name) in enumerate(springs):
+        lost = []
         for part in (s.samples for s in states if trace.active[s.samples, j].all()):
             x, y = impulses[part, j], trace.energies[part, j]
-            axes.plot(x, y, color=colour, linewidth=2.0, label=name)
+            axes.plot(x, y, color=colour, linewidth=2.0)
             if part.stop == len(trace.time) or not trace.active[part.stop, j]:
                 axes.plot([x[-1], x[-1]], [y[-1], 0.0], color=colour, linewidth=1.0, linestyle=':')
-                axes.annotate(
-                    f'lost {y[-1]:.3f} J',
-                    (x[-1], 0.0),
-                    (-2, 15 - 12 * j),
-                    ha='right',
-                    fontsize=8,
-                    textcoords='offset points',
-                    color=colour,
-                )
+                lost.append(f'{y[-1]:.3f} J')
+        losses = ' and '.join(lost) or 'nothing'
+        axes.plot([], [], color=colour, linewidth=2.0, label=f'{name}: loses {losses}')
     for number, state in enumerate(states, 1):
         for j in (0, 1):
             if trace.active[state.samples, j].all():
@@ -207,12 +203,11 @@ def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
         xlabel='impulse of the same contact, I₁ or I₂ (N s)',
         ylabel='elastic energy (J)',
         xlim=(0.0, None),
-        ylim=(0.0, None),
     )
     axes.grid(alpha=0.3)
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    axes.legend(once.values(), once.keys(), loc='upper left', fontsize='small', frameon=False)
+    axes.margins(y=0.15)  # room for the legend
+    axes.set_ylim(0.0, None)
+    axes.legend(loc='upper left', fontsize='small', frameon=False)
     axes.set_title(
         '(b) elastic energies; numbers: ends of the states', fontsize='medium', loc='left'
     )

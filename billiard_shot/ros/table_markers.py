@@ -54,7 +54,7 @@ def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
     for name, (x, y, z) in balls.items():
         shown += [
             markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
-            markers.label(name, (x, y, z + 2 * radius), radius, markers.colour(TEXT)),
+            markers.label(name, (x, y, z + 3 * radius), 2 * radius, markers.colour(TEXT)),
         ]
     return markers.array_of(shown, header)
 

@@ -28,7 +28,7 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.plan import tip_at
-from billiard_shot.ros.client import call
+from billiard_shot.ros.client import ServiceCaller
 from billiard_shot.ros.conversions import make_request
 from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import LATCHED
@@ -79,17 +79,16 @@ def published_markers():
                     lambda message, topic=topic: received.update({topic: message}),
                     LATCHED,
                 )
-            client = node.create_client(PredictShot, 'predict_shot')
-            if not client.wait_for_service(timeout_sec=120.0):
+            predictor = ServiceCaller(node, PredictShot, 'predict_shot')
+            if not predictor.wait_for_service(120.0):
                 sys.exit('the predictor did not start')
             scene = Scene.load(SCENE)
             tip = tip_at(STROKE, scene.cue_ball[:2], scene)
-            call(
-                node,
-                client,
+            predictor.call(
                 make_request(
                     tip.position - 0.05 * tip.along, tip.quaternion, STROKE.speed, scene.cue_ball
                 ),
+                repeatable=True,
             )
             end = time.monotonic() + 30.0
             while len(received) < len(TOPICS) and time.monotonic() < end:

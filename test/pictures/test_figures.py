@@ -8,6 +8,7 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
+from billiard_shot.pictures.collision import collision_figure, draw_collision
 from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
 from billiard_shot.pictures.histories import history_of
 from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
@@ -261,3 +262,20 @@ def test_a_picture_that_cannot_be_written(tmp_path, capsys):
     wrong = tmp_path / 'none' / 'laws.png'
     assert main(['laws', '--count', '5', '--picture', str(wrong)]) == 2
     assert f'billiard-shot: --picture: {wrong}: ' in capsys.readouterr().err
+
+
+def test_a_collision_of_ones_own(tmp_path):
+    """The curves end at the impulses of `collide`, and nothing is drawn if nothing collides."""
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    collision = stacked((1.0, 1.0), (0.9**0.5, 0.4**0.5), 10.0, 3.0)
+    result = collision.solve('energetic', 1e-10)
+    figure = collision_figure(collision.bodies, collision.contacts, 'energetic')
+    impulses, energies = figure.axes
+    for j, line in enumerate(impulses.get_lines()):
+        assert line.get_ydata()[-1] == pytest.approx(result.impulses[j, 2], rel=1e-6)
+    lost = [float(line.get_label().split()[1]) for line in energies.get_lines()]
+    assert lost == pytest.approx(result.dissipated[:, 0], rel=5e-3)
+    draw_collision(collision.bodies, collision.contacts, tmp_path / 'x.png', 'energetic')
+    assert (tmp_path / 'x.png').stat().st_size > 1000
+    with pytest.raises(ValueError, match='one must approach'):
+        draw_collision(collision.bodies[1:], [], tmp_path / 'y.png')
