@@ -27,6 +27,7 @@ from billiard_shot.table.event_handlers import (
 from billiard_shot.table.geometry import lay_out, Layout, Table
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.motion import (
+    ABSENT,
     Ball,
     CLUSTER,
     CUE,
@@ -37,6 +38,7 @@ from billiard_shot.table.motion import (
     REST,
     START,
     start_ball,
+    stop_ball,
 )
 from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
 from billiard_shot.table.roll_out import ending
@@ -180,11 +182,16 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
                     return False
         start_ball(ball, start.position, start.velocity, start.spin)
         ball.ball, ball.modified, ball.first_contact = i, True, start.first_contact
+        if start.absent:
+            stop_ball(ball, ABSENT)
+            continue
         if abs(ball.position[0]) > out_x or abs(ball.position[1]) > out_y:
             return False
         if ball.position[2] < radius * MIN_HEIGHT:
             return False
         for j in range(i):
+            if s.balls[j].motion == ABSENT:
+                continue
             square = 0.0
             for k in range(3):
                 apart = ball.position[k] - s.balls[j].position[k]

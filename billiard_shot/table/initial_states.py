@@ -1,6 +1,6 @@
 """States of balls as people give them, checked, in the form that compiled code takes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ class BallStart:
     velocity: Vector3  # m/s
     spin: Vector3  # rad/s
     first_contact: int  # index of the first ball that it met before the run, or NOTHING
+    absent: bool  # the table does not have this ball
 
 
 def ball_starts(tables: int, balls: int) -> NDArray[np.void]:
@@ -37,7 +38,8 @@ def ball_starts(tables: int, balls: int) -> NDArray[np.void]:
     return starts
 
 
-def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
+def state_rows(name: str, state: BallState) -> list[NDArray[np.float64]]:
+    """Return position, velocity and spin of a ball: each (3,), or rows (n, 3)."""
     check_type(f'states[{name!r}]', state, BallState)
     rows = []
     for field in VECTORS:
@@ -51,7 +53,8 @@ def _row(name: str, state: BallState) -> list[NDArray[np.float64]]:
     return rows
 
 
-def _check_balls(name: str, states: States) -> None:
+def check_balls(name: str, states: States) -> None:
+    """Raise ValueError if a table's states are no mapping, or have no balls."""
     check_type(name, states, Mapping)
     if not states:
         raise ValueError(f'{name}: no balls are not allowed; there must be at least one')
@@ -59,7 +62,7 @@ def _check_balls(name: str, states: States) -> None:
 
 def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     """Return (1, balls) BallStart; raise ValueError if a table cannot begin like that."""
-    _check_balls('states', states)
+    check_balls('states', states)
     names, radius = list(states), scene.ball.radius
     starts = ball_starts(1, len(states))
     vectors = _vectors(states)
@@ -94,7 +97,7 @@ def _vectors(states: States) -> NDArray[np.float64]:
     if vectors.shape == (len(states), 3, 3) and (np.abs(vectors) <= LARGEST).all():
         return vectors
     for name, state in states.items():
-        for field, row in zip(VECTORS, _row(name, state), strict=True):
+        for field, row in zip(VECTORS, state_rows(name, state), strict=True):
             if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
                 raise ValueError(
                     f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
@@ -113,42 +116,3 @@ def in_cushions(scene: Scene, starts: NDArray[np.void]) -> Iterator[tuple[int, i
         velocity = starts['velocity'][t, i].tolist()
         if why := no_start(scene.table, position[t, i].tolist(), velocity, radius):
             yield int(t), int(i), why
-
-
-def batch_starts(states: States | Sequence[States]) -> tuple[tuple[str, ...], NDArray[np.void]]:
-    """Return the names of the balls, and (tables, balls) BallStart."""
-    if isinstance(states, Mapping):
-        _check_balls('states', states)
-        names = tuple(states)
-        rows = [[np.atleast_2d(row) for row in _row(name, states[name])] for name in names]
-        counts = {len(row) for ball in rows for row in ball} - {1}
-        if len(counts) > 1:
-            raise ValueError(
-                f'states: arrays of {sorted(counts)} rows are not allowed; all must have as many'
-            )
-        tables = counts.pop() if counts else 1
-        starts = ball_starts(tables, len(names))
-        for i, ball in enumerate(rows):
-            for field, row in zip(VECTORS, ball, strict=True):
-                starts[field][:, i] = row
-        return names, starts
-    check_type('states', states, Sequence)
-    for t, table in enumerate(states):
-        _check_balls(f'states[{t}]', table)
-    names = tuple(states[0]) if len(states) else ()
-    starts = ball_starts(len(states), len(names))
-    for t, table in enumerate(states):
-        if set(table) != set(names):
-            raise ValueError(
-                f'states[{t}]: balls {sorted(table)} are not allowed; all tables must have the '
-                f'same, {sorted(names)}'
-            )
-        for i, name in enumerate(names):
-            numbers = _row(name, table[name])
-            if any(each.shape != (3,) for each in numbers):
-                raise ValueError(
-                    f'states[{t}][{name!r}]: rows are not allowed; each must be three numbers'
-                )
-            for field, row in zip(VECTORS, numbers, strict=True):
-                starts[field][t, i] = row
-    return names, starts

@@ -22,6 +22,7 @@ class Motion(IntEnum):
     FLIGHT = 4
     POCKETED = 5  # lies in a pocket
     OFF_TABLE = 6  # left the table, where it was last seen
+    ABSENT = 7  # is not on this table of a batch: no trajectory has it
 
 
 class Cause(IntEnum):
@@ -38,7 +39,7 @@ class Cause(IntEnum):
     CUE = 8  # the cue, which follows its stroke, hits the ball again
 
 
-REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE = map(int, Motion)
+REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE, ABSENT = map(int, Motion)
 START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE, CUE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist

@@ -1,6 +1,6 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 import math
@@ -9,7 +9,7 @@ from time import perf_counter
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.records import as_rows
@@ -30,13 +30,12 @@ from billiard_shot.table.event_loop import (
 from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
     BallStart,
-    batch_starts,
     in_cushions,
     States,
     validated_starts,
     VECTORS,
 )
-from billiard_shot.table.motion import Segment
+from billiard_shot.table.motion import Motion, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import (
@@ -46,6 +45,7 @@ from billiard_shot.table.simulation_state import (
     Simulation,
     simulation_in,
 )
+from billiard_shot.table.table_states import ManyStates, table_states, TableStates
 from billiard_shot.table.words import count_in_words, plural
 
 T = TypeVar('T')
@@ -255,7 +255,7 @@ class TableBatch:
 
     names: tuple[str, ...]
     final_position: NDArray[np.float64]  # (tables, balls, 3) m, of each ball
-    motion: NDArray[np.uint8]  # (tables, balls) a Motion: REST, POCKETED, OFF_TABLE ...
+    motion: NDArray[np.uint8]  # (tables, balls) a Motion: REST, POCKETED, ABSENT ...
     pocket: NDArray[np.int64]  # (tables, balls) index in POCKET_NAMES, -1: in none
     first_met: NDArray[np.int64]  # (tables, balls) index of the first ball each met, -1: none
     duration: NDArray[np.float64]  # (tables,) s until all rest
@@ -264,6 +264,12 @@ class TableBatch:
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
     jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
 
+    @property
+    def states(self) -> TableStates:
+        """The balls as they rest on the table, without those that fell or left it."""
+        on_table = self.motion < Motion.POCKETED
+        return TableStates(self.names, self.final_position, present=on_table)
+
     def __repr__(self) -> str:
         balls = plural(len(self.names), 'ball')
         return f'TableBatch({balls}, {count_in_words(self.status, "table")})'
@@ -271,10 +277,12 @@ class TableBatch:
 
 def simulate_batch(
     scene: SceneLike,
-    states: States | Sequence[States],
+    states: ManyStates,
     tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
     workers: int | None = None,
+    *,
+    present: ArrayLike | None = None,
 ) -> TableBatch:
     """
     Simulate many tables at once, on all cores.
@@ -283,13 +291,16 @@ def simulate_batch(
     ----------
     scene, tolerance, max_events
         As for `simulate`.
-    states : mapping of str to BallState, or sequence of such mappings
+    states : TableStates, mapping of str to BallState, or sequence of such mappings
         One mapping whose arrays are (tables, 3), or (3,) for all tables alike; or a mapping for
-        each table, all with the same balls. A row that cannot be (not finite or too large,
-        overlapping balls, a ball in a cushion) gets the status INVALID_REQUEST; `simulate` says
-        why.
+        each table, with the balls that this table has. A row that cannot be (not finite or too
+        large, overlapping balls, a ball in a cushion) gets the status INVALID_REQUEST; `simulate`
+        says why.
     workers : int, optional
         Threads; by default as many as there are cores.
+    present : (tables, balls) array_like of bool, optional
+        If `states` is one mapping: whether a table has a ball; by default all tables have all. A
+        ball that a table does not have ends with the motion ABSENT.
 
     """
     scene = Scene.load(scene)
@@ -297,7 +308,8 @@ def simulate_batch(
     max_events = whole('max_events', max_events, 1)
     if workers is not None:
         workers = whole('workers', workers, 1)
-    names, starts = batch_starts(states)
+    tables = table_states(states, present)
+    starts = tables.starts()
     for field in VECTORS:
         starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # which compiled code refuses
     for t, i, _ in in_cushions(scene, starts):
@@ -305,7 +317,7 @@ def simulate_batch(
     if len(starts) > INTERPRETED_AT_MOST:
         machine_code.require()
     task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
-    return run_many(task, names, workers)
+    return run_many(task, tables.names, workers)
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
