@@ -6,8 +6,8 @@ import numpy as np
 
 from billiard_shot import predict_batch, Scene
 from billiard_shot.planning.limits import limits_of, raise_for_clearance
-from billiard_shot.planning.plan import NOISES
-from billiard_shot.planning.strikes import vectors_of
+from billiard_shot.planning.noises import NOISES
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
 
 CUTS = (0, 15, 30, 45, 60, 75)  # degrees, limits of the bins

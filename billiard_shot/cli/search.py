@@ -3,7 +3,7 @@
 import argparse
 import math
 
-from billiard_shot.planning.plan import NOISES
+from billiard_shot.planning.noises import NOISES
 from billiard_shot.scene import Noise, Scene
 
 

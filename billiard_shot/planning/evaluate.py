@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Runs, score_tables, Sought
-from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import tip_reach
 from billiard_shot.shot.on_table import strike_among
 from billiard_shot.shot.strike_batch import refusals, strike_batch
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import Segment

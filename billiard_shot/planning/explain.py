@@ -12,7 +12,7 @@ from billiard_shot.planning.targets import Pot
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
-from billiard_shot.shot.refusals import least_elevation
+from billiard_shot.shot.refusals import lowest_elevation
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.outline import outline_of
@@ -157,7 +157,8 @@ def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
     hole = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2]
     ghost = there - 2.0 * scene.ball.radius * (hole - there) / math.dist(hole, there)
     azimuth = _angle(ghost - np.array(scene.cue_ball[:2]))
-    elevation = min(least_elevation(scene, 0.0, 0.0, azimuth), 0.5 * math.pi)
+    lowest = float(lowest_elevation(scene, [[0.0, 0.0, 0.0, azimuth, FIRM]])[0])
+    elevation = min(lowest, 0.5 * math.pi)
     return predict(scene, Stroke.from_offsets(0.0, 0.0, elevation, azimuth, FIRM))
 
 

@@ -10,22 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Array, vectors_of, wrapped
+from billiard_shot.planning.strikes import Array, wrapped
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read, with_present_keys
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import check_type, one_or_many
-from billiard_shot.shot.refusals import refusals_in
-from billiard_shot.status import Status
+from billiard_shot.shot.refusals import COARSE, FINE, first_free
 
 BALLS = ('first_contact', 'keep')  # constraints that name balls
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # Clearance of a planned cue, in standard deviations of its errors.
 MARGIN_SIGMAS = 3.5
-NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
 DIRECTIONS = 72  # in which the clearance of the cue is checked
-COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps of the elevations that are tried
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +135,7 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
     need = low.copy()
     for step in (COARSE, FINE):
-        need = _first_free(scene, limits, strokes, need, step)
+        need = first_free(scene, strokes, need, step, highest, limits.elevation_margin)
         if step == COARSE:
             need = np.maximum(need - COARSE + FINE, low)
     found = strokes.copy()
@@ -168,18 +165,3 @@ def check_clearance(scene: Scene, limits: Limits) -> None:
             'the obstacles around the cue ball and the errors of strokes it must be at least '
             f'{math.degrees(np.nanmin(needed)):.3g} (degrees)'
         )
-
-
-def _first_free(scene: Scene, limits: Limits, strokes: Array, begin: Array, step: float) -> Array:
-    """Find elevations, in steps from `begin`, at which the cue has clearance with the margin."""
-    found = np.full(len(strokes), np.nan)
-    tried, open_ = begin.copy(), np.arange(len(strokes))
-    while len(open_):
-        trial = strokes[open_]
-        trial[:, ELEVATION] = np.maximum(tried[open_] - limits.elevation_margin, 0.0)
-        normals, velocities = vectors_of(trial)
-        free = ~np.isin(refusals_in(scene, normals, velocities), NO_ROOM)
-        found[open_[free]] = tried[open_[free]]
-        tried[open_] += step
-        open_ = open_[~free & (tried[open_] <= limits.elevations[1] + step)]
-    return found

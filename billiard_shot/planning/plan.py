@@ -11,6 +11,7 @@ from typing import Any
 from billiard_shot import machine_code
 from billiard_shot.planning.explain import why_not_straight
 from billiard_shot.planning.limits import check_clearance, limits_of
+from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
@@ -18,14 +19,9 @@ from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
-from billiard_shot.scene.checks import read
-from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.values import positive, whole
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-
-# Noise of the computer pool tournaments, see `Noise`; no noise at all.
-NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 
 
 def plan(
@@ -95,7 +91,7 @@ def plan(
     """
     scene = Scene.load(scene)
     begin = perf_counter()
-    spread = _noise(scene, noise)
+    spread = noise_of(scene, noise)
     wanted = target_of(scene, target)
     limits = limits_of(scene, constraints, spread)
     budget, seed = whole('budget', budget, 1), whole('seed', seed, 0)
@@ -143,24 +139,6 @@ def plan(
         perf_counter() - begin,
         spread,
         found.converged,
-    )
-
-
-def _noise(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:
-    if noise is None:
-        return scene.noise
-    if isinstance(noise, Noise):
-        return noise
-    if isinstance(noise, str) and noise in NOISES:
-        return NOISES[noise]
-    if isinstance(noise, Mapping):
-        try:
-            return read(Noise, noise)
-        except InputError as error:
-            raise InputError(error.mistakes, 'noise') from None
-    raise ValueError(
-        f'noise: {noise!r} is not allowed; it must be {", ".join(NOISES)} or a mapping of '
-        'standard deviations'
     )
 
 

@@ -91,15 +91,6 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
     holes = np.zeros((POCKETS, 2))
     if layout.pockets:
         holes[:] = [(hole.hole_x, hole.hole_y) for hole in layout.pockets]
-    sigmas = np.array(
-        [
-            noise.a / scene.ball.radius,
-            noise.b / scene.ball.radius,
-            np.radians(noise.elevation_deg),
-            np.radians(noise.azimuth_deg),
-            noise.speed,
-        ]
-    )
     return Problem(
         scene,
         target,
@@ -115,7 +106,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         rules,
         wanted,
         holes,
-        sigmas,
+        noise.sigmas(scene.ball.radius),
     )
 
 

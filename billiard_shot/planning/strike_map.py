@@ -19,9 +19,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Array, vectors_of
+from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
 SIZES = np.array([0.1, 0.1, 0.04])  # of a cell: a and b (ball radii), elevation (rad)

@@ -6,27 +6,13 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
 # Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.
 TOLERANCE = 1e-11  # m
 
 Array = NDArray[np.float64]
-
-
-def vectors_of(strokes: Array) -> tuple[Array, Array]:
-    """Compute unit normals and cue velocities (n, 3) of strokes (n, 5), see `from_offsets`."""
-    a, b, elevation, azimuth, speed = strokes.T
-    sin_e, cos_e = np.sin(elevation), np.cos(elevation)
-    sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
-    with np.errstate(invalid='ignore'):
-        depth = np.sqrt(1.0 - a * a - b * b)  # NaN if the tip misses the ball
-    along = np.stack([cos_e * cos_t, cos_e * sin_t, -sin_e], axis=1)
-    right = np.stack([sin_t, -cos_t, np.zeros_like(a)], axis=1)
-    up = np.stack([sin_e * cos_t, sin_e * sin_t, cos_e], axis=1)
-    normals = a[:, None] * right + b[:, None] * up - depth[:, None] * along
-    velocities = np.where(speed > 0.0, speed, np.nan)[:, None] * along
-    return normals, velocities
 
 
 def wrapped(angles: Array) -> Array:

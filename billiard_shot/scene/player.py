@@ -8,12 +8,13 @@ import math
 from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
-from billiard_shot.scene.values import positive
+from billiard_shot.scene.values import as_floats, positive, whole
 
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 SLOWEST = 1e-3  # m/s, of a stroke with errors
@@ -138,18 +139,67 @@ class Noise:
             axis of the cue, the errors of a and b are those of the axis.
 
         """
+        offsets = self.sample(stroke, 1, rng, ball_radius)[0].tolist()
+        return type(stroke).from_offsets(*offsets, axis=stroke.axis)
+
+    def sample(
+        self,
+        strokes: Offsets | ArrayLike,
+        n: int,
+        rng: np.random.Generator,
+        ball_radius: float = POOL_BALL_RADIUS,
+    ) -> NDArray[np.float64]:
+        """
+        Draw strokes as the player executes them, as arrays.
+
+        Parameters
+        ----------
+        strokes : Stroke, or (5,) or (m, 5) array_like
+            As planned: one stroke, or the arguments a, b, elevation, azimuth, speed of
+            `Stroke.from_offsets`, of one or many.
+        n : int
+            How often each stroke is executed, at least 1.
+        rng : numpy.random.Generator
+        ball_radius : float
+            [m]; by default that of pool balls.
+
+        Returns
+        -------
+        (n, 5) or (m, n, 5) float array
+            As `perturb` executes them, for `predict_batch`; every stroke has errors of its own.
+
+        Raises
+        ------
+        ValueError
+            If an argument makes no sense.
+
+        """
+        n, sigmas = whole('n', n, 1), self.sigmas(ball_radius)
+        planned = as_floats(getattr(strokes, 'offsets', strokes))
+        if planned.ndim not in (1, 2) or planned.shape[-1] != 5:
+            raise ValueError(f'strokes must be of shape (5,) or (m, 5), got {planned.shape}')
+        played = planned[..., np.newaxis, :] + sigmas * rng.standard_normal(
+            (*planned.shape[:-1], n, 5)
+        )
+        over = played[..., 2] > 0.5 * math.pi  # beyond the vertical it comes from the other side
+        played[over, :2] *= -1.0
+        played[over, 2] = math.pi - played[over, 2]
+        played[over, 3] = np.remainder(played[over, 3] + 2.0 * math.pi, math.tau) - math.pi
+        played[..., 4] = np.maximum(played[..., 4], SLOWEST)
+        return played
+
+    def sigmas(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
+        """Return the standard deviations (5,) of a, b (ball radii), angles (rad), speed (m/s)."""
         ball_radius = positive('ball_radius', ball_radius, 'm')
-        a, b, elevation, azimuth, speed = stroke.offsets
-        errors: list[float] = rng.standard_normal(5).tolist()
-        a += errors[0] * self.a / ball_radius
-        b += errors[1] * self.b / ball_radius
-        elevation += errors[2] * math.radians(self.elevation_deg)
-        azimuth += errors[3] * math.radians(self.azimuth_deg)
-        if elevation > 0.5 * math.pi:  # beyond the vertical the stroke comes from the other side
-            a, b, elevation = -a, -b, math.pi - elevation
-            azimuth = math.remainder(azimuth + math.pi, math.tau)
-        speed = max(speed + errors[4] * self.speed, SLOWEST)
-        return type(stroke).from_offsets(a, b, elevation, azimuth, speed, axis=stroke.axis)
+        return np.array(
+            [
+                self.a / ball_radius,
+                self.b / ball_radius,
+                math.radians(self.elevation_deg),
+                math.radians(self.azimuth_deg),
+                self.speed,
+            ]
+        )
 
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""

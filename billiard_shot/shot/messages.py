@@ -8,7 +8,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot import clearance
-from billiard_shot.shot.refusals import least_elevation
+from billiard_shot.shot.refusals import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.run import NOSE_NAMES
@@ -79,7 +79,8 @@ def _in_the_way(
     pairs = zip(names, depths, strict=True)
     name, depth = next(pair for pair in pairs if pair[1] > rounding.PLACE)
     a, b, _, azimuth, _ = touching.offsets
-    free = math.degrees(least_elevation(scene, a, b, azimuth, trajectory.final_position))
+    lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, 1.0]], trajectory.final_position)
+    free = math.degrees(lowest[0])
     hint = f'it has room from {free:g} degrees on' if free < 90.0 else 'no elevation gives it room'
     return (
         f'elevation: {elevation:.3g} degrees, with the velocity {_vector(stroke.velocity)} m/s, '

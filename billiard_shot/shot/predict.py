@@ -18,7 +18,13 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place
 from billiard_shot.shot.play import play_many, play_one, Strokes
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import playable_rows, Stroke, unit_rows
+from billiard_shot.shot.stroke import (
+    playable_offsets,
+    playable_rows,
+    Stroke,
+    unit_rows,
+    vectors_of,
+)
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import INTERPRETED_AT_MOST, TableBatch
 from billiard_shot.table.trajectory import Trajectory
@@ -125,10 +131,12 @@ class BatchResult:
 
 def predict_batch(
     scene: SceneLike,
-    normals: ArrayLike,
-    velocities: ArrayLike,
+    normals: ArrayLike | None = None,
+    velocities: ArrayLike | None = None,
     tolerance: float = DEFAULT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
+    *,
+    offsets: ArrayLike | None = None,
 ) -> BatchResult:
     """
     Predict many strokes at once, on all cores.
@@ -140,13 +148,31 @@ def predict_batch(
     normals, velocities : (n, 3) array_like
         As of `Stroke`; the tip touches the ball at the normal, whatever its shape. A row that no
         `Stroke` can have gets the status INVALID_STROKE; `Stroke` says why.
+    offsets : (n, 5) array_like
+        In place of `normals` and `velocities`: the arguments a, b, elevation, azimuth, speed of
+        `Stroke.from_offsets`.
+
+    Returns
+    -------
+    BatchResult
+        A stroke that cannot be played has the status that `predict` gives it.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape, or `tolerance` or `position` make no sense.
 
     """
     scene = Scene.load(scene)
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    n = unit_rows(_rows('normals', normals))
-    v = playable_rows(_rows('velocities', velocities))
+    if (offsets is None) == (normals is None) or (normals is None) != (velocities is None):
+        raise ValueError('offsets: give either normals and velocities, or offsets')
+    if offsets is not None:
+        n, v = vectors_of(playable_offsets(_rows('offsets', offsets, 5)))
+    else:
+        n = unit_rows(_rows('normals', normals, 3))
+        v = playable_rows(_rows('velocities', velocities, 3))
     if len(n) != len(v):
         raise ValueError(
             f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
@@ -190,10 +216,10 @@ def _centre(
     return np.array([place[0], place[1], radius])
 
 
-def _rows(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def _rows(name: str, values: ArrayLike | None, columns: int) -> NDArray[np.float64]:
     rows = as_floats(values)
-    if rows.ndim != 2 or rows.shape[1] != 3:
+    if rows.ndim != 2 or rows.shape[1] != columns:
         raise ValueError(
-            f'{name}: shape {rows.shape} is not allowed; it must be (n, 3), of numbers'
+            f'{name}: shape {rows.shape} is not allowed; it must be (n, {columns}), of numbers'
         )
     return rows

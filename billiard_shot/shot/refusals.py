@@ -1,14 +1,21 @@
-"""Which strokes would be refused, without playing them."""
+"""Which strokes would be refused, without playing them; and how high the cue must be."""
+
+import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.scene import Scene
+from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_batch import refusals
-from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
+
+NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
+COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps of the elevations that are tried
+ELEVATION = 2  # column of offsets
 
 
 def refusals_in(
@@ -33,26 +40,89 @@ def refusals_in(
     return refusals(model_of(scene), surroundings_of(scene), normals, velocities, centre)
 
 
-def least_elevation(
-    scene: Scene,
-    a: float,
-    b: float,
-    azimuth: float,
-    position: NDArray[np.float64] | None = None,
-) -> float:
+def lowest_elevation(
+    scene: SceneLike, offsets: ArrayLike, position: ArrayLike | None = None
+) -> NDArray[np.float64]:
     """
-    Elevation [rad], in steps of a quarter of a degree, from which on the cue has room.
+    Find the lowest elevation of each of many strokes at which the cue has clearance.
 
-    Of a stroke at (a, b), see `Stroke.from_offsets`, on the cue ball of a scene, or on one at
-    `position` (3,) [m]; infinite where there is none.
+    Parameters
+    ----------
+    scene : Scene, str or Path
+    offsets : (n, 5) array_like
+        As of `predict_batch`; the elevation in them does not count.
+    position : (3,) array_like, optional
+        Centre of the cue ball [m]; by default where the scene has it.
+
+    Returns
+    -------
+    (n,) float array
+        Elevations [rad], in steps of a quarter of a degree; infinite where no elevation below the
+        vertical gives the cue clearance, or no stroke can have these offsets.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape.
+
     """
-    steps = np.radians(np.arange(0.0, 90.0, 0.25))
-    strokes = [Stroke.from_offsets(a, b, float(step), azimuth, 1.0) for step in steps]
-    status = refusals_in(
-        scene,
-        np.array([stroke.normal for stroke in strokes]),
-        np.array([stroke.velocity for stroke in strokes]),
-        position,
-    )
-    free = steps[status == Status.OK]
-    return float(free[0]) if len(free) else np.inf
+    scene = Scene.load(scene)
+    strokes = as_floats(offsets).copy()
+    if strokes.ndim != 2 or strokes.shape[1] != 5:
+        raise ValueError(f'offsets must be of shape (n, 5), got {strokes.shape}')
+    place = None if position is None else as_floats(position)
+    if place is not None and place.shape != (3,):
+        raise ValueError(f'position must be of shape (3,), got {place.shape}')
+    strokes[:, ELEVATION] = 0.0
+    strokes = playable_offsets(strokes)
+    highest = 0.5 * math.pi - FINE
+    begin = np.zeros(len(strokes))
+    coarse = first_free(scene, strokes, begin, COARSE, highest, position=place)
+    begin = np.maximum(coarse - COARSE + FINE, 0.0)
+    strokes[:, ELEVATION] = first_free(scene, strokes, begin, FINE, highest, position=place)
+    playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
+    return np.where(playable, strokes[:, ELEVATION], np.inf)
+
+
+def first_free(
+    scene: Scene,
+    strokes: NDArray[np.float64],
+    begin: NDArray[np.float64],
+    step: float,
+    highest: float,
+    margin: float = 0.0,
+    position: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """
+    Find elevations at which the cue has clearance, also if it is lower by a margin.
+
+    Parameters
+    ----------
+    scene : Scene
+    strokes : (n, 5) float array
+        See `vectors_of`.
+    begin : (n,) float array
+        The first elevations that are tried [rad].
+    step, highest, margin : float
+        Step and largest of the elevations that are tried, and the margin [rad].
+    position : (3,) float array, optional
+        As of `refusals_in`.
+
+    Returns
+    -------
+    (n,) float array
+        [rad]; NaN where no elevation gives clearance. Strokes that are refused for another reason
+        have clearance.
+
+    """
+    found = np.full(len(strokes), np.nan)
+    tried = begin.copy()
+    open_ = np.flatnonzero(~np.isnan(tried))
+    while len(open_):
+        trial = strokes[open_]
+        trial[:, ELEVATION] = np.maximum(tried[open_] - margin, 0.0)
+        free = ~np.isin(refusals_in(scene, *vectors_of(trial), position), NO_ROOM)
+        found[open_[free]] = tried[open_[free]]
+        tried[open_] += step
+        open_ = open_[~free & (tried[open_] <= highest + step)]
+    return found

@@ -247,6 +247,37 @@ def axes(
     return right, up, along
 
 
+def vectors_of(offsets: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Compute the normals, of length 1, and cue velocities (n, 3) of many strokes.
+
+    Parameters
+    ----------
+    offsets : (n, 5) float array
+        a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`. If the tip misses the ball,
+        its normal is at a right angle to the stroke.
+
+    """
+    a, b, elevation, azimuth, speed = offsets.T
+    sin_e, cos_e = np.sin(elevation), np.cos(elevation)
+    sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
+    depth = np.sqrt(np.maximum(1.0 - a * a - b * b, 0.0))
+    along = np.stack([cos_e * cos_t, cos_e * sin_t, -sin_e], axis=1)
+    right = np.stack([sin_t, -cos_t, np.zeros_like(a)], axis=1)
+    up = np.stack([sin_e * cos_t, sin_e * sin_t, cos_e], axis=1)
+    normals = a[:, None] * right + b[:, None] * up - depth[:, None] * along
+    return unit_rows(normals), speed[:, None] * along
+
+
+def playable_offsets(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the arguments of `Stroke.from_offsets` (n, 5); NaN in a row that it refuses."""
+    _, _, elevation, azimuth, speed = offsets.T
+    playable = np.isfinite(offsets).all(axis=1)
+    playable &= (np.abs(elevation) <= 0.5 * math.pi) & (np.abs(azimuth) <= 2.0 * math.pi)
+    playable &= (speed >= SPEEDS[0]) & (speed <= SPEEDS[1])
+    return np.where(playable[:, np.newaxis], offsets, np.nan)
+
+
 def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Make each row of a matrix 1 long; NaN where it is zero or not finite."""
     with np.errstate(invalid='ignore', divide='ignore'):

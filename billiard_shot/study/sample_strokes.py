@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.refusals import least_elevation
+from billiard_shot.shot.refusals import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 
 
@@ -35,6 +35,7 @@ def sample_strokes(scene: Scene, count: int, seed: int = 0) -> list[Stroke]:
             azimuth = direction + draw.uniform(-1.0, 1.0) * math.asin(min(thin, 1.0))
         speed = 0.5 * 10.0 ** draw.random()
         a, b = offset * math.cos(around), offset * math.sin(around)
-        elevation = max(steep, min(least_elevation(scene, a, b, azimuth), math.radians(60.0)))
+        lowest = float(lowest_elevation(scene, [[a, b, 0.0, azimuth, speed]])[0])
+        elevation = max(steep, min(lowest, math.radians(60.0)))
         strokes.append(Stroke.from_offsets(a, b, elevation, azimuth, speed))
     return strokes

@@ -20,7 +20,7 @@ from billiard_shot.planning.limits import (
     raise_for_clearance,
     SPEED,
 )
-from billiard_shot.planning.plan import NOISES
+from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.runner import CHUNK, Runner
 from billiard_shot.planning.statistics import (
@@ -29,9 +29,9 @@ from billiard_shot.planning.statistics import (
     quasi_random,
     wilson_interval,
 )
-from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.shot.refusals import refusals_in
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
 
 SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))

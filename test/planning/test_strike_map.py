@@ -9,11 +9,11 @@ from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.plan import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.strike_map import bounds_of, FEWEST, fit_cell, Maps
-from billiard_shot.planning.strikes import vectors_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.stroke import vectors_of
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']

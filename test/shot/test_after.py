@@ -46,6 +46,30 @@ def test_perturbed_strokes_have_the_errors_of_the_player():
     assert np.allclose(played.mean(axis=0), stroke.offsets, atol=5e-3)
 
 
+def test_samples_are_perturbed_strokes_as_arrays():
+    noise = Noise(elevation_deg=1.0, speed=0.5)
+    planned = [(0.1, -0.1, 0.2, 1.0, 2.0), (0.2, 0.1, 1.57, -3.1, 0.3)]
+    for row in planned:
+        stroke = Stroke.from_offsets(*row)
+        alone = [noise.perturb(stroke, draw).offsets for draw in _draws()]
+        many = [noise.sample(stroke, 1, draw)[0] for draw in _draws()]
+        assert np.allclose(many, alone, atol=1e-9)
+    both = noise.sample(planned, 50, np.random.default_rng(1))
+    assert both.shape == (2, 50, 5)
+    assert (both[..., 2] <= 0.5 * math.pi).all()
+    assert (np.abs(both[..., 3]) <= math.pi).all()
+    assert (both[..., 4] >= 1e-3).all()
+    assert (both[0, :, 4] != both[1, :, 4] + 1.7).all()  # errors of their own
+    with pytest.raises(ValueError, match=r'strokes must be of shape \(5,\) or \(m, 5\), got'):
+        noise.sample([1.0, 2.0], 3, np.random.default_rng(1))
+    with pytest.raises(ValueError, match='n: 0 is not allowed'):
+        noise.sample(planned, 0, np.random.default_rng(1))
+
+
+def _draws():
+    return [np.random.default_rng(seed) for seed in range(30)]
+
+
 @pytest.mark.parametrize('radius', [0, -0.03, math.nan, None])
 def test_perturbed_strokes_need_a_radius(radius):
     with pytest.raises(ValueError, match=r'ball_radius: .* finite and above 0 \(m\)'):

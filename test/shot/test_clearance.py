@@ -3,10 +3,11 @@
 import dataclasses
 import math
 
+import numpy as np
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.shot.refusals import least_elevation
+from billiard_shot.shot.refusals import lowest_elevation
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius
@@ -41,11 +42,34 @@ def test_how_steep_it_has_to_be():
     assert predict(scene, stroke(lift + 0.3)).status == Status.OK
 
 
-def test_the_least_elevation_is_the_first_with_room():
+def test_the_lowest_elevation_is_the_first_with_room():
     scene = scene_of(cue=(-0.6, 0.1), eight=(-0.9, 0.1))
-    least = math.degrees(least_elevation(scene, 0.0, 0.1, 0.0))
-    assert predict(scene, stroke(least, b=0.1)).status == Status.OK
-    assert predict(scene, stroke(least - 0.25, b=0.1)).status.refused
+    draw = np.random.default_rng(2)
+    offsets = np.zeros((60, 5))
+    offsets[:, :2] = draw.uniform(-0.35, 0.35, (60, 2))
+    offsets[:, 3], offsets[:, 4] = draw.uniform(-math.pi, math.pi, 60), 1.0
+    offsets[0] = 0.0, 0.1, 0.0, 0.0, 1.0
+    lowest = lowest_elevation(scene, offsets)
+    assert 0.0 < lowest[0] < math.radians(20.0)
+    for row, least in zip(offsets, lowest, strict=True):
+        steps = math.degrees(least) / 0.25
+        assert steps == pytest.approx(round(steps), abs=1e-9)
+        a, b, _, azimuth, speed = row
+        assert predict(scene, Stroke.from_offsets(a, b, least, azimuth, speed)).status < 100
+        if least > 0.0:
+            lower = Stroke.from_offsets(a, b, least - math.radians(0.25), azimuth, speed)
+            assert predict(scene, lower).status.refused
+
+
+def test_offsets_that_no_elevation_helps_have_none():
+    scene = scene_of(cue=(-0.6, 0.1))
+    rows = [(0.8, 0.8, 0, 0, 1), (0, 0, 0, 0, 0), (math.nan, 0, 0, 0, 1), (0, 0, 7, 0, 1)]
+    lowest = lowest_elevation(scene, rows)
+    assert np.isinf(lowest).tolist() == [True, True, True, False]
+    elsewhere = lowest_elevation(scene, [(0, 0, 0, 0, 1)], position=(-1.2, 0.1, R))
+    assert elsewhere[0] > lowest[3] + math.radians(1.0)
+    with pytest.raises(ValueError, match=r'offsets must be of shape \(n, 5\), got \(5,\)'):
+        lowest_elevation(scene, rows[0])
 
 
 def test_far_from_all_cushions_level_is_level():

@@ -172,6 +172,40 @@ def test_a_batch_is_row_by_row_what_predict_gives(law):
         assert batch.evaluations[i] == shot.evaluations
 
 
+def test_a_batch_of_offsets_gives_what_single_strokes_give():
+    draw = np.random.default_rng(8)
+    offsets = np.column_stack(
+        [
+            draw.uniform(-0.6, 0.6, (60, 2)),
+            draw.uniform(-0.1, 1.5, 60),
+            draw.uniform(-math.pi, math.pi, 60),
+            draw.uniform(0.2, 4.0, 60),
+        ]
+    )
+    offsets[:4, :2] = (0.8, 0.7), (0.6, 0.8), (0.0, 0.0), (-1.5, 0.2)
+    scene = Scene.load('pool_table')
+    batch = predict_batch(scene, offsets=offsets)
+    for i, row in enumerate(offsets.tolist()):
+        shot = predict(scene, Stroke.from_offsets(*row))
+        assert batch.status[i] == shot.status
+        assert np.allclose(batch.velocity[i], shot.velocity, atol=1e-9)
+        assert np.allclose(batch.spin[i], shot.spin, atol=1e-7)
+    assert {Status.OK, Status.MISS} < set(batch.status.tolist())
+
+
+def test_offsets_that_no_stroke_can_have_are_refused():
+    good = (0.0, 0.1, 0.1, 0.0, 2.0)
+    bad = [(*good[:i], value, *good[i + 1 :]) for i, value in ((2, 2.0), (3, 7.0), (4, 0.0))]
+    bad += [(*good[:i], math.nan, *good[i + 1 :]) for i in range(5)]
+    batch = predict_batch(POOL, offsets=[good, *bad])
+    assert batch.status.tolist() == [Status.OK, *[Status.INVALID_STROKE] * len(bad)]
+    with pytest.raises(ValueError, match=r'offsets: shape \(5,\) is not allowed'):
+        predict_batch(POOL, offsets=good)
+    for named in ({}, {'offsets': [good], 'normals': [(-1, 0, 0)]}, {'normals': [(-1, 0, 0)]}):
+        with pytest.raises(ValueError, match='offsets: give either normals and velocities, or'):
+            predict_batch(POOL, **named)
+
+
 def test_bad_rows_of_a_batch():
     normals = [(-1, 0, 0), (math.nan, 0, 0), (0, 0, 0), *[(-1, 0, 0)] * 4, (1, 0, 0)]
     speeds = 1, 1, 1, 0, math.inf, 1e13, 1e-13, 1
