@@ -7,10 +7,12 @@ if TYPE_CHECKING:
     from billiard_shot.planning.inverse import invert_strike
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
+    from billiard_shot.planning.shots import DirectShots, shots
     from billiard_shot.scene import Scene
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.refusals import lowest_elevation
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
     from billiard_shot.table.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.table_states import TableStates
     from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
 __all__ = [
@@ -27,6 +30,7 @@ __all__ = [
     'predict_batch',
     'Shot',
     'BatchResult',
+    'lowest_elevation',
     'Status',
     'Effect',
     'effects_of',
@@ -38,12 +42,15 @@ __all__ = [
     'simulate',
     'simulate_batch',
     'TableBatch',
+    'TableStates',
     'TableRun',
     'load_shot',
     'save_shot',
     'plan',
     'PlanResult',
     'RankedStroke',
+    'shots',
+    'DirectShots',
     'invert_strike',
 ]
 
@@ -54,6 +61,7 @@ _HOMES = {
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
     'BatchResult': 'shot.predict',
+    'lowest_elevation': 'shot.refusals',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
     'save_shot': 'shot.replay',
@@ -68,10 +76,13 @@ _HOMES = {
     'simulate': 'table.simulate',
     'simulate_batch': 'table.simulate',
     'TableBatch': 'table.simulate',
+    'TableStates': 'table.table_states',
     'TableRun': 'table.run',
     'plan': 'planning.plan',
     'PlanResult': 'planning.result',
     'RankedStroke': 'planning.result',
+    'shots': 'planning.shots',
+    'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
 }
 

@@ -48,6 +48,7 @@ ENTRIES = (
     'billiard_shot.table.event_loop:simulate_tables',
     'billiard_shot.shot.strike:finish_strikes',
     'billiard_shot.planning.score:score_tables',
+    'billiard_shot.planning.direct_shots:find_direct_shots',
     'billiard_shot.shot.strike:prepare_strikes',
 )
 LAYERS = ('numerics', 'scene', 'impact', 'table', 'shot', 'planning')  # import from earlier ones

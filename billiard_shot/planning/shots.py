@@ -1,0 +1,274 @@
+"""shots(): all direct shots of many tables at once, each with its stroke and its chance."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot import machine_code
+from billiard_shot.planning.direct_shots import (
+    ABSENT,
+    DirectShot,
+    find_direct_shots,
+    LEGAL,
+    LIFT,
+    LIFTS,
+    Player,
+    POCKETS,
+    PRESENT,
+)
+from billiard_shot.planning.limits import limits_of
+from billiard_shot.planning.noises import noise_of
+from billiard_shot.planning.pocket_openings import axis_angle, openings_of
+from billiard_shot.planning.strikes import Array
+from billiard_shot.records import as_rows, ROWS
+from billiard_shot.scene import Noise, Scene, SceneLike
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.data_frame import data_frame
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.stroke import vectors_of
+from billiard_shot.status import Status
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.geometry import lay_out
+from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.table_states import ManyStates, table_states
+
+SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
+OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
+TOLERANCE = 1e-4  # m, of these strokes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DirectShots:
+    """
+    Direct shots of many tables, in the order of tables, balls and pockets.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The balls.
+    tables : int
+        Number of tables.
+    table, ball, pocket : (n,) int arrays
+        The table of each shot; the ball to be potted, as an index in `names`; the pocket, as an
+        index in `POCKET_NAMES`.
+    offsets : (n, 5) float array
+        The stroke: a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`. It hits the
+        middle of the cue ball, with the cue as low as clearance allows.
+    cut : (n,) float array
+        Angle between the paths of the cue ball and of the line of centres [rad], positive if the
+        ball goes off to the left.
+    distance, way : (n,) float arrays
+        How far the cue ball goes to the ball, and the ball to the middle of the hole [m].
+    chance : (n,) float array
+        Probability that the ball falls into the pocket, under the errors of the player. It does
+        not say where the cue ball goes.
+
+    """
+
+    names: tuple[str, ...]
+    tables: int
+    table: NDArray[np.int64]
+    ball: NDArray[np.int64]
+    pocket: NDArray[np.int64]
+    offsets: Array
+    cut: Array
+    distance: Array
+    way: Array
+    chance: Array
+
+    def __len__(self) -> int:
+        """Return the number of shots."""
+        return len(self.table)
+
+    def __repr__(self) -> str:
+        return f'DirectShots({len(self)} on {self.tables} tables)'
+
+    @property
+    def best(self) -> Array:
+        """Chance of the best shot of each table (tables,), 0 if there is none."""
+        best = np.zeros(self.tables)
+        np.maximum.at(best, self.table, self.chance)
+        return best
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each shot; angles in radians.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        names = 'a', 'b', 'elevation', 'azimuth', 'speed'
+        return data_frame(
+            {
+                'table': self.table,
+                'ball': [self.names[i] for i in self.ball.tolist()],
+                'pocket': [POCKET_NAMES[i] for i in self.pocket.tolist()],
+                'chance': self.chance,
+                'cut': self.cut,
+                'distance': self.distance,
+                'way': self.way,
+                **{name: self.offsets[:, i] for i, name in enumerate(names)},
+            }
+        )
+
+
+def shots(
+    scene: SceneLike,
+    states: ManyStates,
+    legal: Sequence[str] | ArrayLike | None = None,
+    noise: str | Noise | Mapping[str, Any] | None = None,
+    workers: int | None = None,
+) -> DirectShots:
+    """
+    Find the direct shots of many tables whose balls rest, and their chances.
+
+    The cue ball sends the ball straight into the pocket. The chance follows from the geometry, the
+    throw and the openings of the pockets, without a simulation of the shot: see docs/planning.md
+    for its error. `plan` finds better strokes, and the other kinds of shots.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        With a table that has pockets; its sections `robot` and `noise` describe the player. Its
+        balls do not count here.
+    states : TableStates, mapping of str to BallState, or sequence of such mappings
+        As of `simulate_batch`; velocities and spins do not count. The cue ball is `cue`. A table
+        without the cue ball has no shots.
+    legal : sequence of str, or (tables, balls) array_like of bool, optional
+        The balls that may be potted; by default all but the cue ball.
+    noise : str, Noise or mapping, optional
+        As of `plan`.
+    workers : int, optional
+        Threads; by default as many as there are cores.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no pockets or the tables have no cue ball, or a name or an array makes no
+        sense.
+
+    """
+    scene = Scene.load(scene)
+    if scene.table is None or not scene.table.pockets:
+        raise ValueError('scene must have a table with pockets')
+    tables = table_states(states)
+    if CUE_BALL not in tables.names:
+        got = ', '.join(tables.names)
+        raise ValueError(f'states must have the ball {CUE_BALL!r}, got {got}')
+    kinds = np.where(tables.present, PRESENT, ABSENT)
+    kinds[tables.present & _legal(tables.names, kinds.shape, legal)] = LEGAL
+    cue = tables.names.index(CUE_BALL)
+    kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
+    places = np.where(tables.present[..., np.newaxis], tables.position[..., :2], 0.0)
+    kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = ABSENT
+    if len(tables) > INTERPRETED_AT_MOST:
+        machine_code.require()
+    player = _player(scene, noise_of(scene, noise))
+    params, table = params_on_table(scene)
+    openings = openings_of(params, table)
+    axes = np.array([axis_angle(pocket) for pocket in range(POCKETS)])
+
+    def find(part: slice) -> NDArray[np.void]:
+        run = find_direct_shots.current()
+        storage, array = run.storage, run.storage.array
+        room = POCKETS * int((kinds[part] == LEGAL).sum()) + 1
+        found = storage.records(DirectShot, room)
+        count = run(
+            lay_out(storage, params, table),
+            array(places[part]),
+            array(kinds[part]),
+            cue,
+            player._replace(strikes=array(player.strikes)),
+            array(openings),
+            array(axes),
+            found,
+        )
+        rows = as_rows(DirectShot, found)[:count]
+        rows['table'] += part.start
+        return rows
+
+    nothing: NDArray[np.void] = ROWS.records(DirectShot, 0)
+    found = np.concatenate([nothing, *in_threads(find, len(tables), workers)])
+    offsets = np.zeros((len(found), 5))
+    for i, name in enumerate(('elevation', 'azimuth', 'speed'), 2):
+        offsets[:, i] = found[name]
+    columns = {
+        name: found[name]
+        for name in ('table', 'ball', 'pocket', 'cut', 'distance', 'way', 'chance')
+    }
+    return DirectShots(names=tables.names, tables=len(tables), offsets=offsets, **columns)
+
+
+def _legal(
+    names: tuple[str, ...], shape: tuple[int, ...], legal: Sequence[str] | ArrayLike | None
+) -> NDArray[np.bool_]:
+    """Read which balls may be potted, as a mask that has the shape (tables, balls) or (balls,)."""
+    if legal is None:
+        return np.ones(shape, np.bool_)
+    given = np.asarray(legal)
+    if given.dtype == np.bool_:
+        if given.shape != shape:
+            raise ValueError(f'legal must be of shape {shape}, got {given.shape}')
+        return given
+    wanted = [str(name) for name in given.ravel().tolist()]
+    for name in wanted:
+        if name not in names:
+            raise ValueError(f'legal must be of {", ".join(names)}, got {name!r}')
+    return np.array([name in wanted for name in names])
+
+
+def _player(scene: Scene, noise: Noise) -> Player:
+    """Collect the strokes and the errors of a player."""
+    limits = limits_of(scene, None, noise)
+    robot = limits.robot
+    strikes = strikes_of(model_of(scene))
+    playable = np.isfinite(strikes).all(axis=1)
+    steepest = LIFT * (int(np.argmin(np.append(playable, False))) - 1)
+    lowest, highest = limits.elevations
+    a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
+    return Player(
+        np.nan_to_num(strikes),
+        a,
+        azimuth,
+        speed,
+        limits.elevation_margin,
+        lowest,
+        min(highest, steepest),
+        float(robot.speed_min),
+        float(robot.speed_max),
+        float(scene.cue.length),
+        float(scene.cue.ferrule_radius),
+    )
+
+
+@lru_cache(maxsize=8)
+def strikes_of(model: StrikeModel) -> Array:
+    """Solve the strokes of `Player.strikes`; NaN where they cannot be played."""
+    strokes = np.zeros((3, LIFTS, 5))
+    strokes[..., 2] = LIFT * np.arange(LIFTS)
+    strokes[..., 4] = SPEED
+    strokes[1, :, 0], strokes[2, :, 0] = -OFFSET, OFFSET
+    surface = model.surface
+    centre = np.array([0.0, 0.0, surface.radius])
+    normals, velocities = vectors_of(strokes.reshape(-1, 5))
+    solved = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
+    motions = np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1) / SPEED
+    motions[solved['status'] >= Status.MISS] = np.nan
+    middle, right, left = motions.reshape(3, LIFTS, 6)
+    change = (left - right) / (2.0 * OFFSET)
+    # a ball that rolls has the angular momentum about its lowest point that it had before
+    share = surface.inertia / (surface.inertia + surface.mass * surface.radius**2)
+    rolling = (1.0 - share) * change[:, 1] - share * change[:, 3]
+    strikes = np.stack([middle[:, 0], middle[:, 4], change[:, 1], rolling, change[:, 5]], axis=1)
+    strikes.flags.writeable = False
+    return strikes

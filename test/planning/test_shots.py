@@ -1,0 +1,174 @@
+"""Direct shots of many tables: where they aim, what blocks them, and how often they succeed."""
+
+import math
+
+from layouts import table_with
+import numpy as np
+import pytest
+
+from billiard_shot import BallState, predict_batch, Scene, shots, TableStates
+from billiard_shot.planning.pocket_openings import ANGLES, openings_of, SPEEDS
+from billiard_shot.scene import Noise
+from billiard_shot.table.effects import params_on_table
+from billiard_shot.table.run import POCKET_NAMES
+
+SCENE = Scene.load('pool_table')
+R = SCENE.ball.radius
+CORNER = POCKET_NAMES.index('foot_left')
+
+
+def states_of(scene):
+    """The balls of a scene at rest."""
+    return {
+        name: BallState((x, y, R), (0, 0, 0), (0, 0, 0)) for name, (x, y) in scene.balls.items()
+    }
+
+
+def to_corner(found, ball='8'):
+    """The shot at the corner at the foot, left."""
+    wanted = (found.pocket == CORNER) & (found.ball == found.names.index(ball))
+    assert wanted.sum() == 1
+    return int(np.flatnonzero(wanted)[0])
+
+
+def test_a_straight_shot_aims_at_the_middle_of_the_pocket():
+    # on the line at 45 degrees into the corner, 1.27 and 0.635 m from the middle
+    scene = table_with(cue=(0.6, -0.035), b8=(1.0, 0.365))
+    found = shots(scene, states_of(scene))
+    i = to_corner(found)
+    assert found.cut[i] == pytest.approx(0.0, abs=2e-3)
+    a, b, elevation, azimuth, speed = found.offsets[i]
+    assert (a, b) == (0.0, 0.0)
+    assert azimuth == pytest.approx(math.radians(45.0), abs=2e-4)
+    assert found.distance[i] == pytest.approx(0.4 * math.sqrt(2.0) - 2.0 * R, abs=1e-5)
+    assert 0.0 < elevation < math.radians(2.0)
+    assert 0.3 < speed < 3.0
+    assert found.best.tolist() == [found.chance.max()]
+
+
+def test_a_cut_to_the_left_and_its_mirror_image_are_alike():
+    scene, mirrored = (table_with(cue=(0.3, s * 0.1), b8=(0.8, s * 0.3)) for s in (1.0, -1.0))
+    one, other = shots(scene, states_of(scene)), shots(mirrored, states_of(mirrored))
+    i = to_corner(one)
+    j = int(np.flatnonzero(other.pocket == POCKET_NAMES.index('foot_right'))[0])
+    assert one.cut[i] > 0.1
+    assert other.cut[j] == pytest.approx(-one.cut[i])
+    assert other.chance[j] == pytest.approx(one.chance[i], abs=1e-3)
+    assert other.offsets[j, 3] == pytest.approx(-one.offsets[i, 3])
+
+
+def test_balls_in_the_way_block_a_shot_or_make_it_harder():
+    scene = table_with(cue=(0.6, -0.035), b8=(1.0, 0.365))
+    errors = Noise().times(5)
+    free = shots(scene, states_of(scene), noise=errors)
+    chances = []
+    for aside in (0.0, 0.058, 0.0595, 0.09):  # beside the middle of the path of the cue ball
+        x, y = 0.8 + aside * math.sqrt(0.5), 0.165 - aside * math.sqrt(0.5)
+        blocked = table_with(cue=(0.6, -0.035), b8=(1.0, 0.365), b3=(x, y))
+        found = shots(blocked, states_of(blocked), legal=['8'], noise=errors)
+        at_corner = found.chance[found.pocket == CORNER]
+        chances.append(float(at_corner[0]) if len(at_corner) else 0.0)
+    assert chances[0] == 0.0
+    assert 0.0 < chances[1] < chances[2]
+    assert chances[3] == free.chance[to_corner(free)]
+
+
+def test_a_ball_behind_the_cue_ball_lifts_the_cue():
+    scene = table_with(cue=(0.6, -0.035), b8=(1.0, 0.365), b3=(0.54, -0.095))
+    found = shots(scene, states_of(scene), legal=['8'])
+    elevation = found.offsets[to_corner(found), 2]
+    assert math.radians(20.0) < elevation < math.radians(60.0)
+    batch = predict_batch(scene, offsets=found.offsets)
+    assert (batch.status == 0).all()
+
+
+def test_tables_with_different_balls_and_legal_balls():
+    names = 'cue', '1', '2'
+    places = np.zeros((4, 3, 3))
+    places[:] = [(0.0, 0.0, R), (0.8, 0.3, R), (0.8, -0.3, R)]
+    present = np.ones((4, 3), bool)
+    present[1, 1] = present[2, 0] = False
+    states = TableStates(names, places, present=present)
+    legal = present.copy()
+    legal[3, 2] = False
+    found = shots(SCENE, states, legal)
+    potted = [set(found.ball[found.table == t].tolist()) for t in range(4)]
+    assert potted == [{1, 2}, {2}, set(), {1}]
+    assert found.best[2] == 0.0
+    assert set(shots(SCENE, states, ['2']).ball.tolist()) == {2}
+
+
+def test_chances_follow_the_errors_of_the_player():
+    scene = table_with(cue=(0.0, 0.1), b8=(0.7, 0.3))
+    chances = [
+        shots(scene, states_of(scene), noise=Noise().times(factor)).best[0]
+        for factor in (0.0, 0.5, 1.0, 2.0, 4.0)
+    ]
+    assert chances[0] == 1.0
+    assert (np.diff(chances) < 0.0).all()
+    # the azimuth alone: the chance is that of a normal error within a fixed interval
+    wide, narrow = (
+        shots(scene, states_of(scene), noise={'a': 0, 'b': 0, 'speed': 0, 'azimuth_deg': s})
+        for s in (0.8, 0.4)
+    )
+    ends = [
+        math.sqrt(2.0) * 0.8 * factor * _inverse_erf(found.best[0])
+        for found, factor in ((wide, 1.0), (narrow, 0.5))
+    ]
+    assert ends[0] == pytest.approx(ends[1], rel=0.1)
+
+
+def _inverse_erf(value):
+    low, high = 0.0, 6.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if math.erf(middle) < value else (low, middle)
+    return low
+
+
+def test_openings_are_symmetric_and_a_slow_ball_finds_more():
+    for scene in (SCENE, Scene.load('nine_ball')):
+        openings = openings_of(*params_on_table(scene))
+        assert openings.shape == (2, ANGLES, len(SPEEDS), 2)
+        assert np.abs(openings[:, ::-1, :, ::-1] + openings).max() < 1e-6
+        straight = openings[:, ANGLES // 2, :, 1]
+        mouth = 0.5 * np.array([scene.table.corner.mouth, scene.table.side.mouth])
+        # the middle of the ball passes between the jaws, and a little beyond after touching one
+        assert (straight > mouth[:, np.newaxis] - R).all()
+        assert (straight < mouth[:, np.newaxis]).all()
+        assert (straight[:, 0] >= straight[:, -1]).all()
+
+
+def test_stated_chances_are_those_of_exact_strokes():
+    draw = np.random.default_rng(4)
+    stated, measured = [], []
+    while len(stated) < 30:
+        balls = {name: draw.uniform((-1.2, -0.58), (1.2, 0.58)).tolist() for name in 'abcdef'}
+        try:
+            scene = table_with(cue=balls.pop('a'), **balls)
+        except ValueError:
+            continue
+        found = shots(scene, states_of(scene))
+        likely = np.flatnonzero(found.chance > 0.03)
+        for i in draw.permutation(likely)[:4]:
+            played = scene.noise.sample(found.offsets[i], 120, draw, R)
+            batch = predict_batch(scene, offsets=played, tolerance=1e-3)
+            ball = batch.table.names.index(found.names[found.ball[i]])
+            stated.append(found.chance[i])
+            measured.append((batch.table.pocket[:, ball] == found.pocket[i]).mean())
+    error = np.array(stated) - measured
+    assert abs(error.mean()) < 0.03
+    assert np.abs(error).mean() < 0.06
+
+
+def test_requests_that_make_no_sense_are_refused():
+    scene = table_with(cue=(0, 0), b8=(0.5, 0.1))
+    states = states_of(scene)
+    with pytest.raises(ValueError, match='scene must have a table with pockets'):
+        shots('pool', states)
+    with pytest.raises(ValueError, match="states must have the ball 'cue', got 8"):
+        shots(scene, {'8': states['8']})
+    with pytest.raises(ValueError, match="legal must be of cue, 8, got '9'"):
+        shots(scene, states, ['9'])
+    with pytest.raises(ValueError, match=r'legal must be of shape \(1, 2\), got \(2,\)'):
+        shots(scene, states, [True, False])
