@@ -6,7 +6,7 @@ import pytest
 from billiard_shot import Scene
 from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.plan import NOISES
+from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.strike_map import bounds_of, FEWEST, fit_cell, Maps
 from billiard_shot.planning.targets import target_of
