@@ -106,6 +106,7 @@ class BatchResult:
     dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
     evaluations: NDArray[np.int64]  # (n,) steps of the impact
     error_estimate: NDArray[np.float64]  # (n,) m
+    double_hit: NDArray[np.bool_]  # (n,) the cue hit the ball again
     table: TableBatch | None  # where there is more than the cue ball on an endless cloth
 
     def __repr__(self) -> str:
@@ -191,8 +192,20 @@ def predict_batch(
         dissipated=strikes['losses'].reshape(-1, 2, 2),
         evaluations=strikes['steps'],
         error_estimate=strikes['error'],
+        double_hit=_double_hits(scene, strikes, table),
         table=table,
     )
+
+
+def _double_hits(
+    scene: Scene, strikes: NDArray[np.void], table: TableBatch | None
+) -> NDArray[np.bool_]:
+    """Whether the cue hit the ball again, during the strike or after it, see `Shot.double_hit`."""
+    if scene.effects.double_hit == 'off':
+        return np.zeros(len(strikes), np.bool_)
+    after = np.isfinite(strikes['again']) if table is None else table.cue_hits > 0
+    found: NDArray[np.bool_] = (strikes['status'] < Status.MISS) & ((strikes['hits'] > 1) | after)
+    return found
 
 
 def _centre(

@@ -262,6 +262,7 @@ class TableBatch:
     status: NDArray[np.uint16]  # (tables,) Status
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
+    cue_hits: NDArray[np.int64]  # (tables,) how often the cue met ball 0 after a strike
     jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
 
     @property
@@ -360,5 +361,6 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
         status=tables['status'].astype(np.uint16),
         events=tables['events'],
         searches=tables['searches'],
+        cue_hits=tables['cue_hits'],
         jaws_met=tables['jaws_met'],
     )

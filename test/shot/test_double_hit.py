@@ -263,3 +263,27 @@ def test_the_trajectory_tells_of_a_hit_once():
         shot.trajectory.events, shot.table.events
     )]  # fmt: skip
     assert told[0] == told[1] == [shot.double_hit]
+
+
+@pytest.mark.parametrize('setting', ['auto', 'off'])
+@pytest.mark.parametrize('others', [{}, {'one': (2 * R + 0.02, 0)}])
+def test_a_batch_tells_of_double_hits_as_single_shots_do(setting, others):
+    scene = dataclasses.replace(
+        POOL, balls={'cue': (0, 0), **others}, effects=Effects(double_hit=setting)
+    )
+    draw = np.random.default_rng(3)
+    strokes = [
+        Stroke.from_offsets(a, b, elevation, azimuth, 2.0)
+        for a, b, elevation, azimuth in zip(
+            draw.uniform(-0.3, 0.3, 24),
+            draw.uniform(-0.4, 0.4, 24),
+            draw.uniform(0.1, 1.3, 24),
+            draw.uniform(-0.5, 0.5, 24),
+            strict=True,
+        )
+    ]
+    batch = predict_batch(scene, [s.normal for s in strokes], [s.velocity for s in strokes])
+    singles = [predict(scene, stroke).double_hit is not None for stroke in strokes]
+    assert batch.double_hit.tolist() == singles
+    assert any(singles) == (setting == 'auto')
+    assert not all(singles)
