@@ -17,11 +17,11 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.statistics import chance_in_words, estimate_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
-from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.trajectory import EventKind
 
 

@@ -13,7 +13,6 @@ from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
-from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import check_place
 from billiard_shot.shot.play import play_many, play_one, Strokes
@@ -26,6 +25,7 @@ from billiard_shot.shot.stroke import (
     vectors_of,
 )
 from billiard_shot.status import Status
+from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.simulate import INTERPRETED_AT_MOST, TableBatch
 from billiard_shot.table.trajectory import Trajectory
 from billiard_shot.table.words import count_in_words
@@ -114,7 +114,10 @@ class BatchResult:
 
     def to_frame(self) -> Any:
         """
-        Make a pandas DataFrame with a row for each stroke: status, velocity, spin, place of rest.
+        Make a pandas DataFrame with a row for each stroke.
+
+        Status, velocity, spin, place of rest; and on a table what rules ask: the columns of
+        `TableBatch.to_frame`.
 
         Raises
         ------
@@ -127,6 +130,9 @@ class BatchResult:
             columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
         for name in ('cue_speed', 'duration', 'error_estimate'):
             columns[name] = getattr(self, name)
+        columns['double_hit'] = self.double_hit
+        if self.table is not None:
+            columns |= self.table.columns()
         return data_frame(columns)
 
 

@@ -15,10 +15,10 @@ from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
-from billiard_shot.shot.data_frame import data_frame
 from billiard_shot.shot.effects import ShotContext
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.lone_ball import run_of_lone_ball
 from billiard_shot.table.motion import Cause
 from billiard_shot.table.run import TableEvent, TableRun

@@ -40,6 +40,7 @@ from billiard_shot.table.simulation_state import (
     energy_of,
     kinetic_energy,
     log_event,
+    note_meeting,
     position_at,
     Progress,
     Simulation,
@@ -324,4 +325,8 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
             room.participants[p.participants][0] = p.events
             room.participants[p.participants][1] = room.members[k]
         p.participants += 1
+    for j in range(p.contacts):
+        if room.results.contacts[j].impulse != 0.0:
+            c = room.scratch.contacts[j]
+            note_meeting(s, room.members[c.ball_a], room.members[c.ball_b], p.time)
     log_event(s, p.time, CLUSTER, first, p.other, before, after, was)

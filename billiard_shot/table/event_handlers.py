@@ -50,6 +50,7 @@ from billiard_shot.table.simulation_state import (
     kinetic_energy,
     log_event,
     log_segment,
+    note_meeting,
     position_at,
     predict_boundary_event,
     predict_cue,
@@ -201,6 +202,7 @@ def separate(
 def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
     """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
     n, lies = table.numbers, ball.position[2] == table.params.radius
+    ball.last_edge = ball.time
     if feature < FACINGS:
         ball.cushions += 1
     elif feature >= ARCS and ball.first_contact == NOTHING:
@@ -300,6 +302,7 @@ def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -
         a.first_contact = j
     if b.first_contact == NOTHING:
         b.first_contact = i
+    note_meeting(s, i, j, time)
     after = start_next_segment(table, s, a, BALL) + start_next_segment(table, s, b, BALL)
     log_event(s, time, BALL, a, j, before, after, motion)
 

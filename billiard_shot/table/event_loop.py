@@ -44,6 +44,7 @@ from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
     FollowingCue,
+    note_meeting,
     predict_collisions,
     room_for_simulation,
     Simulation,
@@ -70,6 +71,11 @@ class BallOutcome:
     motion: int  # Motion
     pocket: int  # in which it lies, or NOTHING
     first_contact: int  # index of the first ball that it met, or NOTHING
+    time: float  # s, since when it rests or, if it never does, its last motion lasts
+    cushions: int  # straight cushions that it met; this and the next three as in `Ball`
+    last_edge: float
+    met_time: float
+    met_after: int
 
 
 @record
@@ -198,6 +204,9 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
                 square += apart * apart
             if math.sqrt(square) < 2.0 * radius - rounding.PLACE:
                 return False
+    for i in range(1, len(s.balls)):
+        if s.balls[0].first_contact == i or s.balls[i].first_contact == 0:
+            note_meeting(s, 0, i, 0.0)
     if len(beginnings.cues) > 0:
         stroke = beginnings.cues[number]
         for k in range(3):
@@ -212,12 +221,15 @@ def write_outcome(ball: Ball, outcome: BallOutcome, valid: bool) -> None:
     """Write how a ball ends; zeros, if it cannot begin."""
     if not valid:
         outcome.pocket, outcome.first_contact = NOTHING, NOTHING
+        outcome.last_edge, outcome.met_time = -math.inf, math.inf
         return
     for k in range(3):
         outcome.position[k], outcome.velocity[k] = ball.position[k], ball.velocity[k]
         outcome.spin[k] = ball.spin[k]
     outcome.motion, outcome.pocket = ball.motion, ball.pocket
-    outcome.first_contact = ball.first_contact
+    outcome.first_contact, outcome.time = ball.first_contact, ball.time
+    outcome.cushions, outcome.last_edge = ball.cushions, ball.last_edge
+    outcome.met_time, outcome.met_after = ball.met_time, ball.met_after
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:

@@ -86,6 +86,9 @@ class Ball:
     first_contact: int  # the first ball that it met, or NOTHING
     cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
+    last_edge: float  # s, when it last met a cushion or a jaw, or -inf
+    met_time: float  # s, when ball 0 met it first, or inf
+    met_after: int  # straight cushions that ball 0 had met before that
     modified: bool  # by an impact of several bodies: its next segment has to begin
     # Number of the event of such an impact that knows how the ball moves in this segment; NOTHING.
     impact: int
@@ -106,6 +109,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
     ball.motion, ball.cause, ball.ball = REST, START, 0
     ball.bounces, ball.segments, ball.cushions, ball.jaws = 0, 0, 0, 0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
+    ball.last_edge, ball.met_time, ball.met_after = -math.inf, math.inf, 0
     ball.spin_ends, ball.modified = False, False
     ball.nose, ball.impact = NOTHING, NOTHING
 

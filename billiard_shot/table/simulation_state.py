@@ -249,6 +249,13 @@ def predict_cue(s: Simulation, ball: Ball) -> None:
 
 
 @inner
+def note_meeting(s: Simulation, i: int, j: int, time: float) -> None:
+    """Note when ball 0 meets another ball first, if it is ball i < j."""
+    if i == 0 and s.balls[j].met_time == math.inf:
+        s.balls[j].met_time, s.balls[j].met_after = time, s.balls[0].cushions
+
+
+@inner
 def share_impact(a: Ball, b: Ball) -> bool:
     """Whether an impact that lasts knows how both balls move: they take part in it, or rest."""
     one, other = a.nose == IMPACT, b.nose == IMPACT
