@@ -63,7 +63,7 @@ def test_refused_strokes_are_said_on_stderr(capsys):
     ('arguments', 'text'),
     [
         ([], 'stroke: missing'),
-        (['--speed', '1', '--pocket', 'foot_left'], '--pocket: needs --pot'),
+        (['--speed', '1', '--pocket', 'foot_left'], '--pocket: needs --aim'),
         (['--speed', '-1'], 'speed: -1.0 is not allowed; it must be 1e-12 to 1e+12'),
         (['--speed', 'nan'], 'speed: nan is not allowed'),
         (['--speed', '1', '--tolerance', '0'], 'tolerance: 0.0 is not allowed'),

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from test_docs import BLOCKS, FILES
 
-from billiard_shot import load_shot
+from billiard_shot import load_shot, predict, Stroke
 from billiard_shot.cli import main
+from billiard_shot.planning.explain import why_missed
 
 RACKS = ('eight_ball', 'nine_ball', 'snooker')
 
@@ -63,6 +64,17 @@ def test_stun(shown):
     cue, eight = state['cue'].velocity[:2], state['8'].velocity[:2]
     cosine = cue @ eight / np.hypot(*cue) / np.hypot(*eight)
     assert np.degrees(np.arccos(cosine)) == pytest.approx(90.0, abs=5.0)
+
+
+def test_side(shown):
+    """The cue ball leaves along the line of aim; without the correction, the 8 does not fall."""
+    shot = shown('side')
+    assert shot.pocketed == {'8': 'foot_left'}
+    aim = Stroke.at(shot.scene, '8', pocket='foot_left', speed=2, a=0.3, b=-0.2)
+    assert np.arctan2(*shot.velocity[1::-1]) == pytest.approx(aim.offsets[3], abs=1e-6)
+    assert why_missed(predict(shot.scene, aim), '8', ['foot_left']).startswith(
+        '8 beside foot left: thick by '
+    )
 
 
 def test_massé_and_jump(shown):

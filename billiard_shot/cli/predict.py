@@ -25,13 +25,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_shot_arguments(parser)
     add_format_arguments(parser)
     parser.add_argument(
-        '--pot', metavar='BALL', help='say why this ball does not fall: thick or thin, and why'
-    )
-    parser.add_argument(
-        '--pocket',
-        action='append',
-        choices=POCKET_NAMES,
-        help='pocket for --pot, may be repeated (default: any)',
+        '--pot',
+        metavar='BALL',
+        help='say why this ball does not fall (into --pocket): thick or thin, and why '
+        '(default: the ball of --aim, if --pocket is given)',
     )
     files = parser.add_argument_group('files; FILE-NAME for each of several strokes')
     files.add_argument(
@@ -51,6 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Predict and print; 1 if a stroke was refused."""
+    if options.aim and options.pocket and options.pot is None:
+        options.pot = options.aim[0]
     shots = shots_of(options)
     misses = {name: _why_missed(shot, options) for name, shot in shots.items()}
     if options.json:
@@ -150,8 +149,6 @@ def _as_row(name: str, shot: Shot) -> dict[str, Any]:
 def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     """Explain why the ball of --pot does not fall; '' if it falls, or without --pot."""
     if options.pot is None:
-        if options.pocket:
-            raise ValueError('--pocket: needs --pot, the ball that shall fall')
         return ''
     table = shot.scene.table
     if options.pot not in shot.scene.balls or table is None or not table.pockets:
@@ -159,4 +156,5 @@ def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
             f'--pot: there is no ball {options.pot!r} on a table with pockets; there are: '
             + (', '.join(shot.scene.balls) or 'none')
         )
-    return why_missed(shot, options.pot, options.pocket or POCKET_NAMES)
+    pockets = [options.pocket] if options.pocket else POCKET_NAMES
+    return why_missed(shot, options.pot, pockets)

@@ -9,7 +9,12 @@ from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.predict import DEFAULT_TOLERANCE
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.shot.stroke_options import (
+    add_aim_arguments,
+    add_stroke_arguments,
+    strokes_given,
+    strokes_of,
+)
 
 
 def add_scene_argument(
@@ -37,6 +42,7 @@ def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
         metavar='M',
         help=f'largest error of the trajectories, in metres (default: {DEFAULT_TOLERANCE:g})',
     )
+    add_aim_arguments(parser)
     add_stroke_arguments(parser)
     add_work_arguments(parser)
 

@@ -20,7 +20,6 @@ from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.reproduction import PRINTED
-from billiard_shot.study.tolerances import OPENING
 
 
 def combination() -> Shot:
@@ -39,11 +38,6 @@ def around() -> Shot:
     """Pot the same ball with a massé around the other one."""
     stroke = Stroke.from_offsets(a=-0.43, b=-0.17, elevation_deg=56, azimuth_deg=-33, speed=2.33)
     return predict(Scene.load('blocked'), stroke)
-
-
-def opening() -> Shot:
-    """Break the eight-ball rack."""
-    return predict(Scene.load('eight_ball'), OPENING)
 
 
 def masse() -> Shot:
@@ -68,7 +62,6 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'paper-shots': draw_paper_shots,
     'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, elevation 32°'),
     'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, elevation 56°'),
-    'table-break': lambda path: _draw(opening(), path, 'A break at eight-ball, 8 m/s'),
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,
     'history': lambda path: draw_history(

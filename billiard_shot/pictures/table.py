@@ -324,12 +324,15 @@ def _name_starts(axes: Any, trails: Trails) -> None:
     named = [name for name in _moved(trails) if not name.isdecimal()]
     for name in named if len(named) <= len(PATHS) else [CUE_BALL]:
         x, y, _ = trails.start(name)
+        way = [piece.points[-1][:2] - (x, y) for piece in trails.pieces(name)]
+        along = next((_unit(*each) for each in way if each.any()), np.array([1.0, 0.0]))
         axes.annotate(
             name,
             (x, y),
-            (0, 8),
+            11.0 * np.array([-along[1], along[0]]),  # beside the path
             textcoords='offset points',
             ha='center',
+            va='center',
             fontsize='x-small',
             zorder=6.5,
         )

@@ -12,7 +12,6 @@ from billiard_shot.planning.targets import Pot
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
-from billiard_shot.shot.refusals import lowest_elevation
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.outline import outline_of
@@ -138,7 +137,10 @@ def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str
     others = [each for each in scene.balls if each != CUE_BALL and each not in keep]
     wanted = [each for each in others if target.wants(each)]
     for ball, pocket in product(wanted, target.pocket):
-        shot = straight_attempt(scene, ball, pocket)
+        try:
+            shot = straight_attempt(scene, ball, pocket)
+        except ValueError:  # the pocket is behind
+            continue
         reason = why_missed(shot, ball, [pocket])
         if not reason:
             return ''
@@ -152,14 +154,16 @@ def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str
 
 
 def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
-    """Play a centre-ball stroke at the ghost ball of a pot, with the cue as level as possible."""
-    there = np.array(scene.balls[ball])
-    hole = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2]
-    ghost = there - 2.0 * scene.ball.radius * (hole - there) / math.dist(hole, there)
-    azimuth = _angle(ghost - np.array(scene.cue_ball[:2]))
-    lowest = float(lowest_elevation(scene, [[0.0, 0.0, 0.0, azimuth, FIRM]])[0])
-    elevation = min(lowest, 0.5 * math.pi)
-    return predict(scene, Stroke.from_offsets(0.0, 0.0, elevation, azimuth, FIRM))
+    """
+    Play a centre-ball stroke at the ghost ball of a pot, with the cue as level as possible.
+
+    Raises
+    ------
+    ValueError
+        If the pot needs a cut of 90 degrees or more.
+
+    """
+    return predict(scene, Stroke.at(scene, ball, pocket=pocket, speed=FIRM))
 
 
 def _line_of_centres(start: Vector, way: float, there: Vector, apart: float) -> float | None:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
+from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, LARGEST, positive
 
@@ -121,6 +122,74 @@ class Stroke:
             raise ValueError(f'speed: missing; it must be {SPEEDS[0]:g} to {SPEEDS[1]:g} (m/s)')
         _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
+
+    @classmethod
+    def at(
+        cls,
+        scene: SceneLike,
+        target: str | Sequence[float],
+        *,
+        speed: float,
+        cut: float | None = None,
+        cut_deg: float | None = None,
+        pocket: str | None = None,
+        a: float = 0.0,
+        b: float = 0.0,
+        elevation: float | None = None,
+        elevation_deg: float | None = None,
+        correct_squirt: bool = False,
+    ) -> Stroke:
+        """
+        Aim at a ball or at a point.
+
+        Parameters
+        ----------
+        scene : Scene, str or Path
+            Scene with the cue ball and its target.
+        target : str or (2,) sequence of float
+            Name of a ball, or x and y of a point [m], to which the line of the stroke goes.
+        speed : float
+            Of the cue [m/s], 1e-12 to 1e12.
+        cut : float
+            Cut angle [rad], from the line of the stroke to the direction of the ball: positive
+            sends the ball to the right, as seen along the stroke. Between -pi/2 and pi/2; 0 by
+            default.
+        cut_deg : float
+            The same angle in degrees.
+        pocket : str
+            Pocket into whose middle the ball shall go, instead of a cut angle.
+        a, b, elevation, elevation_deg : float
+            As for `from_offsets`; by default the elevation is the lowest at which the cue has
+            room, in steps of a quarter of a degree.
+        correct_squirt : bool
+            Whether to turn the cue so that the cue ball leaves along the line, in spite of its
+            side spin. Neither throw nor swerve is corrected: `plan` does that.
+
+        Raises
+        ------
+        ValueError
+            If there is no such ball or pocket, if the cut is not possible, or a number is out of
+            range.
+
+        """
+        from billiard_shot.shot.aim import aimed_stroke
+
+        if pocket is not None and (cut is not None or cut_deg is not None):
+            raise ValueError('pocket: is not allowed together with a cut')
+        if elevation is not None or elevation_deg is not None:
+            elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
+        half = 0.5 * math.pi
+        return aimed_stroke(
+            Scene.load(scene),
+            target if isinstance(target, str) else tuple(_numbers('target', target, 2)),
+            speed,
+            _angle('cut', cut, cut_deg, -half, half),
+            pocket,
+            a,
+            b,
+            elevation,
+            correct_squirt,
+        )
 
     @classmethod
     def from_pose(

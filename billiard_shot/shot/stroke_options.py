@@ -6,6 +6,7 @@ from typing import Any
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.run import POCKET_NAMES
 
 
 def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,6 +37,35 @@ def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
         offsets.add_argument(f'-{short}', f'--{name}', type=float, metavar='NUMBER', help=text)
 
 
+def add_aim_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add options that aim one stroke at a ball or a point of the scene."""
+    aim = parser.add_argument_group('aim, instead of --azimuth-deg')
+    aim.add_argument(
+        '--aim',
+        nargs='+',
+        metavar=('BALL', 'Y'),
+        help='ball to hit, or X Y of a point (m); the default elevation is the lowest with room',
+    )
+    aim.add_argument(
+        '--cut',
+        type=float,
+        metavar='DEG',
+        help='cut angle; positive sends the ball to the right, as seen along the stroke '
+        '(default: 0)',
+    )
+    aim.add_argument(
+        '--pocket',
+        choices=POCKET_NAMES,
+        metavar='POCKET',
+        help=f'cut that sends the ball into this pocket: {", ".join(POCKET_NAMES)}',
+    )
+    aim.add_argument(
+        '--correct-squirt',
+        action='store_true',
+        help='turn the cue so that the cue ball leaves along the line, in spite of its side spin',
+    )
+
+
 # Short options; z as in azimuth.
 SHORT = {'a': 'a', 'b': 'b', 'elevation-deg': 'e', 'azimuth-deg': 'z', 'speed': 's'}
 NAMES = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
@@ -47,7 +77,8 @@ def strokes_given(options: argparse.Namespace) -> bool:
 
 
 def _given(options: argparse.Namespace) -> dict[str, Any]:
-    return {name: value for name in NAMES if (value := getattr(options, name)) is not None}
+    names = *NAMES, 'aim'
+    return {name: value for name in names if (value := getattr(options, name, None)) is not None}
 
 
 def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
@@ -60,5 +91,41 @@ def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
     if options.strokes:
         return read_strokes(options.strokes, scene.cue_ball)
     if not given:
-        raise ValueError('stroke: missing; give --strokes, --normal and --velocity, or --speed')
+        raise ValueError(
+            'stroke: missing; give --speed and --aim BALL or --azimuth-deg, --strokes FILE, or '
+            '--normal and --velocity'
+        )
+    if 'aim' in given:
+        return {'1': _aimed(given, options, scene)}
+    for name in ('cut', 'pocket'):
+        if getattr(options, name, None) is not None and not getattr(options, 'pot', None):
+            raise ValueError(f'--{name}: needs --aim BALL')
     return {'1': stroke_from(given, scene.cue_ball)}
+
+
+def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> Stroke:
+    """Aim at the ball or point of --aim."""
+    words = given.pop('aim')
+    for name in ('normal', 'velocity', 'azimuth_deg'):
+        if name in given:
+            raise ValueError(f'--aim: is not allowed together with --{name.replace("_", "-")}')
+    if 'speed' not in given:
+        raise ValueError('--speed: missing; --aim needs the speed of the cue (m/s)')
+    if len(words) > 2:
+        raise ValueError(f'--aim: {" ".join(words)} is not allowed; it must be a ball, or X Y')
+    target: str | list[float] = words[0]
+    if len(words) == 2:
+        try:
+            target = [float(word) for word in words]
+        except ValueError:
+            raise ValueError(
+                f'--aim: {" ".join(words)} is not allowed; it must be a ball, or X Y (m)'
+            ) from None
+    return Stroke.at(
+        scene,
+        target,
+        cut_deg=options.cut,
+        pocket=options.pocket,
+        correct_squirt=options.correct_squirt,
+        **given,
+    )

@@ -1,0 +1,127 @@
+"""Aiming: the azimuth of a stroke that hits a ball at a cut angle, or goes through a point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+import math
+
+import numpy as np
+
+from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import unknown
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.refusals import lowest_elevation
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run import POCKET_NAMES
+
+Target = str | Sequence[float]  # a ball, or x and y of a point [m]
+
+
+def aimed_stroke(
+    scene: Scene,
+    target: Target,
+    speed: float,
+    cut: float,
+    pocket: str | None,
+    a: float,
+    b: float,
+    elevation: float | None,
+    correct_squirt: bool,
+) -> Stroke:
+    """Make the stroke of `Stroke.at`; angles in radians."""
+    if pocket is not None:
+        cut = cut_for_pocket(scene, target, pocket)
+    azimuth = azimuth_at(scene, target, cut)
+    if elevation is None:
+        lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, speed]])
+        elevation = min(float(lowest[0]), 0.5 * math.pi)
+    stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
+    if correct_squirt:
+        stroke = Stroke.from_offsets(a, b, elevation, azimuth - squirt_of(scene, stroke), speed)
+    return stroke
+
+
+def azimuth_at(scene: Scene, target: Target, cut: float = 0.0) -> float:
+    """
+    Find the direction in which the cue ball meets a ball at a cut angle [rad], -pi to pi.
+
+    The cue ball, the ball and the ghost ball are the corners of a triangle with the side 2 r and,
+    at the ghost ball, the angle pi - cut.
+
+    Parameters
+    ----------
+    scene : Scene
+    target : str or (2,) sequence of float
+        Ball, or point [m] through which the line of the stroke goes.
+    cut : float
+        Angle from the line of the stroke to the direction of the ball [rad], clockwise; for a ball
+        only.
+
+    Raises
+    ------
+    ValueError
+        If there is no such ball, or the cut is not possible.
+
+    """
+    start = np.array(scene.cue_ball[:2])
+    if not isinstance(target, str):
+        return _heading(np.array(target, float) - start)
+    away = _place_of(scene, target) - start
+    if not abs(cut) < 0.5 * math.pi:
+        raise ValueError(
+            f'cut: {math.degrees(cut):.4g} degrees is not allowed; it must be between -90 and 90'
+        )
+    sine = 2.0 * scene.ball.radius * math.sin(cut) / math.hypot(*away)
+    return math.remainder(_heading(away) + math.asin(min(max(sine, -1.0), 1.0)), math.tau)
+
+
+def cut_for_pocket(scene: Scene, target: Target, pocket: str) -> float:
+    """
+    Find the cut angle [rad] that sends a ball to the middle of a pocket, without throw.
+
+    Raises
+    ------
+    ValueError
+        If the target is not a ball, if there is no such pocket, or if it cannot be reached.
+
+    """
+    if not isinstance(target, str):
+        raise ValueError('pocket: is not allowed here; the target must be a ball, not a point')
+    if scene.table is None or not scene.table.pockets:
+        raise ValueError('pocket: is not allowed here; the scene has no pockets')
+    if pocket not in POCKET_NAMES:
+        raise ValueError(f'pocket: {pocket}: {unknown(pocket, POCKET_NAMES)}')
+    place = _place_of(scene, target)
+    way = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2] - place
+    ghost = place - 2.0 * scene.ball.radius * way / math.hypot(*way)
+    line = ghost - np.array(scene.cue_ball[:2])
+    cut = math.remainder(_heading(line) - _heading(way), math.tau)
+    if not abs(cut) < 0.5 * math.pi:
+        raise ValueError(
+            f'pocket: {pocket} is not allowed; ball {target!r} would need a cut of '
+            f'{abs(math.degrees(cut)):.0f} degrees, which must be below 90'
+        )
+    return cut
+
+
+def squirt_of(scene: Scene, stroke: Stroke) -> float:
+    """Angle from the line of a stroke to the direction in which the cue ball leaves [rad]."""
+    alone = predict(replace(scene, table=None, balls={}), stroke)
+    _, _, _, azimuth, _ = stroke.offsets
+    return math.remainder(_heading(alone.velocity) - azimuth, math.tau)
+
+
+def _place_of(scene: Scene, ball: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    others = [name for name in scene.balls if name != CUE_BALL]
+    if ball not in others:
+        raise ValueError(
+            f'there is no ball {ball!r} to aim at; there are: {", ".join(others) or "none"}'
+        )
+    return np.array(scene.balls[ball])
+
+
+def _heading(vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
+    return math.atan2(vector[1], vector[0])

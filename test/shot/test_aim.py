@@ -1,0 +1,103 @@
+"""Aiming: the ball goes where the cut says, into the pocket, and the cue ball along the line."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.cli import main
+
+PLAIN = {'ball_ball': {'restitution': 1.0, 'friction_fast': 0, 'friction_slow': 0}}
+TABLE = Scene.from_dict(
+    {'like': 'pool_table', 'contacts': PLAIN, 'balls': {'cue': [-0.4, 0.1], '8': [0.2, 0.3]}}
+)
+
+
+def heading(vector):
+    return math.degrees(math.atan2(vector[1], vector[0]))
+
+
+@pytest.mark.parametrize('cut', [-75.0, -30.0, 0.0, 10.0, 60.0, 85.0])
+def test_the_ball_leaves_at_the_cut_angle(cut):
+    """Balls without friction: the ball goes along the line of centres. Positive is right."""
+    stroke = Stroke.at(TABLE, '8', speed=2.0, cut_deg=cut)
+    shot = predict(TABLE, stroke)
+    assert shot.first_contact == '8'
+    met = next(event for event in shot.events if '8' in event.balls)
+    line = heading(shot.run.at(met.time)['8'].velocity)
+    assert heading(stroke.velocity) - line == pytest.approx(cut, abs=0.05)
+    assert Stroke.at(TABLE, '8', speed=2.0, cut=math.radians(cut)) == stroke
+
+
+@pytest.mark.parametrize(
+    ('pocket', 'place'),
+    [('foot_left', (0.6, 0.0)), ('foot_right', (0.6, 0.0)), ('side_left', (0.1, 0.2))],
+)
+def test_the_pocket_is_reached(pocket, place):
+    scene = dataclasses.replace(TABLE, balls={'cue': (-0.4, -0.2), '8': place})
+    shot = predict(scene, Stroke.at(scene, '8', speed=2.0, pocket=pocket, b=-0.2))
+    assert shot.pocketed['8'] == pocket
+
+
+def test_squirt_is_corrected_on_request():
+    place = (0.6, -0.3)
+    line = heading(np.subtract(place, TABLE.cue_ball[:2]))
+    plain = Stroke.at(TABLE, place, speed=2.0, a=0.4)
+    assert heading(plain.velocity) == pytest.approx(line)
+    assert abs(heading(predict(TABLE, plain).velocity) - line) > 1.0
+    turned = Stroke.at(TABLE, place, speed=2.0, a=0.4, correct_squirt=True)
+    assert heading(predict(TABLE, turned).velocity) == pytest.approx(line, abs=1e-6)
+
+
+def test_the_cue_is_as_low_as_it_can_be():
+    scene = dataclasses.replace(TABLE, balls={'cue': (-1.2, 0.0), '8': (0.2, 0.0)})
+    stroke = Stroke.at(scene, '8', speed=1.0)
+    assert not predict(scene, stroke).status.refused
+    _, _, elevation, azimuth, _ = stroke.offsets
+    lower = Stroke.from_offsets(0.0, 0.0, elevation - math.radians(0.26), azimuth, 1.0)
+    assert predict(scene, lower).status.refused
+    assert Stroke.at(scene, '8', speed=1.0, elevation_deg=20).offsets[2] == pytest.approx(
+        math.radians(20)
+    )
+
+
+@pytest.mark.parametrize(
+    ('target', 'options', 'text'),
+    [
+        ('9', {}, "no ball '9' to aim at; there are: 8"),
+        ('8', {'cut_deg': 90}, 'cut: 90 degrees is not allowed'),
+        ('8', {'cut_deg': 95}, 'cut_deg: 95 is not allowed'),
+        ('8', {'pocket': 'head_left'}, 'pocket: head_left is not allowed; ball .8. would need'),
+        ('8', {'pocket': 'left'}, 'pocket: left: unknown key'),
+        ('8', {'pocket': 'foot_left', 'cut': 0.1}, 'pocket: is not allowed together with a cut'),
+        ((0.1, 0.2), {'pocket': 'foot_left'}, 'the target must be a ball'),
+        ((0.1, math.nan), {}, 'target: nan'),
+    ],
+)
+def test_what_cannot_be_aimed_at(target, options, text):
+    with pytest.raises(ValueError, match=text):
+        Stroke.at(TABLE, target, speed=2.0, **options)
+
+
+def test_commands_aim(capsys, tmp_path):
+    (tmp_path / 'cut.yaml').write_text(
+        "like: pool_table\nballs: {cue: [0.4, 0.1], '8': [0.9, 0.265]}\n"
+    )
+    scene = str(tmp_path / 'cut.yaml')
+    assert main(['predict', scene, '--aim', '8', '--pocket', 'foot_left', '-s', '2']) == 0
+    assert '8 into foot left' in capsys.readouterr().out
+    assert main(['predict', scene, '--aim', '8', '--cut', '20', '--pot', '8', '-s', '2']) == 0
+    assert 'missed          8 beside' in capsys.readouterr().out
+    assert main(['predict', scene, '--aim', '-0.5', '0.2', '-s', '2']) == 0
+    assert 'azimuth 173.66°' in capsys.readouterr().out
+    for wrong, text in (
+        (['--aim', '8'], '--speed: missing'),
+        (['--aim', '8', '-s', '2', '-z', '3'], '--aim: is not allowed together with --azimuth'),
+        (['--aim', 'x', 'y', '-s', '2'], '--aim: x y is not allowed'),
+        (['--cut', '3', '-s', '2'], '--cut: needs --aim BALL'),
+        (['--aim', '9', '-s', '2'], "no ball '9'"),
+    ):
+        assert main(['predict', scene, *wrong]) == 2
+        assert text in capsys.readouterr().err
