@@ -22,6 +22,8 @@ COMMANDS = {  # and what each does
     'predict': 'predict the motion of all balls after a stroke',
     'plan': 'find the stroke most likely to reach a target, given execution noise and limits',
     'atlas': 'map the success probability of pots over the table',
+    'play': 'play one rack: agents against each other, or against a person in the terminal',
+    'tournament': 'play many racks of a game between two players; count who wins and why',
     'view': 'write a shot as one HTML file (3-D table, rotating balls, time slider) or as a video',
     'figures': 'draw the figures of the documentation',
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
