@@ -18,6 +18,7 @@ from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import advance, Ball, FLIGHT, NOTHING, SLIDE
 from billiard_shot.table.params import HAN
 from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, WY, WZ, Y, Z
+from billiard_shot.table.rebound_table import interpolate_rebound
 from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
 
 FAR = 1e300  # height that a contact without duration does not change
@@ -137,7 +138,8 @@ def collide_compliant(table: Table, r: Rebound, ball: Ball, x: float, y: float, 
     error = min(COARSEST, SHARE * n.tolerance)
     if not r.held:
         error *= IN_THE_AIR
-    solved = follow(r, max(error, FINEST))
+    solved = r.held and len(table.rebounds) > 0 and interpolate_rebound(table.rebounds, r)
+    solved = solved or follow(r, max(error, FINEST))
     ball.exit_velocity[0] = -speed * (q * state[VX] + p * state[VY])
     ball.exit_velocity[1] = speed * (p * state[VX] - q * state[VY])
     ball.exit_velocity[2] = speed * state[VZ]

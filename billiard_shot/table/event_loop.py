@@ -293,7 +293,7 @@ def simulate_tables(
         The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
-    table = Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets)
+    table = Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets, layout.rebounds)
     s = Simulation(
         simulation.balls,
         simulation.collisions,

@@ -11,9 +11,10 @@ from functools import lru_cache
 import math
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
-from billiard_shot.records import OBJECTS, record, Storage
+from billiard_shot.records import Floats, OBJECTS, record, Storage
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.params import BallClothParams, Mouth, ON, TableParams
+from billiard_shot.table.rebound_table import room_for_rebounds
 
 POCKETS = 6
 
@@ -100,6 +101,7 @@ class Table(NamedTuple):
     numbers: TableNumbers
     jaws: list[Jaw]  # 12, or none
     pockets: list[Pocket]  # 6, or none
+    rebounds: Floats  # see rebound_table.py; empty: all rebounds are solved
 
 
 class Layout(NamedTuple):
@@ -109,11 +111,12 @@ class Layout(NamedTuple):
     numbers: list[TableNumbers]  # 1
     jaws: list[Jaw]
     pockets: list[Pocket]
+    rebounds: Floats
 
 
 def table_of(layout: Layout) -> Table:
     """Return the table that is laid out; for Python, because numba cannot return a record."""
-    return Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets)
+    return Table(layout.params, layout.numbers[0], *layout[2:])
 
 
 @_kept
@@ -123,11 +126,13 @@ def lay_out(
     table: TableParams,
     tolerance: float = 1.0,
     hop_tolerance: float = 1.0,
+    fast_rebounds: bool = False,
 ) -> Layout:
     """
     Lay out a table; not to be changed.
 
-    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`.
+    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`; for
+    `fast_rebounds` see `TableTask`.
     """
     numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
     n = numbers[0]
@@ -146,7 +151,11 @@ def lay_out(
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
-    return Layout(params, numbers, *edges_of(storage, table, params.radius))
+    sine = (n.nose_height - params.radius) / params.radius
+    rebounds = (
+        room_for_rebounds(storage, params, table, sine) if fast_rebounds else storage.zeros(0)
+    )
+    return Layout(params, numbers, *edges_of(storage, table, params.radius), rebounds)
 
 
 def edges_of(

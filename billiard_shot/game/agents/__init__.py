@@ -1,1 +1,0 @@
-"""Players that decide, a module an agent; each has a function `make`."""
