@@ -44,7 +44,12 @@ class Outcomes(NamedTuple):
 
 
 def evaluate_strokes(
-    problem: Problem, strokes: Array, motions: Array | None = None, *, to_the_end: bool = True
+    problem: Problem,
+    strokes: Array,
+    motions: Array | None = None,
+    *,
+    to_the_end: bool = True,
+    fast_rebounds: bool = False,
 ) -> Outcomes:
     """
     Simulate strokes and find their penalties.
@@ -59,13 +64,15 @@ def evaluate_strokes(
         are solved. If motions are given, trajectories are only as accurate as a search needs.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
+    fast_rebounds : bool
+        See `TableTask`.
 
     """
     rules = problem.rules
     if not to_the_end:
         rules = rules.copy()
         rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
-    recording, usable = simulate_strokes(problem, strokes, motions, rules)
+    recording, usable = simulate_strokes(problem, strokes, motions, rules, fast_rebounds)
     penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
     return Outcomes(penalty == 0.0, penalty)
 
@@ -98,6 +105,7 @@ def simulate_strokes(
     strokes: Array,
     motions: Array | None = None,
     rules: NDArray[np.void] | None = None,
+    fast_rebounds: bool = False,
 ) -> tuple[BatchRecording, NDArray[np.bool_]]:
     """
     Simulate strokes on the table; return the recording, and whether each strike is usable.
@@ -137,5 +145,6 @@ def simulate_strokes(
         HOPS * tolerance,
         cues=following_cues(model, strikes, velocities, struck.starts['position'][:, 0]),
         rules=rules,
+        fast_rebounds=fast_rebounds,
     )
     return run_recorded(task), usable

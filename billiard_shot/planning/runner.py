@@ -159,15 +159,16 @@ class Runner:
         """
         Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
 
-        Unless `exact`, strokes use maps of the strike where the maps are accurate enough. Unless
-        `to_the_end`, a ball that has missed its pocket is not followed, and cannot fall by chance.
+        Unless `exact`, strokes use maps of the strike where the maps are accurate enough, and a
+        table of rebounds. Unless `to_the_end`, a ball that has missed its pocket is not followed,
+        and cannot fall by chance.
         """
         self.poll()
         strokes = strokes[: self.left]
         size = self._chunk
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
         motions = None if exact else self._motions(strokes)
-        work = partial(self._work, to_the_end=to_the_end)
+        work = partial(self._work, to_the_end=to_the_end, fast_rebounds=not exact)
         futures = [
             self._executor.submit(work, strokes[part], None if motions is None else motions[part])
             for part in parts
