@@ -12,8 +12,10 @@ from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
 
-def _places(found: list[tuple[float, float]]) -> str:
-    return ', '.join(f'{place:.6g} ({size:.2g})' for place, size in found) or 'none'
+def _places(found: list[tuple[float, float]], values: int) -> str:
+    """Text of places and sizes; a sweep finds only what lies between values that differ."""
+    places = ', '.join(f'{place:.6g} ({size:.2g})' for place, size in found)
+    return places or f'none found at these {values} values'
 
 
 SWEEPS = (
@@ -22,7 +24,9 @@ SWEEPS = (
     Column('law', 'law'),
     Column('from', 'from', '', '{:.3g}'.format),
     Column('to', 'to', '', '{:.3g}'.format),
-    Column('discontinuities', 'discontinuous at', '(size / cue speed)', _places),
+    Column('discontinuities'),
+    Column('values'),
+    Column('found', 'discontinuous at', '(size / cue speed)'),
 )
 COUNTS = (
     Column('law', 'law'),
@@ -92,6 +96,7 @@ def run(options: argparse.Namespace) -> int:
         rows = []
         for (varied, way), found in discontinuities.items():
             values = next(sweep.values for sweep in sweeps if sweep.name == varied)
+            places = [(each.place, each.size) for each in found]
             rows.append(
                 {
                     'stroke': name,
@@ -99,8 +104,10 @@ def run(options: argparse.Namespace) -> int:
                     'law': way,
                     'from': values[0],
                     'to': values[-1],
-                    'discontinuities': [(each.place, each.size) for each in found],
+                    'discontinuities': places,
+                    'values': len(values),
                 }
+                | ({'found': _places(places, len(values))} if as_text(options) else {})
             )
         if as_text(options):
             print(f'stroke {name}, scene {about}\n')

@@ -11,7 +11,7 @@ from billiard_shot.cli.text_table import (
     print_footer,
     print_rows,
 )
-from billiard_shot.study.tolerances import study_tolerances, TOLERANCES
+from billiard_shot.study.tolerances import cost_of_accuracy, study_tolerances, TOLERANCES
 
 
 def length(metres: float) -> str:
@@ -61,8 +61,9 @@ def run(options: argparse.Namespace) -> int:
     studied = list(progress(study, 'tolerance', len(TOLERANCES)))
     print_rows(COLUMNS, [asdict(each) for each in studied], options)
     print_footer(
-        'Errors: of the place of rest, on a table without other balls. Times: of a strike on '
-        'endless cloth, of a shot on that table, of a break at eight-ball, and of the '
+        f'Result: {cost_of_accuracy(studied)}. '
+        'Errors: of the place of rest, on a table without other balls. Processor times: of a '
+        'strike on endless cloth, of a shot on that table, of a break at eight-ball, and of the '
         f'{10 * options.count} strokes that judge a plan. Success: the part of them that '
         'reach its target.',
         options,

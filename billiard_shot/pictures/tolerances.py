@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.study.tolerances import Tolerance
+from billiard_shot.study.tolerances import cost_of_accuracy, Tolerance
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, VERMILION
 
 TIMES = (('strike', BLUE), ('shot', VERMILION), ('opening', GREEN), ('plan', PURPLE))
@@ -40,19 +40,15 @@ def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
         times = [1e3 * getattr(each, quantity) for each in studied]
         right.loglog(tolerances, times, 'o-', ms=4, color=colour)
         _name(right, NAMES.get(quantity, quantity), tolerances[0], times[0], colour)
-    right.set_ylabel('time (ms)')
+    right.set_ylabel('processor time (ms)')
     for axis in (left, right):
         axis.set_xlabel('tolerance (mm)')
         axis.set_xlim(0.3 * min(tolerances), 3e3 * max(tolerances))  # room for the names
         axis.set_xticks([x for x in tolerances if x <= max(tolerances)])
         axis.grid(alpha=0.3)
         axis.tick_params(labelsize='small')
-    first, last = studied[0], studied[-1]
-    figure.suptitle(
-        f'A shot within {1e6 * tolerances[-1]:g} nm takes {last.shot / first.shot:.1f} times '
-        f'as long as one within {tolerances[0]:g} mm',
-        fontsize='medium',
-    )
+    title = cost_of_accuracy(studied)
+    figure.suptitle(title[0].upper() + title[1:], fontsize='medium')
     save(figure, path)
 
 

@@ -166,7 +166,7 @@ def test_scipy_across_a_slip_onset(method):
 
 def test_command(tmp_path, capsys):
     path, picture = tmp_path / 'a.csv', tmp_path / 'a.png'
-    arguments = ['accuracy', '--normal', '-1', '-1', '0', '--velocity', '0.8', '0', '0']
+    arguments = ['study', 'accuracy', '--normal', '-1', '-1', '0', '--velocity', '0.8', '0', '0']
     if_drawn = ['--picture', str(picture)] if find_spec('matplotlib') else []
     assert main([*arguments, '--output', str(path), *if_drawn]) == 0
     out, err = capsys.readouterr()

@@ -128,12 +128,29 @@ def test_commands(tmp_path, capsys):
     assert main(['paper']) == 0
     assert "Poisson's law" in capsys.readouterr().out
     assert (
-        main(['laws', '--count', '21', '--normal', '-1', '-2', '1', '--velocity', '0', '0', '-2'])
+        main(
+            [
+                'study',
+                'laws',
+                '--count',
+                '21',
+                '--normal',
+                '-1',
+                '-2',
+                '1',
+                '--velocity',
+                '0',
+                '0',
+                '-2',
+            ]
+        )
         == 0
     )
     assert 'stiffness ratio' in capsys.readouterr().out
-    assert main(['laws', '--random', '1', '--count', '11']) == 0
+    assert main(['study', 'laws', '--count', '11']) == 0
+    assert 'none found at these 11 values' in capsys.readouterr().out  # not: there are none
+    assert main(['study', 'laws', '--random', '1', '--count', '11']) == 0
     assert 'bistiffness' in capsys.readouterr().out
-    assert main(['laws', '--count', '1']) == 2
-    assert main(['laws', '--random=-5']) == 2
-    assert main(['laws', '--random', '5', '--speed', '1']) == 2
+    assert main(['study', 'laws', '--count', '1']) == 2
+    assert main(['study', 'laws', '--random=-5']) == 2
+    assert main(['study', 'laws', '--random', '5', '--speed', '1']) == 2
