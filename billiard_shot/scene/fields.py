@@ -10,14 +10,25 @@ renamed names its `former` key, which is still read.
 from collections.abc import Callable, Mapping
 import dataclasses
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, TWICE
 from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
+NUMBER = 'number'
 A_NAME = "a name, such as '8'"
+
+
+class Range(NamedTuple):
+    """The values that a number may have, or has in publications; None where there is no bound."""
+
+    unit: str
+    above: float | None
+    minimum: float | None
+    maximum: float | None
+    published: tuple[float, float] | None
 
 
 class Derived(float):
@@ -35,14 +46,18 @@ def number(
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
     former: str | None = None,
+    published: tuple[float, float] | None = None,
 ) -> Any:
     """
     Field for a finite number [unit] within bounds.
 
     Without `default` the number is required, unless `derived` computes it from the other fields.
-    `former` is a former name of the field.
+    `former` is a former name of the field, `published` the range of published values.
     """
-    metadata: dict[str, Any] = {TAKES: _number_within(unit, above, minimum, maximum)}
+    metadata: dict[str, Any] = {
+        TAKES: _number_within(unit, above, minimum, maximum),
+        NUMBER: Range(unit, above, minimum, maximum, published),
+    }
     if former:
         metadata[FORMER] = former
     if derived:

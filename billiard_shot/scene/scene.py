@@ -1,11 +1,13 @@
 """The scene: all input of a prediction except the stroke."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, InitVar
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
+
+from numpy.typing import ArrayLike
 
 from billiard_shot.scene.bundled import find_scene, scene_names
 from billiard_shot.scene.checks import check, fill_in, read, with_present_keys, write
@@ -14,6 +16,7 @@ from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
 from billiard_shot.scene.errors import InputError, Mistake, TWICE
 from billiard_shot.scene.fields import choice, Derived, number, places, section
 from billiard_shot.scene.inheritance import resolved
+from billiard_shot.scene.parameters import Parameter, parameters_of, with_parameters
 from billiard_shot.scene.placement import balls_off_the_table, CUE_BALL, overlapping_balls
 from billiard_shot.scene.player import Noise, Robot
 from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
@@ -151,6 +154,43 @@ class Scene:
     def to_dict(self, *, derived: bool = False) -> dict[str, Any]:
         """Plain dict that `from_dict` turns into an equal scene; `derived` adds derived values."""
         return write(self, derived=derived)
+
+    def parameters(self, names: Sequence[str] | None = None) -> tuple[Parameter, ...]:
+        """
+        List numbers of the scene with their units, bounds and published ranges.
+
+        Parameters
+        ----------
+        names : sequence of str, optional
+            Keys joined by points, such as `table.cushion.restitution`; by default all numbers of
+            ball, cue, contacts, cloth and table.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown.
+
+        """
+        return parameters_of(self, names)
+
+    def with_parameters(self, names: Sequence[str], values: ArrayLike) -> Self:
+        """
+        Copy the scene with other numbers; values that follow from them are derived again.
+
+        Parameters
+        ----------
+        names : sequence of str
+            As of `parameters`.
+        values : (names,) array_like
+
+        Raises
+        ------
+        ValueError
+            Naming each name that is unknown, and each value that is not allowed.
+
+        """
+        scene: Self = with_parameters(self, names, values)
+        return scene
 
     @property
     def cue_ball(self) -> tuple[float, float, float]:

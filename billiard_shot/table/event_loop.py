@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
-from billiard_shot.records import record, Storage, Vector3
+from billiard_shot.records import Floats, record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.cluster import ClusterRoom, conclude, gather, room_for
@@ -28,6 +28,7 @@ from billiard_shot.table.geometry import lay_out, Layout, Table
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.motion import (
     ABSENT,
+    advance,
     Ball,
     CLUSTER,
     CUE,
@@ -35,6 +36,7 @@ from billiard_shot.table.motion import (
     NOTHING,
     OFF_TABLE,
     POCKETED,
+    RELEASE,
     REST,
     START,
     start_ball,
@@ -44,7 +46,9 @@ from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
 from billiard_shot.table.roll_out import ending
 from billiard_shot.table.simulation_state import (
     FollowingCue,
+    log_segment,
     note_meeting,
+    position_at,
     predict_collisions,
     room_for_simulation,
     Simulation,
@@ -59,6 +63,14 @@ class Beginnings(NamedTuple):
 
     balls: list[BallStart]  # n of each table, one table after the other
     cues: list[FollowingCue]  # which struck ball 0 of each table; or none
+
+
+class Window(NamedTuple):
+    """Until when tables are simulated, and when the places of their balls are noted."""
+
+    until: float  # s, or inf: until all balls rest
+    times: Floats  # (n,) s, ascending
+    places: Floats  # (tables, balls, n, 3) m, written; zero of tables that cannot be simulated
 
 
 @record
@@ -125,11 +137,40 @@ def is_decided(s: Simulation) -> bool:
 
 
 @inner
-def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int]:
-    """
-    Simulate until nothing moves, or only endlessly, or an impact is pending, or all is decided.
+def note_places(s: Simulation, window: Window, number: int, time: float) -> None:
+    """Note where the balls of a table are at the times of a window before the given one."""
+    p = s.progress
+    while p.noted < len(window.times) and window.times[p.noted] < time:
+        for i in range(len(s.balls)):
+            place = window.places[number][i][p.noted]
+            place[0], place[1], place[2] = position_at(s.balls[i], window.times[p.noted])
+        p.noted += 1
 
-    Return when that is [s], and the status: of the table, or PENDING.
+
+@inner
+def stop_all(s: Simulation, time: float) -> int:
+    """Bring all balls to a time, as their last segments; return the status of the table."""
+    status = OK
+    for i in range(len(s.balls)):
+        ball = s.balls[i]
+        if ball.motion == OFF_TABLE:
+            status = TABLE_OFF
+        elif ball.motion != REST and ball.motion <= FLIGHT:
+            advance(ball, time)
+            ball.cause = RELEASE  # which is no event if the motion goes on
+            log_segment(s, ball)
+    return status
+
+
+@inner
+def run_events(
+    table: Table, s: Simulation, max_events: int, window: Window, number: int
+) -> tuple[float, int]:
+    """
+    Simulate until nothing moves, or only endlessly, or the window ends.
+
+    Also until an impact is pending, or all is decided. Return when that is [s], and the status: of
+    the table, or PENDING.
     """
     p = s.progress
     now = p.time
@@ -140,6 +181,10 @@ def run_events(table: Table, s: Simulation, max_events: int) -> tuple[float, int
     resume(table, s, cause if p.pending else START, now)
     while True:
         time, i, j = next_event(s)
+        note_places(s, window, number, min(time, window.until))
+        if time > window.until:
+            note_places(s, window, number, math.inf)
+            return window.until, stop_all(s, window.until)
         if time == math.inf:
             break
         if p.events >= max_events:
@@ -179,6 +224,7 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
     p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
+    p.noted = 0
     p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], beginnings.balls[number * len(s.balls) + i]
@@ -253,6 +299,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         room_for(storage, 1, 0),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
+        Window(math.inf, storage.zeros(1), storage.zeros(1, 1, 1, 3)),
     )
 
 
@@ -266,6 +313,7 @@ def simulate_tables(
     room: ClusterRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
+    window: Window,
 ) -> int:
     """
     Simulate tables, one after the other, each to its end or until an impact is pending.
@@ -286,6 +334,8 @@ def simulate_tables(
     room : ClusterRoom
         For an impact that is pending.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
+    window : Window
+        Its places are written.
 
     Returns
     -------
@@ -312,7 +362,7 @@ def simulate_tables(
         if goes_on and p.other != THE_CUE:
             conclude(table, s, room)
         if valid:
-            outcome.duration, outcome.status = run_events(table, s, max_events)
+            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
             if p.pending:
                 if p.other != THE_CUE:
                     gather(table, s, room)

@@ -1,8 +1,8 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 import math
 import os
@@ -16,7 +16,8 @@ from billiard_shot import machine_code
 from billiard_shot.records import as_rows
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
-from billiard_shot.scene.values import LARGEST, positive, whole
+from billiard_shot.scene.parameters import rows_of_parameters
+from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
 from billiard_shot.table.cluster import room_for
@@ -28,6 +29,7 @@ from billiard_shot.table.event_loop import (
     Beginnings,
     simulate_tables,
     TableOutcome,
+    Window,
 )
 from billiard_shot.table.geometry import lay_out, Table, table_of
 from billiard_shot.table.initial_states import (
@@ -96,6 +98,10 @@ class TableTask(NamedTuple):
     fast_rebounds : bool
         Rebounds of lying balls are interpolated (rebound_table.py): a fiftieth of the cost, and an
         error of 0.5 % of the ball's speed in 95 % of rebounds. Interpreted code solves all.
+    until : float
+        Time at which runs end if balls still move [s].
+    times : tuple of float
+        Times at which the places of the balls are noted [s], ascending.
 
     """
 
@@ -108,6 +114,8 @@ class TableTask(NamedTuple):
     cues: Cues | None = None
     rules: NDArray[np.void] | None = None
     fast_rebounds: bool = False
+    until: float = math.inf
+    times: tuple[float, ...] = ()
 
     def part(self, part: slice) -> 'TableTask':
         """Return some of the tables."""
@@ -122,6 +130,8 @@ def simulate(
     states: States,
     tolerance: float = DEFAULT_TOLERANCE,
     max_events: int = DEFAULT_MAX_EVENTS,
+    *,
+    until: float | None = None,
 ) -> TableRun:
     """
     Simulate all that balls do on a table, without a stroke, until they rest.
@@ -138,6 +148,8 @@ def simulate(
         Hops of a ball that move it by less are left out [m], above 0.
     max_events : int
         A run that takes more ends with BUDGET_EXCEEDED.
+    until : float, optional
+        Time at which the run ends, even if balls still move [s], above 0.
 
     Returns
     -------
@@ -155,7 +167,8 @@ def simulate(
     tolerance = positive('tolerance', tolerance, 'm')
     max_events = whole('max_events', max_events, 1)
     starts = validated_starts(scene, states)
-    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
+    end = math.inf if until is None else positive('until', until, 's')
+    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events, until=end)
     return run_one(task, tuple(states))
 
 
@@ -194,6 +207,8 @@ class BatchRecording(NamedTuple):
         Of all tables, one after the other, as far as there was room.
     events : EventLog
         Of the last table, as far as there was room.
+    places : (tables, balls, times, 3) float array
+        At the times of the task [m].
 
     """
 
@@ -201,6 +216,7 @@ class BatchRecording(NamedTuple):
     tables: NDArray[np.void]
     segments: NDArray[np.void]
     events: EventLog
+    places: NDArray[np.float64]
 
 
 def run_recorded(task: TableTask) -> BatchRecording:
@@ -240,9 +256,13 @@ def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
     room = room_for(storage, count, segments if events else 0)  # each begins a segment
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
+    places = storage.zeros(tables, count, len(task.times), 3)
+    window = Window(task.until, storage.array(np.array(task.times, float)), places)
     number = 0
     while True:
-        number = run(layout, simulation, beginnings, number, task.max_events, room, balls, ends)
+        number = run(
+            layout, simulation, beginnings, number, task.max_events, room, balls, ends, window
+        )
         if number == tables:
             break
         if cues is not None and progress.other == THE_CUE:
@@ -258,6 +278,7 @@ def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
             as_rows(Event, simulation.events[: int(progress.events)]),
             np.array(room.participants[: int(progress.participants)], np.int64).reshape(-1, 2),
         ),
+        np.asarray(places).reshape(tables, count, len(task.times), 3),
     )
 
 
@@ -282,6 +303,7 @@ class TableBatch:
     last_cushion: NDArray[np.float64]  # (tables, balls) s, of a cushion or a jaw; -inf: none
     met_time: NDArray[np.float64]  # (tables, balls) s, when ball 0 met each ball first; inf: never
     met_after: NDArray[np.int64]  # (tables, balls) straight cushions that ball 0 had met by then
+    position_at: NDArray[np.float64]  # (tables, balls, times, 3) m, at the times asked for
 
     @property
     def states(self) -> TableStates:
@@ -376,6 +398,9 @@ def simulate_batch(
     workers: int | None = None,
     *,
     present: ArrayLike | None = None,
+    until: float | None = None,
+    at: ArrayLike | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
 ) -> TableBatch:
     """
     Simulate many tables at once, on all cores.
@@ -394,6 +419,19 @@ def simulate_batch(
     present : (tables, balls) array_like of bool, optional
         If `states` is one mapping: whether a table has a ball; by default all tables have all. A
         ball that a table does not have ends with the motion ABSENT.
+    until : float, optional
+        As for `simulate`.
+    at : (times,) array_like, optional
+        Times for which `position_at` of the result has the places of the balls [s], ascending, at
+        least 0.
+    parameters : mapping of str to (tables,) array_like, optional
+        Numbers of the scene, see `Scene.parameters`, that differ from table to table. Tables with
+        the same numbers are simulated together: each set of numbers takes some milliseconds.
+
+    Raises
+    ------
+    ValueError
+        If an argument makes no sense.
 
     """
     scene = Scene.load(scene)
@@ -401,16 +439,58 @@ def simulate_batch(
     max_events = whole('max_events', max_events, 1)
     if workers is not None:
         workers = whole('workers', workers, 1)
+    end = math.inf if until is None else positive('until', until, 's')
     tables = table_states(states, present)
-    starts = tables.starts()
-    for field in VECTORS:
-        starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # which compiled code refuses
-    for t, i, _ in in_cushions(scene, starts):
-        starts['position'][t, i] = np.nan
-    if len(starts) > INTERPRETED_AT_MOST:
+    times = _times(at)
+    if len(tables) > INTERPRETED_AT_MOST:
         machine_code.require()
-    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events)
-    return run_many(task, tables.names, workers)
+
+    def simulate_rows(scene: Scene, rows: TableStates) -> TableBatch:
+        starts = rows.starts()
+        for field in VECTORS:
+            starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # compiled code refuses it
+        for t, i, _ in in_cushions(scene, starts):
+            starts['position'][t, i] = np.nan
+        task = TableTask(
+            *params_on_table(scene),
+            starts,
+            tolerance,
+            tolerance,
+            max_events,
+            until=end,
+            times=times,
+        )
+        return run_many(task, rows.names, workers)
+
+    if not parameters:
+        return simulate_rows(scene, tables)
+    names, values = rows_of_parameters(parameters, len(tables))
+    sets, which = np.unique(values, axis=0, return_inverse=True)
+    which = which.ravel()  # of another shape in some versions of NumPy
+    parts = [
+        simulate_rows(scene.with_parameters(names, row), tables.take(which == number))
+        for number, row in enumerate(sets)
+    ]
+    if not parts:
+        return simulate_rows(scene, tables)
+    order = np.argsort(np.argsort(which, kind='stable'), kind='stable')
+    return TableBatch(
+        **{
+            each.name: np.concatenate([getattr(part, each.name) for part in parts])[order]
+            for each in fields(TableBatch)
+            if each.name != 'names'
+        },
+        names=tables.names,
+    )
+
+
+def _times(at: ArrayLike | None) -> tuple[float, ...]:
+    """Read times that must be ascending [s]."""
+    times = np.zeros(0) if at is None else as_floats(at)
+    wrong = times.ndim != 1 or not np.isfinite(times).all() or (times < 0.0).any()
+    if wrong or (at is not None and not len(times)) or (np.diff(times) < 0.0).any():
+        raise ValueError(f'at must be ascending times, at least 0, got {at!r} (s)')
+    return tuple(times.tolist())
 
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
@@ -460,4 +540,5 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
         last_cushion=balls['last_edge'],
         met_time=balls['met_time'],
         met_after=balls['met_after'],
+        position_at=np.concatenate([part.places for part in parts]),
     )

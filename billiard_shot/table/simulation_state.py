@@ -63,6 +63,7 @@ class Progress:
     cue_time: float  # s, when the cue meets ball 0, or inf
     cue_reach: float  # m, between the centres of tip and ball as they meet
     cue_hits: int  # so far, without the strike
+    noted: int  # times at which the places of the balls are noted, so far
 
 
 @record

@@ -1,0 +1,61 @@
+"""The numbers of scenes by name: read, changed, and refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot import Scene
+
+SCENE = Scene.load('pool_table')
+
+
+def test_parameters_have_values_units_bounds_and_published_ranges():
+    names = 'cloth.rolling_resistance', 'contacts.ball_ball.restitution', 'table.cushion.height'
+    rolling, balls, height = SCENE.parameters(names)
+    assert (rolling.name, rolling.value) == (names[0], SCENE.cloth.rolling_resistance)
+    assert rolling.published == (0.005, 0.015)
+    assert (rolling.low, rolling.high, rolling.low_allowed) == (0.0, math.inf, True)
+    assert (balls.low, balls.high, balls.published) == (0.0, 1.0, (0.92, 0.98))
+    assert (height.unit, height.low, height.high) == ('ball diameters', 0.5, 0.95)
+    (mass,) = SCENE.parameters(['ball.mass'])
+    assert (mass.unit, mass.low, mass.low_allowed) == ('kg', 0.0, False)
+
+
+def test_all_numbers_are_listed_once_and_lie_within_their_bounds():
+    for name in Scene.names():
+        listed = Scene.load(name).parameters()
+        names = [each.name for each in listed]
+        assert len(set(names)) == len(names)
+        assert 'cue.mass' in names
+        assert not any(each.startswith(('robot', 'noise', 'effects')) for each in names)
+        assert ('table.width' in names) == (Scene.load(name).table is not None)
+        for each in listed:
+            assert each.low <= each.value <= each.high
+            assert each.published is None or each.published[0] < each.published[1]
+
+
+def test_other_numbers_make_another_scene():
+    names = ['table.cushion.restitution', 'cloth.rolling_resistance', 'ball.mass']
+    other = SCENE.with_parameters(names, [0.7, 0.02, 0.2])
+    assert [each.value for each in other.parameters(names)] == [0.7, 0.02, 0.2]
+    assert other.ball.inertia == pytest.approx(0.4 * 0.2 * SCENE.ball.radius**2)  # follows
+    assert other.balls == SCENE.balls
+    back = other.with_parameters(names, [each.value for each in SCENE.parameters(names)])
+    assert [each.value for each in back.parameters()] == [
+        each.value for each in SCENE.parameters()
+    ]
+    assert SCENE.with_parameters([], []) == SCENE
+
+
+def test_wrong_names_and_values_are_refused():
+    with pytest.raises(ValueError, match=r'parameters: table.cushion.restition: unknown key; '):
+        SCENE.parameters(['table.cushion.restition'])
+    with pytest.raises(ValueError, match=r'nearest known one is table.cushion.restitution'):
+        SCENE.with_parameters(['table.cushion.restition'], [0.7])
+    with pytest.raises(ValueError, match=r'table.cushion.restitution'):
+        SCENE.with_parameters(['table.cushion.restitution'], [1.7])
+    with pytest.raises(ValueError, match=r'values must be of shape \(1,\), got \(2,\)'):
+        SCENE.with_parameters(['ball.mass'], np.ones(2))
+    with pytest.raises(ValueError, match=r'table.width: unknown key'):
+        Scene.load('pool').parameters(['table.width'])
