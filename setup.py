@@ -96,7 +96,8 @@ setup(
             'table_sim = billiard_shot.ros.table_sim:main',
             'table_display = billiard_shot.ros.table_display:main',
             'player = billiard_shot.ros.player:main',
-            'plan_player = billiard_shot.ros.plan_player:main',
+            'predict_shot = billiard_shot.ros.predict_shot:main',
+            'robot = billiard_shot.ros.robot:main',
         ],
     },
 )

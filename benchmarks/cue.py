@@ -31,11 +31,11 @@ from trajectory_msgs.msg import JointTrajectory
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.client import ServiceCaller
+from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
-from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.player import Player
+from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.service_caller import ServiceCaller
 
 PLANNING = """
 import os, signal
@@ -171,7 +171,7 @@ def main():
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, -10)  # as a mechanism, which has its own processor
         with processes(nodes) as running, initialized():
-            player = Player(simulate_safety_inputs=True)
+            player = RobotClient(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
             clear_fault, reset = (

@@ -24,9 +24,11 @@ from std_srvs.srv import SetBool
 from tools.timing import resident
 
 from billiard_shot import Scene, Status
-from billiard_shot.ros.client import PAPER_SHOTS, request_for, ServiceCaller
-from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import initialized
+from billiard_shot.ros.predict_shot import request_of
+from billiard_shot.ros.processes import config_file, quiet_environment
+from billiard_shot.ros.service_caller import ServiceCaller
+from billiard_shot.shot.stroke_file import read_strokes
 
 YARDSTICK = """
 import rclpy
@@ -97,8 +99,9 @@ def main():
                 yardstick = ServiceCaller(node, SetBool, 'yardstick')
                 assert predictor.wait_for_service(60.0)
                 assert yardstick.wait_for_service(60.0)
-                radius = Scene.load('paper').ball.radius
-                requests = [request_for(*shot, radius) for shot in PAPER_SHOTS.values()]
+                scene = Scene.load('paper')
+                strokes = read_strokes(config_file('strokes/paper.yaml'), scene.cue_ball)
+                requests = [request_of(stroke, scene) for stroke in strokes.values()]
                 for request in requests:
                     request.sample_count = 200
                 measured = ratio(predictor, yardstick, requests[0])

@@ -19,18 +19,18 @@ SCREENSHOTS = {'view.jpg', 'foxglove.png'}
 FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 """A file that a page shows: its name and its text."""
 STUDIES = (
-    'accuracy --picture accuracy.png',
+    'study accuracy --picture accuracy.png',
     'atlas pool_table --ball 8 --ball-at 0.5 0.2 --cue-grid 24x12 --budget 2000 '
     '--output atlas.jsonl --picture atlas.png',
-    'effects nine_ball --picture effects.png',
-    'laws --picture laws.png',
-    'tolerance --picture tolerance.png',
+    'study effects nine_ball --picture effects.png',
+    'study laws --picture laws.png',
+    'study tolerance --picture tolerance.png',
 )
 
 
 def commands() -> dict[str, list[str]]:
     """Return the commands that draw each picture; those of shots are in the pages themselves."""
-    drawn = {f'{name}.png': [f'figures {name} -o .'] for name in FIGURES}
+    drawn = {f'{name}.png': [f'study figures {name} -o .'] for name in FIGURES}
     pages = ''.join((DOCS / page).read_text() for page in ('recipes.md', 'tutorial.md'))
     before = re.findall(r'^(?:\$ )?billiard-shot (.* -o .*)$', pages, re.MULTILINE)
     shots = re.findall(r'^(?:\$ )?billiard-shot (.*)$', pages.replace('\\\n', ''), re.MULTILINE)

@@ -15,7 +15,7 @@ import pytest
 
 import billiard_shot
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.cli import COMMANDS, main, make_parser
+from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
 from billiard_shot.cli.text_table import Column, print_rows
 
@@ -199,8 +199,11 @@ def test_the_scene_is_in_the_same_place(capsys):
     for said in (one, two, three):
         del said['wall_time']
     assert one == two == three
-    for command in ('predict', 'view', 'plan', 'atlas', 'effects', 'accuracy', 'laws'):
-        assert main([command, 'papre']) == 2
+    for command in ('predict', 'view', 'plan', 'atlas', *STUDIES):
+        if command in ('tolerance', 'paper', 'measured', 'hard-cases', 'figures'):
+            continue  # no scene
+        words = ['study', command] if command in STUDIES else [command]
+        assert main([*words, 'papre']) == 2
         assert "no bundled scene 'papre'" in capsys.readouterr().err
     assert main(['plan', '--pot', '8']) == 2
     assert 'SCENE: missing; it must be a YAML file or one of blocked, ' in capsys.readouterr().err
@@ -210,7 +213,7 @@ def test_the_scene_is_in_the_same_place(capsys):
     'command',
     [
         ['predict', str(PAPER), '--scene', 'paper', '--csv'],
-        ['laws', '--random', '2', '--count', '5', '--csv'],
+        ['study', 'laws', '--random', '2', '--count', '5', '--csv'],
     ],
 )
 def test_several_processes_give_the_same(command, capsys):
@@ -235,9 +238,32 @@ def test_version(capsys):
     assert capsys.readouterr().out == f'billiard_shot {billiard_shot.__version__}\n'
 
 
-def test_every_command_is_in_the_help():
+def test_usage_is_one_line_and_names_the_help(capsys):
+    for words in (
+        ['predict', '--speed', 'x'],
+        ['study', 'laws', '--bad'],
+        ['plan', '--pot'],
+        ['x'],
+    ):
+        with pytest.raises(SystemExit) as ended:
+            main(words)
+        assert ended.value.code == 2
+        message, hint = capsys.readouterr().err.splitlines()
+        assert message.startswith('billiard-shot')
+        assert hint.startswith('see billiard-shot')
+        assert hint.endswith(' --help')
+    with pytest.raises(SystemExit):
+        main(['predict', '--help'])
+    assert capsys.readouterr().out.startswith('usage: billiard-shot predict [SCENE] [options]\n')
+
+
+def test_every_command_is_in_the_help(capsys):
     text = make_parser().format_help()
     assert all(f'\n    {name}' in text for name in COMMANDS)
+    with pytest.raises(SystemExit):
+        main(['study', '--help'])
+    studies = capsys.readouterr().out
+    assert all(f'\n    {name}' in studies for name in STUDIES)
     assert all(f'{code}: ' in text for code in EXIT_CODES)
 
 
@@ -263,8 +289,8 @@ def test_a_closed_pipe_is_no_error():
     'words',
     [
         ['plan', 'wall', '--pot', '9', '--budget', '100000000'],
-        ['laws', '--random', '1000'],
-        ['hard-cases'],
+        ['study', 'laws', '--random', '1000'],
+        ['study', 'hard-cases'],
     ],
 )
 def test_ctrl_c_ends_without_traceback(words):
@@ -306,9 +332,9 @@ def test_completion_names_what_is_missing(capsys, monkeypatch):
     [
         ['scene', 'list'],
         ['scene', 'show', 'snooker'],
-        ['paper'],
-        ['laws', '--count', '5'],
-        ['hard-cases', 'cradle', '20', 'Hertz'],
+        ['study', 'paper'],
+        ['study', 'laws', '--count', '5'],
+        ['study', 'hard-cases', 'cradle', '20', 'Hertz'],
         ['predict', 'eight_ball', '-e', '5', '-s', '8', '-z', '-6'],
     ],
 )

@@ -30,7 +30,7 @@ ELSEWHERE = (
     'make test',
     'pip install .',
     'pip install .[fast,plot]',
-    'billiard-shot accuracy --normal -1 -1 0 --velocity 0.8 0 0',
+    'billiard-shot study accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
 FILES = {page.name: redraw.FILE.findall(page.read_text()) for page in PAGES}

@@ -1,10 +1,11 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package with two members: `add_arguments`, which adds its options
-to a parser; and `run`, which executes it and returns the exit code. A module is imported only if
-its command is requested, so that it does not slow down the others. In all commands the scene comes
-first, `--output` names the file, and numbers are also printed as JSON or CSV.
+Each command is a module of this package, or of `cli.study`, with two members: `add_arguments`,
+which adds its options to a parser; and `run`, which executes it and returns the exit code. A
+module is imported only if its command is requested, so that it does not slow down the others. In
+all commands the scene comes first, `--output` names the file, and numbers are also printed as JSON
+or CSV.
 """
 
 import argparse
@@ -13,6 +14,7 @@ from concurrent.futures import BrokenExecutor
 from importlib import import_module
 import os
 import sys
+from typing import NoReturn
 
 import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
@@ -21,20 +23,25 @@ from billiard_shot.pictures.canvas import require_matplotlib
 COMMANDS = {  # and what each does
     'predict': 'predict the motion of all balls after a stroke',
     'plan': 'find the stroke most likely to reach a target, given execution noise and limits',
-    'atlas': 'map the success probability of pots over the table',
     'view': 'write a shot as one HTML file (3-D table, rotating balls, time slider) or as a video',
-    'figures': 'draw the figures of the documentation',
+    'play': 'play one rack: agents against each other, or against a person in the terminal',
+    'tournament': 'play many racks of a game between two players; count who wins and why',
+    'atlas': 'map the success probability of pots over the table',
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
-    'effects': 'measure the cost (us) and the influence (mm, degrees) of each effect',
+    'compile': 'compile the library to machine code, once for each version',
+    'study': 'measure the method: its accuracy and cost, and what it reproduces',
+    'urdf': 'print the mechanical cue as a robot model (URDF)',
+    'completion': 'print a script that completes commands and options in bash or zsh',
+}
+STUDIES = {
+    'laws': 'compare the outcomes of impact laws, and find where they are discontinuous',
     'accuracy': 'compare the errors and the work of several methods for the same strokes',
     'tolerance': 'compare tolerances: true errors, times, and the success of a plan',
-    'laws': 'compare the outcomes of impact laws, and find where they are discontinuous',
+    'effects': 'measure the cost (us) and the influence (mm, degrees) of each effect',
     'paper': 'recompute Table 1 of the paper: as printed, by its model, and under variants',
     'measured': 'compute values that others measured or published, and print the deviation',
     'hard-cases': 'solve collisions at the limits of the input ranges, and check each result',
-    'urdf': 'print the mechanical cue as a robot model (URDF)',
-    'compile': 'compile the library to machine code, once for each version',
-    'completion': 'print a script that completes commands and options in bash or zsh',
+    'figures': 'draw the figures of the documentation',
 }
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
 FILES = (*PICTURES, 'output', 'view', 'video')  # options that name a file to write
@@ -44,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code, see `EXIT_CODES`."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        options = make_parser(words[:1]).parse_args(words)
+        options = make_parser((words[:1], words[:2])).parse_args(words)
         _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
@@ -70,9 +77,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def make_parser(complete: Container[str] = tuple(COMMANDS)) -> argparse.ArgumentParser:
-    """Make the parser of all commands; only those in `complete` have their options."""
-    parser = argparse.ArgumentParser(
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors have two lines, and no list of all options."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print what is wrong and where the help is, and exit."""
+        self.exit(WRONG_INPUT, f'{self.prog}: {message}\nsee {self.prog} --help\n')
+
+
+def make_parser(complete: Container[list[str]] | None = None) -> argparse.ArgumentParser:
+    """
+    Make the parser of all commands.
+
+    Only commands whose words are in `complete` have their options, such as `['study', 'laws']`; by
+    default all have.
+    """
+    parser = Parser(
         prog='billiard-shot',
         description=billiard_shot.__doc__,
         epilog='exit codes: ' + '; '.join(f'{code}: {text}' for code, text in EXIT_CODES.items()),
@@ -83,11 +103,37 @@ def make_parser(complete: Container[str] = tuple(COMMANDS)) -> argparse.Argument
     commands = parser.add_subparsers(required=True, metavar='COMMAND')
     for name, text in COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)
-        if name in complete:
-            module = import_module(f'billiard_shot.cli.{name.replace("-", "_")}')
-            module.add_arguments(command)
-            command.set_defaults(run=module.run)
+        if name == 'study':
+            studies = command.add_subparsers(required=True, metavar='STUDY')
+            for study, about in STUDIES.items():
+                _complete(
+                    studies.add_parser(study, help=about, description=about),
+                    [name, study],
+                    complete,
+                )
+        else:
+            _complete(command, [name], complete)
     return parser
+
+
+def _complete(
+    parser: argparse.ArgumentParser, words: list[str], wanted: Container[list[str]] | None
+) -> None:
+    """Add the options of a command, and what runs it, if it is wanted."""
+    if wanted is None or words in wanted:
+        module = import_module('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
+        module.add_arguments(parser)
+        parser.set_defaults(run=module.run)
+        words = [_word(each) for each in parser._get_positional_actions()]
+        parser.usage = ' '.join(['%(prog)s', *words, '[options]'])
+
+
+def _word(action: argparse.Action) -> str:
+    """Return what stands for a positional argument in the usage."""
+    name = str(action.metavar or action.dest).upper()
+    return {'?': f'[{name}]', '*': f'[{name} ...]', '+': f'{name} ...'}.get(
+        str(action.nargs), name
+    )
 
 
 def _check_files(options: argparse.Namespace) -> None:

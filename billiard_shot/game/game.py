@@ -31,10 +31,16 @@ class Game:
         Takes a `State`, a `Call` and an `Outcome`, and returns the `Ruling`, see there.
     targets : callable
         Takes a state, and returns the balls that the cue ball may meet first.
+    pots : callable
+        Takes a state, and returns the balls whose pot keeps the turn if they are met first.
     rack : callable
         Takes a state and the names of balls, and returns their places (x, y) [m].
     balls : tuple of str
         Names of the object balls.
+    needs : callable
+        Takes a state and a player, and returns how many balls this player has to pot to win.
+    shared : bool
+        Whether both players pot the same balls, so that a pot brings both nearer to the end.
     in_hand, phase : str
         Of the first state, see `State`.
     calls : bool
@@ -52,8 +58,11 @@ class Game:
     edition: str
     rule: Callable[[State, Call, Outcome], Ruling]
     targets: Callable[[State], tuple[str, ...]]
+    pots: Callable[[State], tuple[str, ...]]
     rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
     balls: tuple[str, ...]
+    needs: Callable[[State, int], int] = lambda state, player: len(state.object_balls)
+    shared: bool = True
     in_hand: str = 'kitchen'
     phase: str = 'break'
     calls: bool = True

@@ -135,7 +135,8 @@ class Rulings(NamedTuple):
     Attributes
     ----------
     kinds : tuple of Ruling
-        The different rulings; their balls are those before the shot.
+        The different rulings; the balls of their states are those that are left, at their places
+        before the shot.
     kind : (n,) int array
         Which of them each shot got.
 
@@ -166,5 +167,14 @@ def judge_batch(
     rule = find_game(state.game).rule
     numbers: dict[tuple[Call, Outcome], int] = {}
     kind = [numbers.setdefault(pair, len(numbers)) for pair in zip(many, outcomes, strict=True)]
-    kinds = tuple(rule(state, call, outcome) for call, outcome in numbers)
+    kinds = tuple(_not_settled(rule(state, call, outcome), outcome) for call, outcome in numbers)
     return Rulings(kinds, np.array(kind, np.int64))
+
+
+def _not_settled(ruling: Ruling, outcome: Outcome) -> Ruling:
+    """Take the balls that are gone from the state of a ruling."""
+    gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
+    if ruling.state.in_hand:
+        gone |= {CUE_BALL}
+    left = {ball: place for ball, place in ruling.state.balls.items() if ball not in gone}
+    return replace(ruling, state=replace(ruling.state, balls=left))

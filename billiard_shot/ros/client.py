@@ -1,207 +1,402 @@
-"""
-Ask a running predictor for the four shots of the paper, and print its answers.
+"""Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
-    python -m billiard_shot.ros.client
-
-The `ros2` command is not needed. The shots are those of Jia, Mason, Erdmann (WAFR 2008), Table 1;
-the normal of the jump is corrected.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Callable
 import math
-import sys
-import time
+from time import monotonic
 from typing import Any, TYPE_CHECKING
+import uuid
 
-from billiard_shot_msgs.srv import PredictShot
+from action_msgs.msg import GoalStatus
+from billiard_shot_msgs.action import ExecuteShot, PlanShot
+from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
+from billiard_shot_msgs.srv import Arm, PredictShot
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import GetState
 import numpy as np
+from numpy.typing import NDArray
 import rclpy
+from rclpy.action import ActionClient
 from rclpy.client import Client
+from rclpy.duration import Duration
 from rclpy.node import Node
+from std_msgs.msg import Bool, Header
 
-from billiard_shot import Scene, Status
-from billiard_shot.ros import conversions
-from billiard_shot.ros.conversions import Triple
-from billiard_shot.ros.node_runner import initialized
-from billiard_shot.table.motion import Motion
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.safety import State
+from billiard_shot.cue.sightings import Balls
+from billiard_shot.ros import conversions, cue_conversions
+from billiard_shot.ros.node_runner import EVERY_STATE, LATCHED
+from billiard_shot.ros.service_caller import result_of, ServiceCaller
+from billiard_shot.scene.placement import CUE_BALL
 
 if TYPE_CHECKING:
-    from rclpy.task import Future
-
-PAPER_SHOTS: dict[str, tuple[Triple, Triple]] = {
-    'vertical': ((-1.0, -2.0, 1.0), (0.0, 0.0, -2.0)),
-    'horizontal': ((-1.0, -1.0, 0.0), (0.8, 0.0, 0.0)),
-    'jump': ((-1.0, 0.0, 1.0), (1.0, 0.0, -1.0)),
-    'massé': ((-2.0, -1.0, 12.0), (4.0, 0.0, -16.0)),
-}
-"""Outward normal at the contact point (of any length), and velocity of the cue (m/s)."""
-
-RETREAT = 0.05
-"""Distance of the tip from the contact point in a request [m]."""
+    from rclpy.publisher import Publisher
 
 START_UP = 120.0
-"""Time to wait for the service [s]; a predictor may have to compile the library first."""
+"""Time to wait for a node [s]; a node may have to compile the library first."""
 
-RETRY_PERIOD = 2.0
-"""Time without an answer after which a repeatable request is sent again [s]."""
+VALIDITY = 60.0
+"""Time within which a shot must be fired, if the caller does not say [s]."""
 
-RENEWAL_PERIOD = 20.0
-"""
-Time without an answer after which a new client replaces the one that asked [s].
+SAFETY_INPUTS = {'estop': False, 'interlock': True}
+"""Topics of the safety inputs, and the values that allow motion."""
 
-On busy machines with Fast DDS 3.2, a server sometimes never discovers a client. A new client is
-announced again.
-"""
+SAFETY_PERIOD = 0.05
+"""Time between two messages of the simulated safety inputs [s]."""
+
+DISCOVERY = 1.0
+"""Time for discovering other publishers before the safety inputs are simulated [s]."""
+
+QUIET_WAIT = 2.0
+"""Time [s] after which the client logs what it waits for, and why."""
+
+REMINDER = 8.0
+"""Time between two messages in the log about the same wait [s]."""
+
+ANSWER_TIME = 30.0
+"""Longest time in which a node answers, if the machine is busy [s]."""
+
+PLAN_TIME = 600.0
+"""Longest time for a plan [s]."""
+
+REST_DISTANCE = 1e-3
+"""A ball that moves less than this [m] within `REST_TIME` is at rest."""
+
+REST_TIME = 0.5
+"""Time in which a ball at rest moves less than `REST_DISTANCE` [s]."""
 
 
-def request_for(normal: Triple, velocity: Triple, radius: float) -> PredictShot.Request:
-    """Make the request for a stroke that meets the ball, at the origin, at `normal`."""
-    n = np.asarray(normal) / np.linalg.norm(normal)
-    speed = float(np.linalg.norm(velocity))
-    direction = np.asarray(velocity) / speed
-    contact = radius * n + (0.0, 0.0, radius)
-    # Turn +x up or down to the elevation, about y, and then about z to the azimuth.
-    azimuth = math.atan2(direction[1], direction[0]) / 2
-    elevation = math.atan2(-direction[2], math.hypot(direction[0], direction[1])) / 2
-    quaternion = (
-        -math.sin(azimuth) * math.sin(elevation),
-        math.cos(azimuth) * math.sin(elevation),
-        math.sin(azimuth) * math.cos(elevation),
-        math.cos(azimuth) * math.cos(elevation),
-    )
-    x, y, z = (contact - RETREAT * direction).tolist()
-    return conversions.make_request((x, y, z), quaternion, speed)
+class NotReadyError(RuntimeError):
+    """A node, topic or service that is needed is missing or not ready; the message says why."""
 
 
-class ServiceCaller:
+class NoPlanError(RuntimeError):
+    """The planner has found no stroke; the message says why."""
+
+
+class RobotClient(Node):
     """
-    Client of a service that waits for the answers.
+    Node that asks the other nodes and watches the table.
 
     Parameters
     ----------
-    node : Node
-    kind
-        Type of the service.
     name : str
-        Name of the service.
-
-    Attributes
-    ----------
-    client : Client
-        Client in use.
+        Name of the node.
+    namespace : str
+        Namespace of the node; '' for the one given on the command line.
+    simulate_safety_inputs : bool
+        Whether to publish that the emergency stop is released and the interlock closed. Only for
+        simulations: on a robot these messages come from the safety equipment.
+    timeout : float
+        Time to wait for each of the other nodes [s].
 
     """
 
-    def __init__(self, node: Node, kind: Any, name: str) -> None:
-        self._node, self._kind, self._name = node, kind, name
-        self.client: Client[Any, Any] = node.create_client(kind, name)
+    def __init__(
+        self,
+        name: str = 'player',
+        namespace: str = '',
+        simulate_safety_inputs: bool = False,
+        timeout: float = START_UP,
+    ) -> None:
+        super().__init__(name, namespace=namespace)
+        self._timeout = timeout
+        self.states: list[CueState] = []
+        self.table: TableState | None = None
+        self.safety_inputs_on = True
+        self.problems = ['no diagnostics']  # of cue_driver
+        self._life = ''  # lifecycle state of cue_driver
+        self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
+        self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
+        self._get_life: Client[Any, Any] = self.create_client(GetState, 'cue_driver/get_state')
+        self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
+        self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
+            self, ExecuteShot, 'execute_shot'
+        )
+        self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
+        self._safety: dict[str, Publisher[Bool]] = {}
+        self._discovered = monotonic() + DISCOVERY
+        if simulate_safety_inputs:
+            self.get_logger().warning(
+                'simulating the emergency stop and the interlock: never do this on a robot'
+            )
+            self._safety = {name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS}
+            self.create_timer(SAFETY_PERIOD, self._publish_safety_inputs)
 
-    @property
-    def service_name(self) -> str:
-        """Name of the service, with its namespace."""
-        return self.client.service_name
+    def _publish_safety_inputs(self) -> None:
+        own = self.get_name(), self.get_namespace()
+        for name in SAFETY_INPUTS:
+            for other in self.get_publishers_info_by_topic(self.resolve_topic_name(name)):
+                if (other.node_name, other.node_namespace) != own:
+                    raise NotReadyError(
+                        f'node {other.node_name!r} publishes {name!r}: this cell has safety '
+                        'equipment, so the safety inputs must not be simulated'
+                    )
+        if self.safety_inputs_on and monotonic() > self._discovered:
+            for name, value in SAFETY_INPUTS.items():
+                self._safety[name].publish(Bool(data=value))
 
-    def service_is_ready(self) -> bool:
-        """Whether the service has been discovered."""
-        return self.client.service_is_ready()
+    def _on_table(self, message: TableState) -> None:
+        self.table = message
 
-    def wait_for_service(self, timeout: float) -> bool:
-        """Wait up to `timeout` seconds for the service; return whether it has been discovered."""
-        return self.client.wait_for_service(timeout_sec=timeout)
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name == self.resolve_topic_name('cue_driver'):
+                self.problems = [
+                    f'{each.key}: {each.value}'
+                    for each in status.values
+                    if each.key != 'shot_id' and each.value != 'ok'
+                ]
 
-    def call(self, request: Any, timeout: float = 10.0, repeatable: bool = False) -> Any:
+    # --- waiting --------------------------------------------------------------------------------
+
+    def until(self, condition: Callable[[], object], seconds: float) -> bool:
+        """Spin until a condition holds; return False if it does not within `seconds`."""
+        deadline = monotonic() + seconds
+        while not condition():
+            if monotonic() > deadline:
+                return False
+            rclpy.spin_once(self, timeout_sec=0.05)
+        return True
+
+    def wait_for_predictor(self) -> None:
+        """Wait for the predictor; NotReadyError says why it is not ready."""
+        self._wait('predictor', self._predict.service_is_ready)
+
+    def wait_for_planner(self) -> None:
+        """Wait for the planner; NotReadyError says why it is not ready."""
+        self._wait('planner', self._plan.server_is_ready)
+
+    def wait_for_table(self) -> None:
+        """Wait for a table state; NotReadyError if none is received."""
+        self._wait('table_state', lambda: self.table, lambda: 'no message received')
+
+    def wait_for_all(self) -> None:
+        """Wait for everything that a shot needs; NotReadyError says what is missing, and why."""
+        self.wait_for_predictor()
+        self._wait('cue_driver', lambda: self.states and self._arm.service_is_ready())
+        self._wait('cue_driver', self.execute_shot.server_is_ready)
+        self.wait_for_table()
+        if self._safety:  # otherwise a shot could end before safety equipment is discovered
+            self.until(lambda: monotonic() > self._discovered, DISCOVERY)
+        self.problems = ['no diagnostics']
+        self._wait('cue_driver', lambda: not self.problems)
+
+    def _wait(
+        self, name: str, ready: Callable[[], object], why: Callable[[], str] | None = None
+    ) -> None:
+        """Spin until `ready`; log what for and why after `QUIET_WAIT`, then each `REMINDER`."""
+        deadline, silence = monotonic() + self._timeout, QUIET_WAIT
+        while not self.until(ready, min(silence, deadline - monotonic())):
+            words = f'{self.resolve_topic_name(name)}: {why() if why else self._reason(name)}'
+            if monotonic() > deadline:
+                raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
+            self.get_logger().info(f'waiting for {words}')
+            silence = REMINDER
+
+    def _reason(self, node: str) -> str:
+        """Why a node is not ready, as far as this node can tell."""
+        there = self.resolve_topic_name(node).rpartition('/')
+        if (node, there[0] or '/') not in self.get_node_names_and_namespaces():
+            return 'there is no such node'
+        if node != 'cue_driver':
+            return 'the node is starting'
+        if self._get_life.service_is_ready():
+            answer = self._get_life.call_async(GetState.Request())
+            if self.until(answer.done, 1.0):
+                life = result_of(answer).current_state.label
+                if life != 'active':
+                    return (
+                        f'the node is {life}: configure it and activate it, or start it with '
+                        'autostart:=true'
+                    )
+        return '; '.join(self.problems) or 'the node is starting'
+
+    # --- the table ------------------------------------------------------------------------------
+
+    def balls(self) -> Balls:
+        """Return the balls that are not pocketed, as the last table state has them."""
+        table = self.known_table()
+        try:
+            return conversions.sightings_of(table.balls, table.header.stamp)
+        except ValueError as error:
+            raise NotReadyError(f'table_state: {error}') from None
+
+    def known_table(self) -> TableState:
+        """Last table state; NotReadyError if none has been received."""
+        if self.table is None:
+            raise NotReadyError('table_state: no message received')
+        return self.table
+
+    def wait_for_rest(
+        self, strike: Time | None = None, seconds: float = 60.0
+    ) -> NDArray[np.float64] | None:
         """
-        Call the service, and return its answer.
+        Wait until the cue ball rests, and return (x, y) [m]; None if it moves on or is pocketed.
 
-        Parameters
-        ----------
-        request
-            Request message.
-        timeout : float
-            Time to wait for an answer [s].
-        repeatable : bool
-            Whether the request may be executed twice. It is then sent again if there is no answer.
-            The answer is lost if the server has not yet discovered the client, even if the client
-            has discovered the server (github.com/ros2/rmw_fastrtps/issues/842). If the server
-            does not discover the client at all, a new client replaces it.
+        Table states older than the stamp of the strike are ignored, because a camera or simulation
+        without enough processor time shows the earlier positions for a while. Raises NotReadyError
+        if no newer table state is received.
+        """
+        deadline = monotonic() + seconds
+        if strike and not self.until(
+            lambda: _is_after(self.known_table().header.stamp, strike), seconds
+        ):
+            raise NotReadyError(f'table_state: no message after the strike within {seconds:g} s')
+        last, since = (math.inf, math.inf), monotonic()
+        while monotonic() < deadline:
+            rclpy.spin_once(self, timeout_sec=0.05)
+            ball = self.balls().get(CUE_BALL)
+            if ball is None:
+                return None
+            if ball.is_moving or not math.dist(ball.position, last) <= REST_DISTANCE:
+                last, since = ball.position, monotonic()
+            elif monotonic() - since > REST_TIME:
+                return np.array(ball.position)
+        return None
+
+    # --- requests -------------------------------------------------------------------------------
+
+    def predict(self, request: PredictShot.Request) -> PredictShot.Response:
+        """Call the predictor."""
+        return self._predict.call(request, repeatable=True)
+
+    def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
+        """Plan for a target and the current balls; NoPlanError if no stroke is found."""
+        response = self.act(
+            'plan_shot',
+            self._plan,
+            PlanShot.Goal(target=target, balls=self.known_table().balls, **goal),
+            lambda ended: self.until(ended.done, PLAN_TIME),
+        )
+        if response is None:
+            raise NoPlanError(f'no plan within {PLAN_TIME:g} s')
+        if response.status != GoalStatus.STATUS_SUCCEEDED:
+            raise NoPlanError(response.result.message)
+        return response.result
+
+    def goal(
+        self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = VALIDITY
+    ) -> ExecuteShot.Goal:
+        """
+        Make a goal for a stroke at the cue ball, at its current position.
 
         Raises
         ------
-        TimeoutError
-            If there is no answer within `timeout`.
+        RefusedError
+            If the cue ball is not on the table.
 
         """
-        begin = since = time.monotonic()
-        while (left := begin + timeout - time.monotonic()) > 0.0:
-            future = self.client.call_async(request)
-            rclpy.spin_until_future_complete(
-                self._node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
+        balls = self.balls()
+        if CUE_BALL not in balls:
+            raise RefusedError(
+                Outcome.INVALID_PLAN, f'table_state has no ball {CUE_BALL!r} on the table'
             )
-            if future.done():
-                return result_of(future)
-            self.client.remove_pending_request(future)
-            if time.monotonic() - since >= RENEWAL_PERIOD:
-                since = time.monotonic()
-                self._renew()
-        raise TimeoutError(f'no answer from {self.service_name} within {timeout} s')
+        plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
+        frame = self.known_table().header.frame_id
+        header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
+        return self.goal_to_play(cue_conversions.plan_message(plan, header), valid_for)
 
-    def destroy(self) -> None:
-        """Remove the client from its node."""
-        self._node.destroy_client(self.client)
+    def goal_to_play(self, plan: Plan, valid_for: float = VALIDITY) -> ExecuteShot.Goal:
+        """Make a goal to play a plan within `valid_for` [s] from now."""
+        expiry = self.get_clock().now() + Duration(nanoseconds=round(1e9 * valid_for))
+        return ExecuteShot.Goal(plan=plan, expiry=expiry.to_msg())
 
-    def _renew(self) -> None:
-        self.destroy()
-        self.client = self._node.create_client(self._kind, self._name)
+    def execute(
+        self,
+        goal: ExecuteShot.Goal,
+        may_fire: Callable[[], bool] = lambda: True,
+        on_aimed: Callable[[], object] = lambda: None,
+    ) -> Any:
+        """
+        Send a goal, and return its status and result when it has ended.
 
+        If this call is interrupted, for example by Ctrl+C, the goal is cancelled.
 
-def result_of(future: 'Future[Any]') -> Any:
-    """Return the result of a future that is done."""
-    result = future.result()
-    assert result is not None
-    return result
+        Parameters
+        ----------
+        goal
+        may_fire : callable
+            Whether to arm the shot; it is called again and again while the cue is aimed.
+        on_aimed : callable
+            Called once when the cue is aimed and waits to be armed.
 
-
-def report(response: PredictShot.Response) -> str:
-    """Format a response as text: status, ball, cue, and the samples of the trajectory."""
-    status = Status(response.status)
-    lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
-    if status.refused:
-        return lines[0]
-    for name, vector, unit in (
-        ('velocity', response.velocity, 'm/s'),
-        ('spin', response.spin, 'rad/s'),
-    ):
-        lines.append(f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
-    lines.append(f'  cue speed     {response.cue_speed:11.4f}{"":24}m/s')
-    lines.append('  trajectory     t (s)      x (m)      y (m)      z (m)    v (m/s)  motion')
-    trajectory = response.trajectory
-    positions = conversions.vectors(trajectory.positions)
-    speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
-    for i, motion in enumerate(trajectory.motion):
-        numbers = (trajectory.times[i], *positions[i], speeds[i])
-        lines.append(
-            f'{"":11}'
-            + ''.join(f'{number:11.4f}' for number in numbers)
-            + f'  {Motion(motion).name.lower()}'
+        """
+        ended = self.act(
+            'execute_shot',
+            self.execute_shot,
+            goal,
+            lambda ended: self._wait_for_end(goal, ended, may_fire, on_aimed),
         )
-    return '\n'.join(lines)
+        if ended is None:
+            raise NotReadyError('action execute_shot does not end')
+        return ended
+
+    def act(
+        self,
+        name: str,
+        action: 'ActionClient[Any, Any, Any]',
+        goal: Any,
+        wait: Callable[[Any], object],
+    ) -> Any:
+        """
+        Send a goal of an action, and return its status and result; None if it does not end.
+
+        `wait` waits for the future of the result. If the goal has not ended after that, or the
+        wait is interrupted, it is cancelled.
+        """
+        sent = action.send_goal_async(goal)
+        if not self.until(sent.done, ANSWER_TIME):
+            raise NotReadyError(f'no answer from action {name} within {ANSWER_TIME:g} s')
+        handle = result_of(sent)
+        if not handle.accepted:
+            raise NotReadyError(f'action {name} rejects the goal: {self._reason("cue_driver")}')
+        ended = handle.get_result_async()
+        try:
+            wait(ended)
+        finally:
+            if not ended.done():
+                handle.cancel_goal_async()
+                self.until(ended.done, 2.0)
+        return result_of(ended) if ended.done() else None
+
+    def _wait_for_end(
+        self,
+        goal: ExecuteShot.Goal,
+        ended: Any,
+        may_fire: Callable[[], bool],
+        on_aimed: Callable[[], object],
+    ) -> None:
+        now = 1e-9 * self.get_clock().now().nanoseconds
+        left = conversions.seconds(goal.expiry) - now + 60.0
+        if not self.until(lambda: ended.done() or self._is_aimed(goal), left):
+            return
+        if not ended.done():
+            on_aimed()
+        self.until(lambda: ended.done() or may_fire(), left)
+        if not ended.done():
+            answer = self._arm.call_async(Arm.Request(shot_id=goal.plan.shot_id))
+            self.until(lambda: answer.done() or ended.done(), ANSWER_TIME)
+            if answer.done() and not result_of(answer).success:
+                self.get_logger().error(f'not armed: {result_of(answer).message}')
+                return
+        self.until(ended.done, left)
+
+    def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
+        last = self.states[-1]
+        return last.state == State.AIMED and last.shot_id == goal.plan.shot_id
 
 
-def main(args: Sequence[str] | None = None) -> None:
-    """Call `predict_shot` for every shot; exit with 1 if a shot is refused or not answered."""
-    radius = Scene.load('paper').ball.radius
-    with initialized(args):
-        node = Node('paper_shots')
-        predictor = ServiceCaller(node, PredictShot, 'predict_shot')
-        if not predictor.wait_for_service(START_UP):
-            sys.exit(f'no service {predictor.service_name}: is the predictor running?')
-        for name, (normal, velocity) in PAPER_SHOTS.items():
-            response = predictor.call(request_for(normal, velocity, radius), repeatable=True)
-            print(f'{name}: cue velocity {velocity} m/s, meets the ball at normal {normal}')
-            print(report(response), end='\n\n', flush=True)
-            if Status(response.status).refused:
-                sys.exit(1)
+def short_id() -> str:
+    """Make a unique name."""
+    return uuid.uuid4().hex[:8]
 
 
-if __name__ == '__main__':
-    main()
+def _is_after(stamp: Time, strike: Time) -> bool:
+    """Whether a table state was seen after a strike; true if the table state has no stamp."""
+    seen = conversions.seconds(stamp)
+    return seen == 0.0 or seen > conversions.seconds(strike)

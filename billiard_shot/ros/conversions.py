@@ -5,21 +5,26 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from billiard_shot_msgs.msg import BallState, BallTrajectory, Effect, TableState
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.srv import PredictShot, PredictShots
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from geometry_msgs.msg import Point, Pose, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.cue.sightings import positions_of, Sighting
-from billiard_shot.ros.parameters import FRAME, MAX_SAMPLES
+from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.predict import BatchResult
 from billiard_shot.status import Status
+from billiard_shot.table.motion import Motion
+
+MAX_STROKES = 10_000
+"""Largest number of strokes in a request for many predictions."""
 
 MAX_KEY_TIMES = 8
 """Largest number of samples in a short answer."""
@@ -41,32 +46,9 @@ class BadRequestError(ValueError):
 # --- requests -----------------------------------------------------------------------------------
 
 
-def make_request(
-    position: Triple,
-    quaternion: tuple[float, float, float, float],
-    speed: float,
-    ball: Triple = (0.0, 0.0, 0.0),
-    tolerance: float = 0.0,
-    sample_count: int = 0,
-    frame: str = FRAME,
-) -> PredictShot.Request:
-    """Make the request for a stroke: tip frame (m; x y z w), speed (m/s), ball (m), in `frame`."""
-    request = PredictShot.Request()
-    request.header.frame_id = frame
-    request.cue_pose = Pose(
-        position=_filled(Point, position),
-        orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))),
-    )
-    request.speed = float(speed)
-    request.ball_position = _filled(Point, ball)
-    request.tolerance = float(tolerance)
-    request.sample_count = sample_count
-    return request
-
-
-def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
+def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
     """
-    Read the stroke in a request, at the ball whose centre is `ball` (metres, frame table).
+    Read the stroke of a cue in a pose, at the ball whose centre is `ball` (metres, frame table).
 
     Raises
     ------
@@ -75,20 +57,59 @@ def stroke_of(request: PredictShot.Request, ball: Triple) -> Stroke:
 
     """
     invalid = Status.INVALID_STROKE
-    position = _finite('cue_pose.position', request.cue_pose.position, 'xyz', invalid)
-    quaternion = _finite('cue_pose.orientation', request.cue_pose.orientation, 'xyzw', invalid)
+    position = _finite('cue_pose.position', pose.position, 'xyz', invalid)
+    quaternion = _finite('cue_pose.orientation', pose.orientation, 'xyzw', invalid)
     length = math.hypot(*quaternion)
     if not 1e-6 < length < math.inf:
-        raise BadRequestError(
-            invalid, f'cue_pose.orientation is {quaternion}: a quaternion must not be zero'
-        )
-    if not 0.0 < request.speed < math.inf:
-        raise BadRequestError(invalid, f'speed is {request.speed}: must be finite and above 0 m/s')
+        raise BadRequestError(invalid, f'cue_pose.orientation must not be zero, got {quaternion}')
+    if not 0.0 < speed < math.inf:
+        raise BadRequestError(invalid, f'speed must be finite and above 0 m/s, got {speed}')
     try:
         direction = tuple(q / length for q in quaternion)
-        return Stroke.from_pose(position, direction, request.speed, ball=ball)
+        return Stroke.from_pose(position, direction, speed, ball=ball)
     except (ValueError, ArithmeticError) as error:
         raise BadRequestError(invalid, f'cue_pose, speed: {error}') from error
+
+
+class Batch(NamedTuple):
+    """Strokes of a request; the rows of strokes that cannot be predicted are not finite."""
+
+    normals: NDArray[np.float64]
+    velocities: NDArray[np.float64]
+    statuses: NDArray[np.uint16]  # of the strokes that cannot be predicted; else OK
+
+
+def batch_of(request: PredictShots.Request, scene: Scene, ball: Triple) -> Batch:
+    """
+    Read the strokes of a request, at the ball whose centre is `ball` (metres, frame table).
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, if there are too many strokes, or not as many poses as speeds.
+
+    """
+    count = len(request.cue_poses)
+    if count > MAX_STROKES:
+        raise _invalid(f'cue_poses must have at most {MAX_STROKES} elements, got {count}')
+    if len(request.speeds) != count:
+        raise _invalid(
+            f'speeds must have {count} elements, as cue_poses, got {len(request.speeds)}'
+        )
+    normals, velocities = np.full((2, count, 3), np.nan)
+    statuses = np.zeros(count, np.uint16)
+    curvature = scene.cue.tip_curvature_radius / scene.ball.radius
+    for i, (pose, speed) in enumerate(zip(request.cue_poses, request.speeds, strict=True)):
+        try:
+            stroke = stroke_of(pose, speed, ball)
+        except BadRequestError as error:
+            statuses[i] = error.status
+            continue
+        if stroke.miss:
+            statuses[i] = Status.MISS
+        else:
+            normals[i], velocities[i] = stroke.touching(curvature).normal, stroke.velocity
+    return Batch(normals, velocities, statuses)
 
 
 def table_scene(scene: Scene, table: TableState | None, frame: str) -> Scene:
@@ -184,7 +205,29 @@ def ball_message(name: str, ball: Sighting) -> BallState:
     )
 
 
-def check_common(request: PredictShot.Request, frame: str) -> None:
+def place_balls(
+    request: PredictShot.Request | PredictShots.Request,
+    scene: Scene,
+    table: TableState | None,
+    frame: str,
+) -> tuple[Scene, Triple]:
+    """
+    Scene with the balls of a request, and the centre of its cue ball (metres, in `frame`).
+
+    Raises
+    ------
+    BadRequestError
+        INVALID_REQUEST, with the field, its value and the allowed range.
+
+    """
+    check_common(request, frame)
+    if request.use_table_state:
+        scene = table_scene(scene, table, frame)
+        return scene, scene.cue_ball
+    return scene, resting('ball_position', request.ball_position, scene.ball.radius)
+
+
+def check_common(request: PredictShot.Request | PredictShots.Request, frame: str) -> None:
     """
     Check the fields that describe neither the stroke nor the ball.
 
@@ -197,10 +240,12 @@ def check_common(request: PredictShot.Request, frame: str) -> None:
     check_frame('header.frame_id', request.header, frame)
     if not 0.0 <= request.tolerance < math.inf:
         raise _invalid(
-            f'tolerance is {request.tolerance}: must be finite, above 0 m, or 0 for the default'
+            'tolerance must be finite and above 0 m, or 0 for the default, got '
+            f'{request.tolerance}'
         )
-    if request.sample_count > MAX_SAMPLES:
-        raise _invalid(f'sample_count is {request.sample_count}: must be at most {MAX_SAMPLES}')
+    count = getattr(request, 'sample_count', 0)
+    if count > MAX_SAMPLES:
+        raise _invalid(f'sample_count must be at most {MAX_SAMPLES}, got {count}')
 
 
 def check_frame(field: str, header: Header, frame: str) -> None:
@@ -214,7 +259,7 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 
     """
     if header.frame_id not in ('', frame):
-        raise _invalid(f'{field} is {header.frame_id!r}: must be {frame!r} or empty')
+        raise _invalid(f'{field} must be {frame!r} or empty, got {header.frame_id!r}')
 
 
 # --- responses ----------------------------------------------------------------------------------
@@ -225,15 +270,20 @@ def refusal(status: Status, message: str) -> PredictShot.Response:
     return PredictShot.Response(status=int(status), message=message)
 
 
-def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
+def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> PredictShot.Response:
     """
-    Make the answer for a shot; `trajectory_message` describes the samples of its trajectory.
+    Make the answer for a shot; `trajectory_message` describes the samples of its trajectories.
 
     A shot with numbers that are not finite becomes a refusal.
     """
     if shot.status.refused:
         return refusal(shot.status, shot.message)
     trajectory = trajectory_message(shot.trajectory, sample_count)
+    others = [
+        trajectory_message(ball, sample_count, name)
+        for name, ball in shot.run.balls.items()
+        if all_balls and name != CUE_BALL and ball.duration > 0.0
+    ]
     response = PredictShot.Response(
         status=int(shot.status),
         message=shot.message,
@@ -241,6 +291,7 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
         spin=_filled(Vector3, shot.spin),
         cue_speed=float(shot.cue_speed),
         trajectory=trajectory,
+        other_balls=others,
         effects=[
             Effect(name=effect.name, simulated=effect.simulated, reason=effect.reason)
             for effect in effects_of(shot)
@@ -253,10 +304,11 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
         shot.spin,
         shot.cue_speed,
         shot.error_estimate,
-        trajectory.times,
-        trajectory.positions,
-        trajectory.velocities,
-        trajectory.spins,
+        *(
+            getattr(each, field)
+            for each in (trajectory, *others)
+            for field in ('times', 'positions', 'velocities', 'spins')
+        ),
     )
     if not all(np.isfinite(values).all() for values in numbers):
         return refusal(
@@ -265,15 +317,45 @@ def response_of(shot: Shot, sample_count: int) -> PredictShot.Response:
     return response
 
 
-def trajectory_message(trajectory: Trajectory, count: int) -> BallTrajectory:
+def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> PredictShots.Response:
+    """Make the answer for the predictions of a batch; numbers of refused strokes are zero."""
+    statuses = np.where(batch.statuses, batch.statuses, result.status)
+    played = statuses < Status.MISS
+    table = result.table
+    if table is None:
+        names = [CUE_BALL]
+        positions = result.final_position[:, np.newaxis]
+        motions = np.full((len(statuses), 1), Motion.REST)
+        motions[statuses == Status.NEVER_RESTS] = Motion.ROLL
+    else:
+        names, positions, motions = list(table.names), table.final_position, table.motion
+
+    def flat(values: NDArray[np.float64]) -> 'array[float]':
+        kept = played.reshape(-1, *[1] * (values.ndim - 1))
+        return _doubles(np.where(kept & np.isfinite(values), values, 0.0))
+
+    return PredictShots.Response(
+        statuses=array('H', statuses.astype(np.uint16).tobytes()),
+        velocities=flat(result.velocity),
+        spins=flat(result.spin),
+        final_positions=flat(positions),
+        error_estimates=flat(result.error_estimate),
+        balls=names,
+        final_motions=array('B', motions.astype(np.uint8).tobytes()),
+        compute_time=wall_time,
+    )
+
+
+def trajectory_message(trajectory: Trajectory, count: int, name: str = CUE_BALL) -> BallTrajectory:
     """
-    Message of a trajectory until rest.
+    Message of the trajectory of a ball until rest.
 
     It has `count` samples, equally spaced in time. If `count` is 0, they are at the `key_times`.
     """
     times = np.linspace(0.0, trajectory.duration, count) if count else key_times(trajectory)
     state = trajectory.at(times)
     return BallTrajectory(
+        id=name,
         times=_doubles(times),
         positions=_doubles(state.position),
         velocities=_doubles(state.velocity),
@@ -322,7 +404,7 @@ def _finite(field: str, message: Any, axes: str, status: Status) -> tuple[float,
     values = tuple(getattr(message, axis) for axis in axes)
     for axis, value in zip(axes, values, strict=True):
         if not math.isfinite(value):
-            raise BadRequestError(status, f'{field}.{axis} is {value}: must be finite')
+            raise BadRequestError(status, f'{field}.{axis} must be finite, got {value}')
     return values
 
 

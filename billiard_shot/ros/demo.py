@@ -7,51 +7,29 @@ planner finds the strokes. The ROS domain is private, so that neither a robot no
 interfere.
 """
 
-from collections.abc import Iterator
-import contextlib
-import os
 from pathlib import Path
-import signal
 import subprocess
 import sys
 
 from domain_coordinator import domain_id
 
-SIMULATION = tuple(
-    word
-    for setting in (
-        'estop_timeout:=2.0',
-        'interlock_timeout:=2.0',
-        'joint_states_timeout:=2.0',
-        'motion_timeout:=10.0',
-        'command_timeout:=2.0',
-    )
-    for word in ('-p', setting)
+from billiard_shot.ros.processes import (
+    command,
+    config_file,
+    quiet_environment,
+    running,
+    SIMULATION,
 )
-"""Time-outs for many processes on few cores: those of config/simulation.yaml."""
 
+PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
 NODES = {
-    'predictor': ('-p', 'scene:=paper'),
+    **PREDICTOR,
     'cue_driver': ('-p', 'autostart:=true', *SIMULATION, '--log-level', 'warn'),
     'cue_sim': (*SIMULATION, '--log-level', 'warn'),
     'table_sim': ('-p', 'real_time_factor:=4.0', '--log-level', 'warn'),
-    'planner': ('-p', 'scene:=paper', '-p', 'plan_at_start:=false', '--log-level', 'warn'),
+    'planner': ('-p', 'scene:=paper', '--log-level', 'warn'),
 }
 """Nodes and their arguments."""
-
-
-def quiet_environment(domain: int) -> dict[str, str]:
-    """Environment of processes in the ROS domain `domain`, restricted to this machine."""
-    environment = {
-        **os.environ,
-        'ROS_DOMAIN_ID': str(domain),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-    }
-    profile = Path(__file__).resolve().parents[2] / 'config' / 'fastdds.xml'
-    if profile.exists():  # in a source checkout: speeds up discovery
-        environment['FASTDDS_DEFAULT_PROFILES_FILE'] = str(profile)
-    return environment
-
 
 STROKES = Path(__file__).with_name('demo_strokes.yaml')
 """Strokes that are played in sequence, each from the resting place of the ball."""
@@ -62,31 +40,17 @@ TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}
 UNATTENDED = ('--arm', '--simulate-safety-inputs')
 """Options for a simulation without an operator."""
 
+NEXT = """\
+Three commands to try next, each in its own terminal:
+  .venv/bin/robot --simulate
+  .venv/bin/predict_shot --a 0.2 --elevation-deg 40 --speed 2
+  .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'     # type fire when it is aimed
+"""
+
 
 def run_client(name: str, environment: dict[str, str], *arguments: str) -> int:
     """Run a client to its end, and return its exit code."""
-    command = [sys.executable, '-m', f'billiard_shot.ros.{name}', *arguments]
-    return subprocess.run(command, env=environment, check=False).returncode
-
-
-@contextlib.contextmanager
-def running(names: list[str], environment: dict[str, str]) -> Iterator[None]:
-    """Run nodes in the meantime; exit if one of them ends with an error."""
-    nodes = [
-        subprocess.Popen(
-            [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *NODES[name]],
-            env=environment,
-        )
-        for name in names
-    ]
-    try:
-        yield
-    finally:
-        for node in nodes:
-            node.send_signal(signal.SIGINT)
-        codes = [node.wait(timeout=60) for node in nodes]
-    if any(codes):
-        sys.exit(f'exit codes of {", ".join(names)}: {codes}')
+    return subprocess.run(command(name, arguments), env=environment, check=False).returncode
 
 
 def main() -> None:
@@ -98,17 +62,20 @@ def main() -> None:
             'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
             flush=True,
         )
-        with running(['predictor'], environment):
-            failed = run_client('client', environment)
+        with running(PREDICTOR, environment):
+            strokes = str(config_file('strokes/paper.yaml'))
+            failed = run_client('predict_shot', environment, '--strokes', strokes)
         if not failed:
             print(
                 'The mechanical cue and the table are simulated: predict, execute, compare.\n',
                 flush=True,
             )
-            with running(list(NODES), environment):
+            with running(NODES, environment):
                 failed = run_client(
                     'player', environment, '--strokes', str(STROKES), *UNATTENDED
-                ) or run_client('plan_player', environment, *TARGETS, *UNATTENDED)
+                ) or run_client('player', environment, *TARGETS, '--budget', '6000', *UNATTENDED)
+    if not failed:
+        print(NEXT)
     sys.exit(failed)
 
 

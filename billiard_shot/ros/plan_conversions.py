@@ -1,10 +1,10 @@
 """Conversions between messages of the planner and the library: pure functions."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 import math
 import re
-from typing import Any
+from typing import Any, cast, TypeVar
 
 from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState, Target
@@ -23,37 +23,16 @@ from billiard_shot.ros.conversions import (
 )
 from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
-from billiard_shot.scene import Noise
+from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.values import one_or_many
 
-LIMITS = (
-    'speed_min',
-    'speed_max',
-    'elevation_min',
-    'elevation_max',
-    'azimuth',
-    'azimuth_half_range',
-    'offset_max',
-)
-# Limits that are angles: fields of a goal, in radians, and of `Robot`, in degrees.
-ANGLES = {
-    'elevation_min': 'elevation_min_deg',
-    'elevation_max': 'elevation_max_deg',
-    'azimuth': 'azimuth_deg',
-    'azimuth_half_range': 'azimuth_half_range_deg',
-}
+DEGREES = '_deg'
+"""End of the names of angles in degrees."""
 
-NOISE_FIELDS = {
-    'a': 'sigma_a',
-    'b': 'sigma_b',
-    'elevation_deg': 'sigma_elevation',
-    'azimuth_deg': 'sigma_azimuth',
-    'speed': 'sigma_speed',
-}
-LIMIT_FIELDS = {limit: name for name, limit in ANGLES.items()}
+R = TypeVar('R')
+
 TARGET_FIELDS = {
-    **dict.fromkeys(('hit', 'pot'), 'target.ball'),
+    **dict.fromkeys(('hit', 'pot'), 'target.balls'),
     **dict.fromkeys(('rest', 'pass', 'at', 'leave'), 'target.point'),
     'gate': 'target.point, target.other_point',
     'pocket': 'target.pockets',
@@ -92,7 +71,7 @@ def plan_request_of(
 
     """
     if goal.sample_count > MAX_SAMPLES:
-        raise ValueError(f'sample_count is {goal.sample_count}: must be at most {MAX_SAMPLES}')
+        raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
     scene, balls = default.scene, {}
     if goal.balls:
@@ -101,28 +80,12 @@ def plan_request_of(
         scene = table_scene(scene, table, frame)
         balls = sightings_of(table.balls, table.header.stamp)
     constraints = dict(default.constraints)
-    if goal.use_limits:
-        constraints = {name: getattr(goal, name) for name in LIMITS if name not in ANGLES}
-        constraints |= {limit: math.degrees(getattr(goal, name)) for name, limit in ANGLES.items()}
-    if goal.keep:
-        constraints['keep'] = names_in(goal.keep)
-    elif 'keep' in default.constraints:
-        kept = one_or_many(default.constraints['keep'])
-        constraints['keep'] = [name for name in kept if name in scene.balls]
-    if goal.first_contact:
-        constraints['first_contact'] = names_in(goal.first_contact)
-    noise = default.noise
-    if goal.use_noise:
-        try:
-            noise = Noise(
-                goal.sigma_a,
-                goal.sigma_b,
-                math.degrees(goal.sigma_elevation),
-                math.degrees(goal.sigma_azimuth),
-                goal.sigma_speed,
-            )
-        except ValueError as error:
-            raise ValueError(_renamed(str(error), NOISE_FIELDS)) from None
+    if goal.limits:
+        constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))
+    for name in ('keep', 'first_contact'):
+        if names := list(getattr(goal, name)):
+            constraints[name] = names
+    noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
     target = target_of(goal.target) or default.target
     return PlanRequest(
         scene,
@@ -136,25 +99,46 @@ def plan_request_of(
     )
 
 
+def record_of(kind: type[R], message: Any, field: str) -> R:
+    """
+    Make a record of the library from a message with the same fields.
+
+    Angles are in radians in the message. They are in degrees in the record, where the names of
+    their fields end in `_deg`.
+
+    Raises
+    ------
+    ValueError
+        For each mistake, the name of the message's field, which begins with `field`.
+
+    """
+    values, paths = {}, {}
+    for each in fields(cast(Any, kind)):
+        there = each.name.removesuffix(DEGREES)
+        value = getattr(message, there)
+        values[each.name] = value if there == each.name else math.degrees(value)
+        paths[each.name] = f'{field}.{there}'
+    try:
+        return kind(**values)
+    except ValueError as error:
+        raise ValueError(_renamed(str(error), paths)) from None
+
+
 def in_fields(message: str, goal: PlanShot.Goal) -> str:
     """
     Replace names in a message of `plan` by the fields of a goal.
 
-    If the goal leaves the target or the limits to the node's parameters, the names of the
-    parameters stay.
+    If the goal leaves the target to the node's parameter, the names of the library stay.
     """
     if goal.target.kind != Target.DEFAULT and message.startswith('target: '):
         return _renamed(message.removeprefix('target: '), TARGET_FIELDS)
-    if message.startswith('constraints: '):
-        names = LIMIT_FIELDS if goal.use_limits else {}
-        return _renamed(message.removeprefix('constraints: '), names)
-    return message
+    return message.removeprefix('constraints: ')
 
 
 def _renamed(message: str, names: dict[str, str]) -> str:
     """Replace the name at the start of each line."""
     return re.sub(
-        r'^( *)(\w+)(?=: )',
+        r'^( *)(\w+)',
         lambda found: found[1] + names.get(found[2], found[2]),
         message,
         flags=re.MULTILINE,
@@ -175,7 +159,9 @@ def target_of(target: Target) -> dict[str, Any] | None:
         case Target.GATE:
             return {'gate': (point, (target.other_point.x, target.other_point.y))}
         case Target.HIT:
-            found = {'hit': target.ball}
+            if len(target.balls) != 1:
+                raise ValueError(f'target.balls must be one name, got {list(target.balls)}')
+            found = {'hit': target.balls[0]}
             if target.use_direction:
                 found['direction'] = target.direction.x, target.direction.y
                 if target.within:
@@ -183,20 +169,19 @@ def target_of(target: Target) -> dict[str, Any] | None:
             if target.use_point:
                 found['at'] = point
         case Target.POT:
-            found = {'pot': names_in(target.ball), 'pocket': list(target.pockets) or 'any'}
+            found = {
+                'pot': list(target.balls) or 'any',
+                'pocket': list(target.pockets) or 'any',
+            }
             if target.use_point:
                 found['leave'] = point
         case _:
-            raise ValueError(f'target.kind is {target.kind}: must be one of its constants, 0 to 5')
+            raise ValueError(
+                f'target.kind must be one of its constants, 0 to 5, got {target.kind}'
+            )
     if target.radius:
         found['radius'] = target.radius
     return found
-
-
-def names_in(text: str) -> list[str] | str:
-    """Read names of balls with commas between them; a single name stays as it is."""
-    names = [name.strip() for name in text.split(',')]
-    return names if len(names) > 1 else text
 
 
 def target_message(target: Mapping[str, Any]) -> Target:
@@ -221,7 +206,7 @@ def target_message(target: Mapping[str, Any]) -> Target:
         case targets.Hit(ball, direction, direction_tolerance_deg, point, radius):
             return Target(
                 kind=Target.HIT,
-                ball=ball,
+                balls=[ball],
                 point=_flat(Point, point),
                 radius=radius,
                 use_point=point is not None,
@@ -232,8 +217,8 @@ def target_message(target: Mapping[str, Any]) -> Target:
         case targets.Pot(balls, pockets, point, radius):
             return Target(
                 kind=Target.POT,
-                ball=', '.join(balls),
-                pockets=pockets,
+                balls=[] if targets.ANY in balls else balls,
+                pockets=[] if targets.ANY in pockets else pockets,
                 point=_flat(Point, point),
                 use_point=point is not None,
                 radius=radius,

@@ -24,14 +24,14 @@ PLANNER = (
     TABLE_FRAME,
     Parameter(
         'scene',
-        'blocked',
+        'paper',
         'Table, balls until table_state has been received, robot and noise: name of a bundled '
         'scene, or path of a YAML file.',
         check=Scene.load,
     ),
     Parameter(
         'target',
-        "{pot: '8', pocket: any}",
+        '{rest: [0.5, -0.3], radius: 0.1}',
         'Target of the stroke, if the goal does not give one: a YAML mapping, see '
         'docs/planning.md.',
         check=_target,
@@ -54,11 +54,6 @@ PLANNER = (
         'Time after which a search ends with its best stroke; 0: none.',
         unit='s',
         limits=(0.0, 3600.0),
-    ),
-    Parameter(
-        'keep',
-        '',
-        'Names of balls that must not be pocketed, with commas between them.',
     ),
     Parameter(
         'seed',

@@ -129,8 +129,6 @@ class Planner(Node):
         limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
         own = asdict(Robot())
         constraints = {name: value for name, value in limits.items() if value != own[name]}
-        if keep := self.get_parameter('keep').value:
-            constraints['keep'] = plan_conversions.names_in(keep)
         self._default = PlanRequest(
             scene,
             yaml.safe_load(self.get_parameter('target').value),

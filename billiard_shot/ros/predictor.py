@@ -1,15 +1,19 @@
 """The node `predictor`: predicts the shot for a stroke, and shows the last prediction."""
 
 from collections.abc import Sequence
+import re
+from threading import Thread
+from time import perf_counter
 
 from billiard_shot_msgs.msg import TableState
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.srv import PredictShot, PredictShots
 from nav_msgs.msg import Path
 from rclpy.node import Node
+from rclpy.task import Future
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from billiard_shot import predict, Scene, Shot, Status
+from billiard_shot import predict, predict_batch, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
 from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
@@ -20,14 +24,14 @@ SHOW_DELAY = 0.05
 
 class Predictor(Node):
     """
-    Node with the service `predict_shot` (billiard_shot_msgs/srv/PredictShot).
+    Node with the services `predict_shot` and `predict_shots` (billiard_shot_msgs/srv).
 
-    After an answer, a timer publishes the shot, latched: the cue ball's path on `~/path`
-    (nav_msgs/msg/Path), the cue and all moving balls on `~/markers`
-    (visualization_msgs/msg/MarkerArray), and the whole shot on `~/shot` (std_msgs/msg/String), as
-    the JSON that `billiard_shot.load_shot` reads. Subscribes to `table_state`
-    (billiard_shot_msgs/msg/TableState), latched, for requests with `use_table_state`. Its
-    parameters are `parameters.PREDICTOR`.
+    `predict_shots` predicts many strokes at once. After an answer of `predict_shot`, a timer
+    publishes the shot, latched: the cue ball's path on `~/path` (nav_msgs/msg/Path), the cue and
+    all moving balls on `~/markers` (visualization_msgs/msg/MarkerArray), and the whole shot on
+    `~/shot` (std_msgs/msg/String), as the JSON that `billiard_shot.load_shot` reads. Subscribes to
+    `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
+    `use_table_state`. Its parameters are `parameters.PREDICTOR`.
     """
 
     def __init__(self) -> None:
@@ -45,6 +49,7 @@ class Predictor(Node):
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         warm_up(self, self._scene, other_balls=True)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot)
+        self.create_service(PredictShots, 'predict_shots', self._predict_shots)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
     def _configure(self) -> None:
@@ -62,18 +67,10 @@ class Predictor(Node):
         request: PredictShot.Request,
         _: PredictShot.Response,
     ) -> PredictShot.Response:
+        frame = self.get_parameter('frame').value
         try:
-            frame = self.get_parameter('frame').value
-            conversions.check_common(request, frame)
-            scene = self._scene
-            if request.use_table_state:
-                scene = conversions.table_scene(scene, self._table, frame)
-                ball = scene.cue_ball
-            else:
-                ball = conversions.resting(
-                    'ball_position', request.ball_position, scene.ball.radius
-                )
-            stroke = conversions.stroke_of(request, ball)
+            scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
+            stroke = conversions.stroke_of(request.cue_pose, request.speed, ball)
         except conversions.BadRequestError as error:
             return conversions.refusal(error.status, str(error))
         try:
@@ -81,9 +78,10 @@ class Predictor(Node):
                 scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
             )
         except ValueError as error:
-            why = str(error).replace('position: ', 'ball_position: ', 1)
-            return conversions.refusal(Status.INVALID_REQUEST, why)
-        response = conversions.response_of(shot, request.sample_count or self._sample_count)
+            return conversions.refusal(Status.INVALID_REQUEST, _at_ball(error))
+        response = conversions.response_of(
+            shot, request.sample_count or self._sample_count, request.all_balls
+        )
         if response.trajectory.times:
             self._shown = shot
             # The executor sends the answer when this callback returns, before it runs the timer.
@@ -91,6 +89,39 @@ class Predictor(Node):
             if self._show_timer.is_canceled():
                 self._show_timer.reset()
         return response
+
+    async def _predict_shots(
+        self, request: PredictShots.Request, _: PredictShots.Response
+    ) -> PredictShots.Response:
+        frame = self.get_parameter('frame').value
+        try:
+            scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
+            batch = conversions.batch_of(request, scene, ball)
+        except conversions.BadRequestError as error:
+            return PredictShots.Response(status=int(error.status), message=str(error))
+        tolerance = request.tolerance or self._tolerance
+        # In a thread, so that other requests are answered meanwhile.
+        executor = self.executor
+        assert executor is not None
+        ended: Future[PredictShots.Response] = Future(executor=executor)
+
+        def compute() -> None:
+            begin = perf_counter()
+            try:
+                result = predict_batch(
+                    scene, batch.normals, batch.velocities, tolerance, position=ball
+                )
+                answer = conversions.batch_response(batch, result, perf_counter() - begin)
+            except ValueError as error:
+                answer = PredictShots.Response(
+                    status=int(Status.INVALID_REQUEST), message=_at_ball(error)
+                )
+            executor.create_task(lambda: ended.set_result(answer))
+
+        Thread(target=compute, daemon=True).start()
+        answer = await ended
+        assert answer is not None
+        return answer
 
     def _show(self) -> None:
         self._show_timer.cancel()
@@ -105,6 +136,11 @@ class Predictor(Node):
         )
         self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
+
+
+def _at_ball(error: ValueError) -> str:
+    """Message of an error of the library, with the name of the request's field."""
+    return re.sub(r'^position\b', 'ball_position', str(error))
 
 
 def main(args: Sequence[str] | None = None) -> None:

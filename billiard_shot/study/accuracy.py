@@ -36,7 +36,7 @@ TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
 Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evaluations
 Run = Callable[[], Callable[[], Answer]]  # is timed; returns a function that reads the answer
 
-# The strokes of `billiard-shot accuracy` by default: the paper's Table 1.
+# The strokes of `billiard-shot study accuracy` by default: the paper's Table 1.
 PAPER_STROKES = {name: stroke for name, (stroke, _) in PRINTED.items()}
 
 

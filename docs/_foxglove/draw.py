@@ -27,11 +27,10 @@ from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.plan import tip_at
-from billiard_shot.ros.client import ServiceCaller
-from billiard_shot.ros.conversions import make_request
-from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.predict_shot import request_of
+from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.service_caller import ServiceCaller
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -83,13 +82,7 @@ def published_markers():
             if not predictor.wait_for_service(120.0):
                 sys.exit('the predictor did not start')
             scene = Scene.load(SCENE)
-            tip = tip_at(STROKE, scene.cue_ball[:2], scene)
-            predictor.call(
-                make_request(
-                    tip.position - 0.05 * tip.along, tip.quaternion, STROKE.speed, scene.cue_ball
-                ),
-                repeatable=True,
-            )
+            predictor.call(request_of(STROKE, scene, scene.cue_ball[:2]), repeatable=True)
             end = time.monotonic() + 30.0
             while len(received) < len(TOPICS) and time.monotonic() < end:
                 rclpy.spin_once(node, timeout_sec=0.1)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.game import (
     Call,
     find_game,
@@ -19,6 +19,7 @@ from billiard_shot.game import (
     start,
     State,
 )
+from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.spots import spotted
 
 TABLE = Scene.load('pool_table')
@@ -196,3 +197,27 @@ def test_a_batch_is_judged_as_each_shot_is():
         assert replace(one.state, balls={}) == replace(many.state, balls={})
     with pytest.raises(ValueError, match='as many as outcomes'):
         judge_batch(state, calls[1:], outcomes)
+
+
+def test_a_simulated_batch_gets_the_rulings_of_its_shots():
+    draw = np.random.default_rng(7)
+    state = replace(EIGHT.with_cue_ball(-0.7, 0.1), phase='play', in_hand='')
+    scattered = start('practice', TABLE, seed=11).balls
+    state = replace(state, balls={**scattered, 'cue': (0.05, 0.02)}, groups=('solids', 'stripes'))
+    scene = replace(TABLE, balls=state.balls)
+    offsets = np.zeros((40, 5))
+    offsets[:, 2], offsets[:, 3] = 0.35, draw.uniform(-np.pi, np.pi, 40)
+    offsets[:, 4] = draw.uniform(0.3, 3.0, 40)
+    calls = [Call(ball='3', pocket='foot_left')] * 40
+    batch = rule_on(state, calls, predict_batch(scene, offsets=offsets))
+    ruled = set()
+    for i, row in enumerate(offsets.tolist()):
+        one = judge(state, calls[i], predict(scene, Stroke.from_offsets(*row)))
+        many = batch.kinds[batch.kind[i]]
+        assert [foul.rule for foul in one.fouls] == [foul.rule for foul in many.fouls]
+        assert one.state.player == many.state.player
+        assert set(one.state.balls) == set(many.state.balls)
+        there = batch.states.present[i]
+        assert set(one.state.balls) | {'cue'} >= set(np.array(batch.states.names)[there].tolist())
+        ruled |= {foul.rule for foul in one.fouls} or {'legal'}
+    assert ruled >= {'6.2', '6.3', 'legal'}

@@ -208,7 +208,7 @@ def test_the_shots_do_what_their_titles_say():
 
 def test_all_figures_come_out(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
-    assert main(['figures', '--output', str(tmp_path)]) == 0
+    assert main(['study', 'figures', '--output', str(tmp_path)]) == 0
     out = capsys.readouterr().out.split()
     assert out == [str(tmp_path / f'{name}.png') for name in FIGURES]
     for path in tmp_path.iterdir():
@@ -217,33 +217,33 @@ def test_all_figures_come_out(tmp_path, capsys):
 
 
 def test_command_says_what_is_wrong(tmp_path, capsys):
-    assert main(['figures', '--list']) == 0
+    assert main(['study', 'figures', '--list']) == 0
     assert capsys.readouterr().out.split() == list(FIGURES)
-    assert main(['figures', 'brake']) == 2
+    assert main(['study', 'figures', 'brake']) == 2
     assert "NAME: 'brake' is not allowed; it must be one of impulse-plane" in (
         capsys.readouterr().err
     )
     (tmp_path / 'file').write_text('')
-    assert main(['figures', '-o', str(tmp_path / 'file')]) == 2
+    assert main(['study', 'figures', '-o', str(tmp_path / 'file')]) == 2
     assert '--output: ' in capsys.readouterr().err
 
 
 def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(['figures', 'ping-pong']) == 0
+    assert main(['study', 'figures', 'ping-pong']) == 0
     assert (tmp_path / capsys.readouterr().out.strip()).read_bytes().startswith(b'\x89PNG')
 
 
 @pytest.mark.parametrize(
     'words',
     [
-        ['accuracy'],
+        ['study', 'accuracy'],
         ['atlas', 'blocked', '--ball', '8'],
-        ['effects'],
-        ['laws'],
+        ['study', 'effects'],
+        ['study', 'laws'],
         ['plan', 'blocked', '--pot', '8'],
         ['predict', '--speed', '2'],
-        ['tolerance'],
+        ['study', 'tolerance'],
     ],
     ids=lambda words: words[0],
 )
@@ -260,7 +260,7 @@ def test_without_matplotlib_a_command_says_what_is_missing_before_it_works(
 def test_a_picture_that_cannot_be_written(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     wrong = tmp_path / 'none' / 'laws.png'
-    assert main(['laws', '--count', '5', '--picture', str(wrong)]) == 2
+    assert main(['study', 'laws', '--count', '5', '--picture', str(wrong)]) == 2
     assert f'billiard-shot: --picture: {wrong}: ' in capsys.readouterr().err
 
 

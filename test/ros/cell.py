@@ -20,8 +20,8 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.demo import SIMULATION
-from billiard_shot.ros.player import Player
+from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.processes import SIMULATION
 
 SCENE = Scene.load('paper')
 STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)
@@ -66,7 +66,7 @@ class Cell:
         self.processes = {}
         for name in nodes:
             self.start(name)
-        self.player = Player(space, simulate_safety_inputs=True)
+        self.player = RobotClient('player', space, simulate_safety_inputs=True)
         self.joints, self.commands, self.angles = [], [], []
         self.diagnostics, self.strikes, self.shots, self.log = [], [], [], []
         for kind, topic, heard in (

@@ -8,10 +8,11 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.srv import PredictShot
+from paper import request_for
 from waiting import PatientCaller
 
-from billiard_shot import Scene, Status
-from billiard_shot.ros.client import PAPER_SHOTS, request_for
+from billiard_shot import Scene, Status, Stroke
+from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.ros.predictor import SHOW_DELAY
 
 RADIUS = Scene.load('paper').ball.radius
@@ -19,28 +20,58 @@ NAN, INF = math.nan, math.inf
 
 # what is set, to what, status, what the message must say
 BAD = [
-    ('speed', 0.0, Status.INVALID_STROKE, 'speed is 0.0'),
-    ('speed', -1.0, Status.INVALID_STROKE, 'speed is -1.0'),
-    ('speed', NAN, Status.INVALID_STROKE, 'speed is nan'),
-    ('speed', INF, Status.INVALID_STROKE, 'speed is inf'),
-    ('cue_pose.position.x', NAN, Status.INVALID_STROKE, 'cue_pose.position.x is nan'),
-    ('cue_pose.position.z', -INF, Status.INVALID_STROKE, 'cue_pose.position.z is -inf'),
-    ('cue_pose.orientation.w', NAN, Status.INVALID_STROKE, 'cue_pose.orientation.w is nan'),
-    ('cue_pose.orientation.y', INF, Status.INVALID_STROKE, 'cue_pose.orientation.y is inf'),
+    ('speed', 0.0, Status.INVALID_STROKE, 'speed must be finite and above 0 m/s, got 0.0'),
+    ('speed', -1.0, Status.INVALID_STROKE, 'got -1.0'),
+    ('speed', NAN, Status.INVALID_STROKE, 'got nan'),
+    ('speed', INF, Status.INVALID_STROKE, 'got inf'),
+    (
+        'cue_pose.position.x',
+        NAN,
+        Status.INVALID_STROKE,
+        'position.x must be finite, got nan',
+    ),
+    (
+        'cue_pose.position.z',
+        -INF,
+        Status.INVALID_STROKE,
+        'position.z must be finite, got -inf',
+    ),
+    (
+        'cue_pose.orientation.w',
+        NAN,
+        Status.INVALID_STROKE,
+        '.w must be finite, got nan',
+    ),
+    (
+        'cue_pose.orientation.y',
+        INF,
+        Status.INVALID_STROKE,
+        '.y must be finite, got inf',
+    ),
     ('cue_pose.orientation', (0.0, 0.0, 0.0, 0.0), Status.INVALID_STROKE, 'cue_pose.orientation'),
     ('cue_pose.position.y', 0.1, Status.MISS, ''),
     ('cue_pose.position.x', 0.1, Status.MISS, ''),
     ('cue_pose.position.x', 1e300, Status.MISS, ''),
     ('cue_pose.orientation', (0.0, -0.05, 0.0, 1.0), Status.NEGATIVE_ELEVATION, 'elevation'),
-    ('ball_position.x', NAN, Status.INVALID_REQUEST, 'ball_position.x is nan'),
-    ('ball_position.z', -0.01, Status.INVALID_REQUEST, 'ball_position.z is -0.01'),
-    ('ball_position.z', 0.01, Status.INVALID_REQUEST, 'below the cloth'),
-    ('ball_position.z', 1.0, Status.INVALID_REQUEST, 'above it'),
-    ('header.frame_id', 'map', Status.INVALID_REQUEST, "header.frame_id is 'map'"),
-    ('tolerance', -1e-4, Status.INVALID_REQUEST, 'tolerance is -0.0001'),
-    ('tolerance', NAN, Status.INVALID_REQUEST, 'tolerance is nan'),
-    ('tolerance', INF, Status.INVALID_REQUEST, 'tolerance is inf'),
-    ('sample_count', 4_000_000_000, Status.INVALID_REQUEST, 'sample_count is 4000000000'),
+    ('ball_position.x', NAN, Status.INVALID_REQUEST, 'ball_position.x must be finite, got nan'),
+    ('ball_position.z', -0.01, Status.INVALID_REQUEST, 'ball_position.z must be 0'),
+    ('ball_position.z', 0.01, Status.INVALID_REQUEST, 'got 0.01 m'),
+    ('ball_position.z', 1.0, Status.INVALID_REQUEST, 'got 1.0 m'),
+    (
+        'header.frame_id',
+        'map',
+        Status.INVALID_REQUEST,
+        "frame_id must be 'table' or empty",
+    ),
+    ('tolerance', -1e-4, Status.INVALID_REQUEST, 'tolerance must be finite'),
+    ('tolerance', NAN, Status.INVALID_REQUEST, 'got nan'),
+    ('tolerance', INF, Status.INVALID_REQUEST, 'got inf'),
+    (
+        'sample_count',
+        4_000_000_000,
+        Status.INVALID_REQUEST,
+        'sample_count must be at most',
+    ),
 ]
 
 
@@ -56,7 +87,7 @@ def put(message, path, value):
 
 
 def level_shot():
-    return request_for((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), RADIUS)
+    return request_of(Stroke((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)), Scene.load('paper'))
 
 
 @pytest.mark.parametrize(('path', 'value', 'status', 'words'), BAD)
@@ -104,7 +135,7 @@ def test_a_ball_that_cannot_lie_there(start, node):
 
 @pytest.mark.parametrize('value', [1e-300, 1e-12, 1e12, 1e300])
 def test_absurd_speeds_get_finite_answers(ask, value):
-    request = request_for(*PAPER_SHOTS['massé'], RADIUS)
+    request = request_for('massé')
     request.speed = value
     answer = ask(request)
     numbers = [

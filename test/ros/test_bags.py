@@ -36,9 +36,10 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
+from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import joints_of
 from billiard_shot.ros.node_runner import LATCHED
-from billiard_shot.ros.player import play_shot, Player
+from billiard_shot.ros.player import play_shot
 from billiard_shot.ros.table_markers import cue_markers
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -219,7 +220,7 @@ def recorded(node, launch, tmp_path_factory):
     processes = [
         launch(name, '-r', f'__ns:={SPACE}', *arguments) for name, arguments in NODES.items()
     ]
-    player = Player(SPACE, simulate_safety_inputs=True)
+    player = RobotClient('player', SPACE, simulate_safety_inputs=True)
     player.wait_for_all()
     topics = topics_of('ros2 bag record')
     assert {f'{SPACE}/planner/best', f'{SPACE}/planner/markers', '/tf'} <= set(topics)
@@ -235,7 +236,7 @@ def recorded(node, launch, tmp_path_factory):
     with recording(path, topics) as latest:
         goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
         assert play_shot(player, 'follow', goal, arm=True)
-        rest = player.balls()[CUE_BALL]
+        rest = player.balls()[CUE_BALL].position
         assert player.until(lambda: shows_its_rest(latest), 120.0), 'the cue moves on'
     player.destroy_node()
     for process in processes:

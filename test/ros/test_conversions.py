@@ -1,7 +1,6 @@
 """Messages to the library and back, without any middleware."""
 
 import dataclasses
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,14 +11,14 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
+from paper import PAPER_SHOTS
 from std_msgs.msg import Header
 
 from billiard_shot import predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
-from billiard_shot.ros.client import PAPER_SHOTS, request_for
+from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
-from billiard_shot.shot.stroke_file import read_strokes
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
@@ -37,17 +36,14 @@ unit = st.floats(-1.0, 1.0)
 def test_stroke_survives_the_round_trip(azimuth, elevation, a, x, y, speed):
     """Normal and velocity -> cue pose in a message -> the same normal and velocity."""
     first = Stroke.from_offsets(a=a, b=0.1, elevation=elevation, azimuth=azimuth, speed=speed)
-    request = request_for(tuple(first.normal), tuple(first.velocity), RADIUS)
-    request.cue_pose.position.x += x
-    request.cue_pose.position.y += y
-    second = conversions.stroke_of(request, (x, y, RADIUS))
+    request = request_of(first, SCENE, (x, y))
+    second = conversions.stroke_of(request.cue_pose, request.speed, (x, y, RADIUS))
     np.testing.assert_allclose(second.normal, first.normal, atol=1e-9)
     np.testing.assert_allclose(second.velocity, first.velocity, rtol=1e-9, atol=1e-9)
 
 
 def test_trajectory_survives_the_round_trip():
-    normal, velocity = PAPER_SHOTS['massé']
-    shot = predict(SCENE, Stroke(normal=normal, velocity=velocity))
+    shot = predict(SCENE, PAPER_SHOTS['massé'])
     message = conversions.response_of(shot, 33).trajectory
     state = shot.trajectory.at(np.asarray(message.times))
     np.testing.assert_array_equal(conversions.vectors(message.positions), state.position)
@@ -56,26 +52,6 @@ def test_trajectory_survives_the_round_trip():
     np.testing.assert_array_equal(message.motion, state.motion)
     assert message.times[0] == 0.0
     assert message.times[-1] == shot.trajectory.duration
-
-
-def test_the_demos_shots_are_those_of_the_strokes_file():
-    """config/strokes/paper.yaml: what `make demo` shows where there is no ROS."""
-    file = Path(__file__).resolve().parents[2] / 'config' / 'strokes' / 'paper.yaml'
-    assert read_strokes(file, (0.0, 0.0, RADIUS)) == {
-        name: Stroke(normal=normal, velocity=velocity)
-        for name, (normal, velocity) in PAPER_SHOTS.items()
-    }
-
-
-def test_request_round_trip():
-    request = conversions.make_request(
-        (1, 2, 3), (0, 0, 0, 2), 1.5, ball=(0.1, 0.2, 0), tolerance=1e-5, sample_count=9
-    )
-    conversions.check_common(request, 'table')
-    ball = conversions.resting('ball_position', request.ball_position, RADIUS)
-    assert ball == (0.1, 0.2, RADIUS)
-    assert (request.speed, request.tolerance, request.sample_count) == (1.5, 1e-5, 9)
-    assert request.cue_pose.orientation.w == 2.0
 
 
 def test_numbers_that_are_not_finite_never_leave():
@@ -89,6 +65,7 @@ def test_numbers_that_are_not_finite_never_leave():
                 'spin',
                 'cue_speed',
                 'trajectory',
+                'run',
                 'effect_context',
                 'error_estimate',
                 'wall_time',
@@ -113,10 +90,9 @@ def test_path_stamps_carry_over_seconds():
 
 def test_the_answer_lists_every_effect_and_why():
     scene = dataclasses.replace(SCENE, effects=Effects(flight='off'))
-    normal, velocity = PAPER_SHOTS['massé']
     effects = {
         effect.name: effect
-        for effect in conversions.response_of(predict(scene, Stroke(normal, velocity)), 2).effects
+        for effect in conversions.response_of(predict(scene, PAPER_SHOTS['massé']), 2).effects
     }
     assert list(effects) == [gate.name for gate in GATES]
     assert effects['table_contact'].simulated

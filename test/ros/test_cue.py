@@ -29,10 +29,10 @@ from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions
+from billiard_shot.ros.client import NotReadyError, RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
-from billiard_shot.ros.demo import SIMULATION
 from billiard_shot.ros.node_runner import LATCHED
-from billiard_shot.ros.player import NotReadyError, Player
+from billiard_shot.ros.processes import SIMULATION
 from billiard_shot.shot.replay import from_json
 
 SPACE = '/cell'
@@ -42,7 +42,7 @@ WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, S
 
 
 def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(node):
-    player, strike = Player('/nobody'), Time(sec=100)
+    player, strike = RobotClient('player', '/nobody'), Time(sec=100)
 
     def seen(seconds, x):
         ball = BallState(id='cue', position=Point(x=x))

@@ -64,7 +64,7 @@ def test_a_plan_survives_the_round_trip(a, b, elevation, azimuth, speed):
 def test_goals_that_make_no_sense():
     goal = goal_of(plan(), Time(sec=1))
     goal.plan.header.frame_id = 'map'
-    with pytest.raises(RefusedError, match=r"plan\.header\.frame_id is 'map'"):
+    with pytest.raises(RefusedError, match=r"plan\.header\.frame_id must be 'table' or empty"):
         conversions.shot_goal_of(goal, Time(), 'table')
     goal = goal_of(plan(), Time(sec=1))
     goal.plan.balls.append(BallState(id='cue'))

@@ -12,6 +12,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 from billiard_shot_msgs.msg import BallState, CueState, TableState
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
+from paper import PAPER_SHOTS
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Header
@@ -23,7 +24,6 @@ from billiard_shot import Motion, predict, Scene, Stroke
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros import display, markers, table_markers
-from billiard_shot.ros.client import PAPER_SHOTS
 from billiard_shot.table.colours import ball_colour, MOTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -177,7 +177,7 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
 
 def test_a_line_goes_where_the_ball_does():
     """Between two points of it the massé is no farther from its line than a millimetre."""
-    shot = predict(Scene.load('paper'), Stroke(*PAPER_SHOTS['massé']))
+    shot = predict(Scene.load('paper'), PAPER_SHOTS['massé'])
     line = corners(named(display.shot_markers(shot, NOW), 'paths')[0])
     a, b = line[:-1], line[1:]
     for time in np.linspace(0.0, shot.trajectory.duration, 500):

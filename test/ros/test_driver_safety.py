@@ -26,8 +26,8 @@ from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.cue_parameters import CUE_MODEL
-from billiard_shot.ros.demo import SIMULATION
 from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.processes import SIMULATION
 
 SPACE = '/safety'
 

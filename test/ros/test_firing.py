@@ -23,16 +23,14 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from waiting import PATIENCE
 
-from billiard_shot.ros import plan_player, player
-from billiard_shot.ros.client import RETRY_PERIOD
-from billiard_shot.ros.demo import quiet_environment
+from billiard_shot.ros import player
+from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.service_caller import RETRY_PERIOD
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'firing.md'
 BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL)
-PLAYER, PLAN_PLAYER = (
-    [sys.executable, '-m', f'billiard_shot.ros.{name}'] for name in ('player', 'plan_player')
-)
+PLAYER = [sys.executable, '-m', 'billiard_shot.ros.player']
 NODES = {
     **PATIENT,
     'cue_driver': (*PATIENT['cue_driver'], '-p', 'arm_timeout:=30.0'),
@@ -174,10 +172,10 @@ def ball_in_its_place(shell: Shell, services: list[Client]) -> None:
 
 @pytest.mark.usefixtures('ball_in_its_place')
 def test_one_command_plans_and_waits_for_the_operator_who_fires(shell):
-    process = shell.begin(block("plan_player '"))
+    process = shell.begin(block("ros2 run billiard_shot player '"))
     said = read_until(process, 'aimed ')
     assert 'executed' not in said
-    fire = said.rpartition('to fire: ')[2].strip()
+    fire = said.rpartition('Enter, or: ')[2].strip()
     assert re.sub('shot_id: .*}', 'shot_id: }', fire) == re.sub('shot_id: .*}', 'shot_id: }', ARM)
     _, answer = shell.run(ARM)
     assert "got 'direct 1f0c52b7-1'" in answer, answer
@@ -232,7 +230,7 @@ def play(shell: Shell, services: list[Client], arguments: list[str]) -> tuple[in
 
 
 @pytest.mark.usefixtures('ball_in_its_place')
-def test_both_players_from_a_file_and_for_several_targets(shell, services, tmp_path):
+def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, services, tmp_path):
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {name: one, b: 0.2, speed: 0.4}\n- {name: two, a: 0.1, speed: 0.5}\n')
     code, said = play(shell, services, [*PLAYER, '--strokes', str(strokes), '--arm'])
@@ -240,7 +238,7 @@ def test_both_players_from_a_file_and_for_several_targets(shell, services, tmp_p
     assert said.count('executed    OK') == 2
     assert all(f'{name}: 0.' in said for name in ('one', 'two'))
     targets = ['{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}']
-    code, said = play(shell, services, [*PLAN_PLAYER, *targets, '--arm'])
+    code, said = play(shell, services, [*PLAYER, *targets, '--arm'])
     assert code == 0, said
     assert 'target      reached' in said
     assert 'target      not judged' in said
@@ -254,7 +252,7 @@ def test_both_players_from_a_file_and_for_several_targets(shell, services, tmp_p
         (
             [*PLAYER, '--speed', '1', '--wait', '1', '--ros-args', '-r', '__ns:=/nobody'],
             3,
-            'no service /nobody/predict_shot within 1 s',
+            '/nobody/predictor: there is no such node; waited for 1 s',
         ),
         (
             [*PLAYER, '--speed', '1', '--simulate-safety-inputs'],
@@ -262,9 +260,8 @@ def test_both_players_from_a_file_and_for_several_targets(shell, services, tmp_p
             # of 'estop' or 'interlock', whichever is discovered first
             'this cell has safety equipment',
         ),
-        ([*PLAN_PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
-        ([*PLAN_PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
-        ([*PLAN_PLAYER, '{rest: [0.1, 0]}', '--speed-min', '9'], 1, 'at least speed_min, 9'),
+        ([*PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
+        ([*PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
     ],
 )
 def test_exit_codes_and_messages(shell, arguments, code, words):
@@ -282,9 +279,10 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
         (player, '--speed fast', "'fast'"),
         (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
         (player, '--speed 1 --valid-for -1', 'must be above 0'),
-        (plan_player, "'{rest: 3}'", 'rest: 3'),
-        (plan_player, "'{rest: ['", 'TARGET'),
-        (plan_player, "'{rest: [0, 0]}' --budget -1", '-1 is not allowed'),
+        (player, "'{rest: 3}'", 'rest: 3'),
+        (player, "'{rest: ['", 'TARGET'),
+        (player, "'{rest: [0, 0]}' --speed 1", 'must not be given together'),
+        (player, "'{rest: [0, 0]}' --budget -1", 'must be at least 1, got -1'),
     ],
 )
 def test_wrong_arguments_end_with_exit_code_2(program, arguments, words, capsys):

@@ -2,6 +2,7 @@
 
 import os
 import signal
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Path
 import numpy as np
+from paper import request_for
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
@@ -24,7 +26,6 @@ from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.model import transforms as model_transforms
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, parameters, plan_conversions
-from billiard_shot.ros.client import PAPER_SHOTS, request_for
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.scene import Scene
 
@@ -47,11 +48,11 @@ def test_the_nodes_use_the_frame_that_they_are_given(node, launch):
     launch('table_sim', *CELL)
     client = PatientCaller(node, PredictShot, '/cell1/predict_shot')
     assert client.wait_for_service()
-    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    request = request_for('horizontal')
     assert request.header.frame_id == 'table'
     refused = client.call(request, repeatable=True)
     assert refused.status == Status.INVALID_REQUEST
-    assert refused.message == "header.frame_id is 'table': must be 'cell1/table' or empty"
+    assert refused.message == "header.frame_id must be 'cell1/table' or empty, got 'table'"
     for frame in ('cell1/table', ''):
         request.header.frame_id = frame
         assert client.call(request, repeatable=True).status == Status.OK
@@ -73,7 +74,7 @@ def test_balls_in_another_frame_are_refused(node, launch):
             header=Header(frame_id='map'), balls=[BallState(id='cue', position=Point(x=0.1))]
         )
     )
-    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    request = request_for('horizontal')
     request.header.frame_id, request.use_table_state = '', True
 
     def refusal():
@@ -81,15 +82,16 @@ def test_balls_in_another_frame_are_refused(node, launch):
         return '' if 'no message received' in answer else answer
 
     assert spin_until(node, refusal)
-    assert refusal() == ("table_state.header.frame_id is 'map': must be 'cell2/table' or empty")
+    assert refusal() == ("table_state.header.frame_id must be 'cell2/table' or empty, got 'map'")
 
 
 def test_the_planner_refuses_balls_in_another_frame():
     from billiard_shot_msgs.action import PlanShot
 
     table = TableState(header=Header(frame_id='map'), balls=[BallState(id='cue')])
-    with pytest.raises(ValueError, match=r"table_state\.header\.frame_id is 'map'"):
-        plan_conversions.plan_request_of(PlanShot.Goal(), None, table, 'table')
+    default = SimpleNamespace(scene=Scene.load('paper'))
+    with pytest.raises(ValueError, match=r"table_state\.header\.frame_id must be 'table' or em"):
+        plan_conversions.plan_request_of(PlanShot.Goal(), default, table, 'table')
 
 
 @pytest.mark.parametrize('name', ['', ' ', '/table', 'cell1/', 'pool table'])

@@ -7,9 +7,8 @@ import yaml
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import BallTrajectory
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.msg import Status as StatusMessage
 
 from billiard_shot import Status
 from billiard_shot.ros import cue_parameters, parameters, plan_parameters
@@ -25,7 +24,7 @@ def constants(interface):
 
 
 def test_status_constants_are_the_status_enum():
-    assert constants(PredictShot.Response) == {status.name: status.value for status in Status}
+    assert constants(StatusMessage) == {status.name: status.value for status in Status}
 
 
 @pytest.mark.parametrize(
@@ -48,12 +47,6 @@ def test_parameter_files_hold_the_defaults(node, declared):
     }
     for parameter in declared:
         assert parameter.description.endswith('.')
-
-
-def test_plan_constants_are_of_the_status_enum():
-    assert constants(PlanShot.Result) == {
-        name: Status[name].value for name in ('OK', 'NO_PLAN', 'CANCELLED', 'INVALID_REQUEST')
-    }
 
 
 def test_motion_constants_are_the_motion_codes():

@@ -193,9 +193,9 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
     assert not put('tolerance', double, double_value=float('nan')).successful
     assert not put('sample_count', integer, integer_value=10**9).successful
     assert put('sample_count', integer, integer_value=77).successful
-    from billiard_shot.ros.client import PAPER_SHOTS, request_for
+    from paper import request_for
 
-    request = request_for(*PAPER_SHOTS['horizontal'], 0.0286)
+    request = request_for('horizontal')
     assert len(ask(request).trajectory.times) == 77
     assert put('sample_count', integer, integer_value=0).successful
 
@@ -211,7 +211,7 @@ def test_demo_prints_the_four_shots(domain):
     )
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
-        assert f'{name}: cue velocity' in done.stdout
+        assert f'{name}: Stroke(' in done.stdout
     assert done.stdout.count('ball velocity') == 4
     # three strokes that are given, two that are planned
     assert done.stdout.count('executed    OK') == 5

@@ -10,7 +10,15 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlanShot
-from billiard_shot_msgs.msg import BallState, RankedPlan, TableState, Target
+from billiard_shot_msgs.msg import (
+    BallState,
+    RankedPlan,
+    StrokeLimits,
+    StrokeNoise,
+    TableState,
+    Target,
+)
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Vector3
 import rclpy
 from rclpy.action import ActionClient
@@ -28,7 +36,7 @@ from billiard_shot.ros.planner import Search
 
 SCENE = Scene.load('blocked')
 DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
-POT = Target(kind=Target.POT, ball='8')
+POT = Target(kind=Target.POT, balls=['8'])
 HOPELESS = 3_000_000
 """A budget that is never spent in a test."""
 
@@ -51,13 +59,17 @@ RING = balls(
     },
 )
 LOW = {
-    'use_limits': True,
     'speed_min': 0.1,
     'speed_max': 4.5,
     'elevation_max': 0.09,
     'azimuth_half_range': math.pi,
     'offset_max': 0.5,
 }
+
+
+def limited(**changes):
+    """Limits of low cues, in a goal."""
+    return {'limits': [StrokeLimits(**{**LOW, **changes})]}
 
 
 class Asking:
@@ -93,6 +105,10 @@ class Asking:
 def asking(node, launch):
     launch(
         'planner',
+        '-p',
+        'scene:=blocked',
+        '-p',
+        'target:="{pot: \'8\', pocket: any}"',
         '-p',
         'budget:=2000',
         '-p',
@@ -156,7 +172,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
 
 def test_cancel_while_it_plans(asking):
     handle, ended = asking.begin(
-        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=HOPELESS
+        target=Target(kind=Target.HIT, balls=['9']), balls=RING, **limited(), budget=HOPELESS
     )
     asking.until_it_plans()
     handle.cancel_goal_async()
@@ -171,7 +187,7 @@ def test_cancel_while_it_plans(asking):
 
 def test_a_new_goal_preempts_the_old_one(asking):
     _, first = asking.begin(
-        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=HOPELESS
+        target=Target(kind=Target.HIT, balls=['9']), balls=RING, **limited(), budget=HOPELESS
     )
     asking.until_it_plans()
     _, second = asking.begin(target=POT, balls=OPEN, budget=1500)
@@ -184,7 +200,7 @@ def test_a_new_goal_preempts_the_old_one(asking):
 
 def test_a_plan_that_fails_aborts_with_its_reason(asking):
     status, result = asking.ask(
-        target=Target(kind=Target.HIT, ball='9'), balls=RING, **LOW, budget=1000
+        target=Target(kind=Target.HIT, balls=['9']), balls=RING, **limited(), budget=1000
     )
     assert (status, result.status) == (GoalStatus.STATUS_ABORTED, Status.NO_PLAN)
     assert not result.plans
@@ -194,8 +210,9 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
 @pytest.mark.parametrize(
     ('goal', 'named'),
     [
-        ({'target': Target(kind=Target.POT, ball='7')}, "target.ball: there is no ball '7'"),
-        ({'target': Target(kind=99)}, 'target.kind is 99'),
+        ({'target': Target(kind=Target.POT, balls=['7'])}, "target.balls: there is no ball '7'"),
+        ({'target': Target(kind=99)}, 'target.kind must be one of its constants, 0 to 5, got 99'),
+        ({'target': Target(kind=Target.HIT)}, 'target.balls must be one name, got []'),
         ({'target': Target(kind=Target.REST, point=Point(x=9.0))}, 'target.point: (9.0, 0.0)'),
         (
             {'target': Target(kind=Target.REST, point=Point(x=math.nan))},
@@ -203,12 +220,12 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
         ),
         ({'target': POT, 'balls': balls(b8=(0.0, 0.0))}, 'the cue ball'),
         ({'target': POT, 'balls': balls(cue=(0.0, 0.0), b8=(0.01, 0.0))}, 'overlap'),
-        ({'target': POT, 'use_limits': True}, 'speed_min: 0.0'),
-        ({'target': POT, **LOW, 'elevation_max': -math.pi / 2}, 'elevation_max: -90.0'),
-        ({'target': POT, 'use_noise': True, 'sigma_a': -1.0}, 'sigma_a: -1'),
-        ({'target': POT, 'first_contact': '5'}, "first_contact: there is no ball '5'"),
-        ({'target': Target(kind=Target.POT, ball='8', radius=-1.0)}, 'target.radius: -1.0'),
-        ({'target': POT, 'sample_count': 20_000}, 'sample_count is 20000: must be at most 10000'),
+        ({'target': POT, 'limits': [StrokeLimits()]}, 'limits.speed_min: 0.0'),
+        ({'target': POT, **limited(elevation_max=-math.pi / 2)}, 'limits.elevation_max: -90.0'),
+        ({'target': POT, 'noise': [StrokeNoise(a=-1.0)]}, 'noise.a: -1'),
+        ({'target': POT, 'first_contact': ['5']}, "first_contact: there is no ball '5'"),
+        ({'target': Target(kind=Target.POT, balls=['8'], radius=-1.0)}, 'target.radius: -1.0'),
+        ({'target': POT, 'sample_count': 20_000}, 'sample_count must be at most 10000, got 20000'),
     ],
 )
 def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
@@ -220,18 +237,16 @@ def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
 
 def test_every_mistake_of_a_goal_has_a_line_with_its_field():
     goal = PlanShot.Goal(
-        target=Target(kind=Target.HIT, ball='8', use_direction=True, within=9.0),
-        use_noise=True,
-        sigma_b=math.nan,
-        sigma_elevation=-math.pi,
+        target=Target(kind=Target.HIT, balls=['8'], use_direction=True, within=9.0),
+        noise=[StrokeNoise(b=math.nan, elevation=-math.pi)],
     )
     with pytest.raises(ValueError, match='2 mistakes') as refused:
         plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
-    assert re.findall(r'^  (\w+): (\S+)', str(refused.value), re.MULTILINE) == [
-        ('sigma_b', 'nan'),
-        ('sigma_elevation', '-180.0'),
+    assert re.findall(r'^  ([\w.]+): (\S+)', str(refused.value), re.MULTILINE) == [
+        ('noise.b', 'nan'),
+        ('noise.elevation', '-180.0'),
     ]
-    goal.use_noise = False
+    goal.noise = []
     task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     with pytest.raises(ValueError, match='2 mistakes') as refused:
         plan(SCENE, task.target)
@@ -259,7 +274,7 @@ def test_the_table_comes_from_table_state(node, asking):
     results = []
 
     def is_seen():
-        results.append(asking.ask(target=Target(kind=Target.HIT, ball='3'), budget=300)[1])
+        results.append(asking.ask(target=Target(kind=Target.HIT, balls=['3']), budget=300)[1])
         return results[-1].status == Status.OK
 
     assert spin_until(node, is_seen), results[-1].message
@@ -282,7 +297,7 @@ def test_the_table_comes_from_table_state(node, asking):
         (
             Target(
                 kind=Target.HIT,
-                ball='3',
+                balls=['3'],
                 direction=Vector3(x=1.0),
                 use_direction=True,
                 within=math.pi / 18,
@@ -290,21 +305,22 @@ def test_the_table_comes_from_table_state(node, asking):
             {'hit': '3', 'direction': (1.0, 0.0), 'direction_tolerance_deg': 10.0},
         ),
         (
-            Target(kind=Target.HIT, ball='3', point=Point(x=0.1), use_point=True),
+            Target(kind=Target.HIT, balls=['3'], point=Point(x=0.1), use_point=True),
             {'hit': '3', 'at': (0.1, 0.0)},
         ),
         (
             Target(
                 kind=Target.POT,
-                ball='8',
+                balls=['8'],
                 pockets=['side_left'],
                 point=Point(x=0.1),
                 use_point=True,
                 radius=0.2,
             ),
-            {'pot': '8', 'pocket': ['side_left'], 'leave': (0.1, 0.0), 'radius': 0.2},
+            {'pot': ['8'], 'pocket': ['side_left'], 'leave': (0.1, 0.0), 'radius': 0.2},
         ),
-        (POT, {'pot': '8', 'pocket': 'any'}),
+        (POT, {'pot': ['8'], 'pocket': 'any'}),
+        (Target(kind=Target.POT), {'pot': 'any', 'pocket': 'any'}),
     ],
 )
 def test_targets_of_messages(target, wanted):
@@ -321,28 +337,34 @@ def test_targets_of_messages(target, wanted):
 
 def test_limits_and_noise_of_messages():
     goal = PlanShot.Goal(
-        **LOW, use_noise=True, sigma_a=0.001, sigma_azimuth=math.pi / 180, first_contact='1'
+        **limited(), noise=[StrokeNoise(a=0.001, azimuth=math.pi / 180)], first_contact=['1']
     )
     task = plan_conversions.plan_request_of(goal, DEFAULT, None, 'table')
     assert task.constraints['elevation_max_deg'] == pytest.approx(math.degrees(0.09))
     assert task.constraints['azimuth_half_range_deg'] == pytest.approx(180.0)
-    assert task.constraints['first_contact'] == '1'
+    assert task.constraints['first_contact'] == ['1']
     assert task.noise.azimuth_deg == pytest.approx(1.0)
     assert (task.noise.a, task.noise.b) == (0.001, 0.0)
     assert (task.budget, task.seed, task.scene) == (2000, 1, SCENE)
 
 
 def test_balls_to_keep_and_time_limits_of_messages():
-    own = replace(DEFAULT, constraints={'keep': ['1', '8']}, time_limit=9.0)
-    task = plan_conversions.plan_request_of(PlanShot.Goal(), own, None, 'table')
+    own = replace(DEFAULT, time_limit=9.0)
+    task = plan_conversions.plan_request_of(PlanShot.Goal(keep=['1', '8']), own, None, 'table')
     assert (task.constraints['keep'], task.time_limit) == (['1', '8'], 9.0)
-    goal = PlanShot.Goal(keep='8', time_limit=0.5)
-    task = plan_conversions.plan_request_of(goal, own, None, 'table')
-    assert (task.constraints['keep'], task.time_limit) == ('8', 0.5)
-    # A ball of the node's parameter is not refused for having been pocketed meanwhile.
-    balls = [BallState(id='cue'), BallState(id='8', position=Point(x=0.5))]
-    task = plan_conversions.plan_request_of(PlanShot.Goal(balls=balls), own, None, 'table')
-    assert task.constraints['keep'] == ['8']
+    task = plan_conversions.plan_request_of(PlanShot.Goal(time_limit=0.5), own, None, 'table')
+    assert ('keep' in task.constraints, task.time_limit) == (False, 0.5)
+
+
+def test_the_plan_has_the_balls_as_they_were_seen():
+    seen = [
+        BallState(id='cue', position_covariance=[1e-8, 0.0, 0.0, 0.0, 4e-8, 0.0, 0.0, 0.0, 0.0]),
+        BallState(id='8', position=Point(x=0.5), last_seen=Time(sec=3)),
+    ]
+    task = plan_conversions.plan_request_of(PlanShot.Goal(balls=seen), DEFAULT, None, 'table')
+    result = plan(task.scene, {'pot': '8'}, budget=300)
+    message = plan_conversions.ranked_message(result, 0, task, 'x', Header(), 2)
+    assert message.plan.balls == seen
 
 
 def test_a_warning_is_part_of_the_message():

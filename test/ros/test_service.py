@@ -1,6 +1,8 @@
 """The service between two processes: what the library says is what comes back."""
 
+from dataclasses import replace
 from itertools import groupby
+import math
 from time import monotonic, sleep
 
 import numpy as np
@@ -9,9 +11,10 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.msg import BallState, BallTrajectory, TableState
-from billiard_shot_msgs.srv import PredictShot
+from billiard_shot_msgs.srv import PredictShot, PredictShots
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Path
+from paper import PAPER_SHOTS, request_for
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -19,7 +22,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import effects_of, predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import PAPER_SHOTS, report, request_for
+from billiard_shot.ros.predict_shot import report, request_of
 from billiard_shot.shot.replay import from_json
 
 SCENE = Scene.load('paper')
@@ -45,9 +48,8 @@ def components(vector):
 
 @pytest.mark.parametrize('name', PAPER_SHOTS)
 def test_answer_is_the_librarys(ask, name):
-    normal, velocity = PAPER_SHOTS[name]
-    shot = predict(SCENE, Stroke(normal=normal, velocity=velocity))
-    answer = ask(request_for(normal, velocity, RADIUS))
+    shot = predict(SCENE, PAPER_SHOTS[name])
+    answer = ask(request_for(name))
     assert answer.status == shot.status
     assert answer.message == shot.message
     np.testing.assert_allclose(components(answer.velocity), shot.velocity, rtol=1e-6, atol=1e-9)
@@ -66,10 +68,9 @@ def test_answer_is_the_librarys(ask, name):
 
 @pytest.mark.parametrize('name', PAPER_SHOTS)
 def test_a_short_answer_has_the_start_every_change_of_motion_and_the_rest(ask, name):
-    normal, velocity = PAPER_SHOTS[name]
-    request = request_for(normal, velocity, RADIUS)
+    request = request_for(name)
     short = ask(request).trajectory
-    segments = predict(SCENE, Stroke(normal=normal, velocity=velocity)).trajectory.segments
+    segments = predict(SCENE, PAPER_SHOTS[name]).trajectory.segments
     assert list(short.motion) == [
         motion for motion, _ in groupby(segment.motion for segment in segments)
     ]
@@ -86,7 +87,7 @@ def test_a_short_answer_has_the_start_every_change_of_motion_and_the_rest(ask, n
 
 def test_paper_reference_values(ask):
     """paper: the horizontal shot as the model says it, not as Table 1 prints it."""
-    answer = ask(request_for(*PAPER_SHOTS['horizontal'], RADIUS))
+    answer = ask(request_for('horizontal'))
     np.testing.assert_allclose(
         components(answer.velocity), [0.6335672927, 0.4653476309, 0], atol=2e-5
     )
@@ -94,7 +95,7 @@ def test_paper_reference_values(ask):
 
 
 def test_sample_count_tolerance_and_ball_position(ask):
-    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    request = request_for('horizontal')
     at_origin = ask(request)
     request.sample_count = 50
     request.tolerance = 1e-6
@@ -113,7 +114,7 @@ def test_sample_count_tolerance_and_ball_position(ask):
 
 
 def test_ball_height_may_be_given_in_full(ask):
-    request = request_for(*PAPER_SHOTS['jump'], RADIUS)
+    request = request_for('jump')
     short = ask(request)
     for measured in (RADIUS, RADIUS + 2e-6, RADIUS - 4e-3):
         request.ball_position.z = measured
@@ -121,7 +122,7 @@ def test_ball_height_may_be_given_in_full(ask):
 
 
 def test_ball_from_the_table_state(ask, node):
-    request = request_for(*PAPER_SHOTS['vertical'], RADIUS)
+    request = request_for('vertical')
     request.use_table_state = True
     answer = ask(request)
     assert answer.status == Status.INVALID_REQUEST
@@ -153,7 +154,7 @@ def test_ball_from_the_table_state(ask, node):
 
 def test_other_balls_of_the_table_state_are_met(ask, node):
     """A ball in the way of the cue ball stops it; without the table state it rolls on."""
-    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    request = request_for('horizontal')
     far = conversions.vectors(ask(request).trajectory.positions)[-1]
     way = far[:2] / np.hypot(*far[:2])
     publisher = node.create_publisher(TableState, 'table_state', LATCHED)
@@ -178,6 +179,84 @@ def test_other_balls_of_the_table_state_are_met(ask, node):
     node.destroy_publisher(publisher)
 
 
+def test_all_balls_on_request(ask, node):
+    """The ball that is met moves, and its trajectory is the library's."""
+    scene = replace(SCENE, balls={'cue': (0.0, 0.0), '8': (0.3, 0.0), '9': (0.0, 1.0)})
+    publisher = node.create_publisher(TableState, 'table_state', LATCHED)
+    publisher.publish(
+        TableState(
+            balls=[
+                BallState(id=name, position=Point(x=x, y=y))
+                for name, (x, y) in scene.balls.items()
+            ]
+        )
+    )
+    stroke = Stroke.from_offsets(b=0.1, speed=1.0)
+    request = request_of(stroke, SCENE)
+    request.use_table_state = True
+    request.all_balls = True
+    assert spin_until(node, lambda: len(ask(request).other_balls) == 1)
+    (other,) = ask(request).other_balls
+    assert other.id == '8'
+    request.all_balls = False
+    assert not ask(request).other_balls
+    np.testing.assert_allclose(
+        conversions.vectors(other.positions)[-1],
+        predict(scene, stroke).run.balls['8'].final_position,
+        atol=2e-4,
+    )
+    node.destroy_publisher(publisher)
+
+
+def test_many_strokes_at_once(node, ask):
+    client = PatientCaller(node, PredictShots, 'predict_shots')
+    assert client.wait_for_service()
+    singles = [request_for(name) for name in PAPER_SHOTS]
+    wrong, aside = request_for('jump'), request_for('horizontal')
+    wrong.speed = math.nan
+    aside.cue_pose.position.y += 0.1
+    singles += [wrong, aside]
+    answer = client.call(
+        PredictShots.Request(
+            cue_poses=[each.cue_pose for each in singles], speeds=[each.speed for each in singles]
+        ),
+        repeatable=True,
+    )
+    assert answer.status == Status.OK, answer.message
+    assert answer.balls == ['cue']
+    alone = [ask(each) for each in singles]
+    assert list(answer.statuses) == [each.status for each in alone]
+    assert list(answer.statuses[-2:]) == [Status.INVALID_STROKE, Status.MISS]
+    velocities, spins, ends = (
+        conversions.vectors(each)
+        for each in (answer.velocities, answer.spins, answer.final_positions)
+    )
+    assert len(velocities) == len(ends) == len(answer.final_motions) == len(singles)
+    for i, each in enumerate(alone):
+        np.testing.assert_allclose(velocities[i], components(each.velocity), atol=1e-9)
+        np.testing.assert_allclose(spins[i], components(each.spin), atol=1e-9)
+        if not Status(each.status).refused:
+            np.testing.assert_allclose(
+                ends[i], conversions.vectors(each.trajectory.positions)[-1], atol=1e-9
+            )
+            assert answer.final_motions[i] == BallTrajectory.REST
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'speeds': [1.0]}, 'speeds must have 0 elements'),
+        ({'tolerance': -1.0}, 'tolerance must be finite'),
+        ({'ball_position': Point(z=1.0)}, 'ball_position.z must be 0'),
+    ],
+)
+def test_a_request_for_many_strokes_is_refused_by_name(node, ask, changes, words):
+    client = PatientCaller(node, PredictShots, 'predict_shots')
+    answer = client.call(PredictShots.Request(**changes), repeatable=True)
+    assert answer.status == Status.INVALID_REQUEST
+    assert words in answer.message
+
+
 def test_path_and_markers_come_after_the_answer(start, node):
     start('-r', '__ns:=/display')
     client = PatientCaller(node, PredictShot, '/display/predict_shot')
@@ -192,12 +271,12 @@ def test_path_and_markers_come_after_the_answer(start, node):
             ),
             LATCHED,
         )
-    refused = request_for(*PAPER_SHOTS['massé'], RADIUS)
+    refused = request_for('massé')
     refused.speed = 0.0
     assert client.call(refused, repeatable=True).status == Status.INVALID_STROKE
     assert not spin_until(node, lambda: arrived, seconds=0.5), 'nothing to show yet'
 
-    answer, answered = answer_and_when(client.client, request_for(*PAPER_SHOTS['massé'], RADIUS))
+    answer, answered = answer_and_when(client.client, request_for('massé'))
     assert spin_until(node, lambda: len(arrived) == 3)
     assert all(sent > answered for _, _, sent in arrived)
     messages = {topic: message for topic, message, _ in arrived}
@@ -230,7 +309,7 @@ def test_many_calls_leave_nothing_behind(ask, predictor):
         with open(f'/proc/{predictor.pid}/status') as status:
             return next(int(line.split()[1]) for line in status if line.startswith('VmRSS'))
 
-    request = request_for(*PAPER_SHOTS['horizontal'], RADIUS)
+    request = request_for('horizontal')
     for _ in range(300):
         ask(request)
     before = resident()

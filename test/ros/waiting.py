@@ -4,7 +4,7 @@ from time import monotonic
 
 import rclpy
 
-from billiard_shot.ros.client import ServiceCaller
+from billiard_shot.ros.service_caller import ServiceCaller
 
 PATIENCE = 120.0
 """Seconds after which a test gives up: only a process that hangs takes that long."""

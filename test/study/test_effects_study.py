@@ -87,7 +87,7 @@ def test_sample_strokes_can_be_played(name):
 
 
 def test_command_for_one_shot(capsys):
-    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2']) == 0
+    assert main(['study', 'effects', 'pool', '--a', '0.4', '--speed', '2']) == 0
     out, err = capsys.readouterr()
     assert err == ''
     rows, footer = out.split('\n\n')
@@ -98,7 +98,7 @@ def test_command_for_one_shot(capsys):
     assert units.split() == ['(us)', '(mm)', '(°)']
     assert [line.split()[0] for line in lines if line[0] != ' '] == NAMES
     assert max(map(len, lines)) <= 80
-    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2', '--json']) == 0
+    assert main(['study', 'effects', 'pool', '--a', '0.4', '--speed', '2', '--json']) == 0
     rows = {row['effect']: row for row in map(json.loads, capsys.readouterr().out.splitlines())}
     assert list(rows) == NAMES
     assert rows['end_mass']['why'].endswith('with 4.2 g of the cue')
@@ -107,11 +107,11 @@ def test_command_for_one_shot(capsys):
 
 
 def test_command_for_strokes_and_for_a_scene(capsys):
-    assert main(['effects', str(STROKES), '--scene', 'paper']) == 0
+    assert main(['study', 'effects', str(STROKES), '--scene', 'paper']) == 0
     title, *rows = capsys.readouterr().out.splitlines()
     assert title == 'scene paper, 4 strokes'
     assert rows[2 + NAMES.index('end_mass')].split()[1] == '0'
-    assert main(['effects', 'carom', '--count', '2']) == 0
+    assert main(['study', 'effects', 'carom', '--count', '2']) == 0
     out = capsys.readouterr().out
     assert out.startswith('scene carom, 2 sample strokes\n')
     assert max(map(len, out.splitlines())) <= 80
@@ -128,17 +128,20 @@ def test_command_for_strokes_and_for_a_scene(capsys):
     ],
 )
 def test_wrong_input(capsys, arguments, text):
-    assert main(['effects', *arguments]) == 2
+    assert main(['study', 'effects', *arguments]) == 2
     assert text in capsys.readouterr().err
 
 
 def test_picture(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     path = tmp_path / 'effects.png'
-    assert main(['effects', 'pool', '--a', '0.4', '--speed', '2', '--picture', str(path)]) == 0
+    assert (
+        main(['study', 'effects', 'pool', '--a', '0.4', '--speed', '2', '--picture', str(path)])
+        == 0
+    )
     assert path.read_bytes().startswith(b'\x89PNG')
     wrong = str(tmp_path / 'none' / 'effects.png')
-    assert main(['effects', 'pool', '--speed', '2', '--picture', wrong]) == 2
+    assert main(['study', 'effects', 'pool', '--speed', '2', '--picture', wrong]) == 2
     assert 'picture: ' in capsys.readouterr().err
 
 

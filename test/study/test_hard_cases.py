@@ -93,11 +93,11 @@ def test_faults_are_found():
 
 
 def test_command(capsys):
-    assert main(['hard-cases', 'speed', 'slanted']) == 0
+    assert main(['study', 'hard-cases', 'speed', 'slanted']) == 0
     out = capsys.readouterr().out
     assert 'speed: 1e-9 m/s, slanted' in out
     assert '8 of 8 cases hold' in out
-    assert main(['hard-cases', '--list', 'cradle']) == 0
+    assert main(['study', 'hard-cases', '--list', 'cradle']) == 0
     assert '50 balls, Hertz' in capsys.readouterr().out
-    assert main(['hard-cases', 'nonsense']) == 2
+    assert main(['study', 'hard-cases', 'nonsense']) == 2
     assert 'is not part of any case' in capsys.readouterr().err

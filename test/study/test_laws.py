@@ -125,7 +125,7 @@ def test_rows_as_written_are_the_predictions(name):
 
 
 def test_commands(tmp_path, capsys):
-    assert main(['paper']) == 0
+    assert main(['study', 'paper']) == 0
     assert "Poisson's law" in capsys.readouterr().out
     assert (
         main(

@@ -19,7 +19,7 @@ def test_errors_fall_with_the_tolerance_and_stay_within():
 
 def test_the_command_prints_a_line_for_each_tolerance(capsys, tmp_path):
     picture = tmp_path / 'tolerance.png'
-    assert main(['tolerance', '--count', '3', '--json', '--picture', str(picture)]) == 0
+    assert main(['study', 'tolerance', '--count', '3', '--json', '--picture', str(picture)]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [row['tolerance'] for row in rows] == [10.0**-n for n in range(2, 10)]
     assert picture.read_bytes().startswith(b'\x89PNG')

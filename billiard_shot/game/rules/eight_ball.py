@@ -29,11 +29,19 @@ def targets(state: State) -> tuple[str, ...]:
     return left or ('8',)
 
 
-def may_be_called(state: State, ball: str | None) -> bool:
-    """Whether a ball may be called: the 8 only when the group is cleared (3.6)."""
+def pots(state: State) -> tuple[str, ...]:
+    """Balls that may be called: the 8 only when the group is cleared (3.6)."""
     if not state.groups[state.player]:
-        return ball != '8'
-    return ball in targets(state)
+        return tuple(ball for ball in state.object_balls if ball != '8')
+    return targets(state)
+
+
+def needs(state: State, player: int) -> int:
+    """Count the balls that a player has to pot: its group, or seven, and the 8."""
+    group = state.groups[player]
+    if not group:
+        return 8
+    return 1 + sum(ball in GROUPS[group] for ball in state.object_balls)
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
@@ -42,7 +50,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         return _break(state, outcome)
     fouls = standard_fouls(state, outcome, targets(state))
     called = (call.ball, call.pocket) in outcome.pocketed
-    made = called and may_be_called(state, call.ball) and not fouls
+    made = called and call.ball in pots(state) and not fouls
     if '8' in outcome.gone:
         won = made and call.ball == '8' and not call.safety
         winner = state.player if won else state.other
@@ -107,6 +115,9 @@ GAME = Game(
     edition=f'{WPA}, part 3',
     rule=rule,
     targets=targets,
+    pots=pots,
     rack=rack,
     balls=(*SOLIDS, '8', *STRIPES),
+    needs=needs,
+    shared=False,
 )

@@ -69,6 +69,7 @@ GAME = Game(
     edition=f'{WPA}, part 2',
     rule=rule,
     targets=targets,
+    pots=targets,
     rack=rack,
     balls=tuple(str(ball) for ball in range(1, 10)),
     calls=False,

@@ -29,6 +29,11 @@ def targets(state: State) -> tuple[str, ...]:
     return state.object_balls
 
 
+def needs(state: State, player: int) -> int:
+    """Count the points that a player needs, at most those of a rack."""
+    return min(state.target - state.scores[player], len(BALLS))
+
+
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     """Rule on a shot of straight pool."""
     breaks = state.phase == 'break'
@@ -157,7 +162,10 @@ GAME = Game(
     edition=f'{WPA}, part 4',
     rule=rule,
     targets=targets,
+    pots=targets,
     rack=rack,
     balls=BALLS,
+    needs=needs,
+    shared=False,
     goal=150,
 )

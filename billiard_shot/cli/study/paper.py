@@ -1,4 +1,4 @@
-"""`billiard-shot paper`: Table 1 of the paper, as printed, by its model, and under variants."""
+"""`billiard-shot study paper`: Table 1 as printed, by the model, and under variants."""
 
 import argparse
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""`billiard-shot measured`: published values beside computed ones."""
+"""`billiard-shot study measured`: published values beside computed ones."""
 
 import argparse
 import json

@@ -13,8 +13,8 @@ from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
 from waiting import PATIENCE
 
-from billiard_shot.ros import client
-from billiard_shot.ros.client import ServiceCaller
+from billiard_shot.ros import service_caller
+from billiard_shot.ros.service_caller import ServiceCaller
 
 
 class Stand:
@@ -102,8 +102,8 @@ def test_other_requests_are_sent_once(node, come_up):
 
 
 def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
-    monkeypatch.setattr(client, 'RETRY_PERIOD', 0.5)
-    monkeypatch.setattr(client, 'RENEWAL_PERIOD', 2.0)
+    monkeypatch.setattr(service_caller, 'RETRY_PERIOD', 0.5)
+    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', 2.0)
     come_up()
     clients = len(list(node.clients))
     late = ServiceCaller(Stand(node, NeverDiscovered), Trigger, 'late')
@@ -111,7 +111,7 @@ def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up
     assert isinstance(answer, Trigger.Response)
     assert len(list(node.clients)) == clients + 1
     # Later calls must not wait for the first client again.
-    monkeypatch.setattr(client, 'RENEWAL_PERIOD', math.inf)
+    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', math.inf)
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
     late.destroy()
     assert len(list(node.clients)) == clients

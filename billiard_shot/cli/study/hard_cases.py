@@ -1,4 +1,4 @@
-"""`billiard-shot hard-cases`: collisions at the limits of solvers, with checks."""
+"""`billiard-shot study hard-cases`: collisions at the limits of solvers, with checks."""
 
 import argparse
 import math

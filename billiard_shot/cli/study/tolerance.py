@@ -1,4 +1,4 @@
-"""`billiard-shot tolerance`: error and cost of tolerances, for someone who has to choose one."""
+"""`billiard-shot study tolerance`: error and cost of tolerances, to choose one."""
 
 import argparse
 from dataclasses import asdict

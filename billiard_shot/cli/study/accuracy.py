@@ -1,4 +1,4 @@
-"""`billiard-shot accuracy`: error and work of several methods."""
+"""`billiard-shot study accuracy`: error and work of several methods."""
 
 import argparse
 import csv

@@ -1,4 +1,4 @@
-"""`billiard-shot effects`: cost and influence of each effect in a shot or a scene."""
+"""`billiard-shot study effects`: cost and influence of each effect in a shot or a scene."""
 
 import argparse
 import math

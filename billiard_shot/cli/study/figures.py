@@ -1,4 +1,4 @@
-"""`billiard-shot figures`: draw the figures of the documentation."""
+"""`billiard-shot study figures`: draw the figures of the documentation."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`billiard-shot laws`: compare impact laws, and find their discontinuities."""
+"""`billiard-shot study laws`: compare impact laws, and find their discontinuities."""
 
 import argparse
 from functools import partial

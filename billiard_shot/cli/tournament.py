@@ -1,0 +1,119 @@
+"""`billiard-shot tournament`: many racks of a game between two players."""
+
+import argparse
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from billiard_shot import Scene
+from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.workers import add_work_arguments, working
+from billiard_shot.game.game import find_game, game_names
+from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.tournament import (
+    agent_names,
+    check_pairing,
+    Pairing,
+    play_racks,
+    summary,
+)
+from billiard_shot.planning.statistics import interval_in_words
+from billiard_shot.scene.values import whole
+
+RACKS, QUICK = 100, 10
+
+
+def add_game_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the game, the players, the table and the seed."""
+    parser.add_argument('game', metavar='GAME', help=f'one of {", ".join(game_names())}')
+    parser.add_argument(
+        '--scene',
+        default='pool_table',
+        metavar='SCENE',
+        help='table, noise and limits (default: %(default)s)',
+    )
+    parser.add_argument('--balls', type=int, metavar='N', help='how many balls are racked')
+    parser.add_argument(
+        '--seed', type=int, default=1, metavar='S', help='of racks and errors (default: 1)'
+    )
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add options for game, players, number of racks and output."""
+    add_game_arguments(parser)
+    parser.add_argument(
+        '--players',
+        nargs='+',
+        default=['player', 'greedy'],
+        metavar='NAME',
+        help=f'two of {", ".join(agent_names())}, or modules; one for a game of one player',
+    )
+    parser.add_argument(
+        '--racks', type=int, metavar='N', help=f'number of racks (default: {RACKS})'
+    )
+    parser.add_argument('--quick', action='store_true', help=f'play {QUICK} racks')
+    parser.add_argument(
+        '-o',
+        '--output',
+        type=Path,
+        metavar='FILE.jsonl',
+        help='append each rack to this file; racks that are in it are not played again',
+    )
+    parser.add_argument('--json', action='store_true', help='print the summary as JSON')
+    add_work_arguments(parser, os.cpu_count() or 1)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Play and print; ValueError for an invalid request."""
+    count = options.racks if options.racks is not None else QUICK if options.quick else RACKS
+    count = whole('--racks', count, 1)
+    seed = whole('--seed', options.seed, 0)
+    players = tuple(options.players[: find_game(options.game).players])
+    pairing = Pairing(options.game, Scene.load(options.scene), players, seed, options.balls)
+    check_pairing(pairing)
+    racks = _known(options.output, pairing, count)
+    numbers = [number for number in range(count) if number not in racks]
+    wait_for_machine_code()
+    with working(options.workers, options.dask) as executor:
+        for rack in progress(play_racks(pairing, numbers, executor), 'racks', len(numbers)):
+            racks[rack.number] = rack
+            if options.output:
+                with options.output.open('a', encoding='utf-8') as file:
+                    file.write(json.dumps(rack.to_dict(), allow_nan=False) + '\n')
+    result = summary(players, [racks[number] for number in sorted(racks)])
+    print(json.dumps(result) if options.json else _as_text(result))
+    return 0
+
+
+def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRecord]:
+    """Read the racks that a file has; ValueError if they are of another tournament."""
+    if path is None or not path.exists():
+        return {}
+    found = {}
+    for line in path.read_text(encoding='utf-8').splitlines():
+        rack = RackRecord.from_dict(json.loads(line))
+        theirs, ours = ((each.game, tuple(each.players), each.seed) for each in (rack, pairing))
+        if theirs != ours:
+            raise ValueError(
+                f'--output: {path} has racks of game, players and seed {theirs}, not of {ours}'
+            )
+        if rack.number < count:
+            found[rack.number] = rack
+    return found
+
+
+def _as_text(result: dict[str, Any]) -> str:
+    lines = [f'{result["racks"]} racks, {result["without_winner"]} without a winner']
+    for each in result['players']:
+        ends = ', '.join(f'{end} {count}' for end, count in each['ends'].items())
+        cpu = ' '.join(f'{seconds:.2f}' for seconds in each['cpu'])
+        wall = ' '.join(f'{seconds:.2f}' for seconds in each['wall'])
+        lines += [
+            f'{each["name"]}: {each["wins"]} wins ({interval_in_words(each["interval"])})',
+            f'  break and run: {each["break_and_run"]} of {each["broken"]} breaks '
+            f'({interval_in_words(each["break_and_run_interval"])})',
+            f'  {each["shots"]} shots; visits ended by: {ends}',
+            f'  a decision took, median, 95 %, longest: {cpu} s of CPU time, {wall} s',
+        ]
+    return '\n'.join(lines)

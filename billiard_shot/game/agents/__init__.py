@@ -1,0 +1,1 @@
+"""Players that decide, a module an agent; each has a function `make`."""

@@ -1,0 +1,98 @@
+"""Outcomes of a batch of strokes at one state, ruled on."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.referee import judge_batch
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.state import State
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.predict import BatchResult
+from billiard_shot.status import Status
+from billiard_shot.table.motion import NOTHING
+from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.table_states import TableStates
+
+
+class RuledBatch(NamedTuple):
+    """
+    Strokes that were played in a simulation, with their rulings.
+
+    Attributes
+    ----------
+    kinds : tuple of Ruling
+        The different rulings, see `Rulings`.
+    kind : (n,) int array
+        The ruling of each stroke.
+    states : TableStates
+        The balls as they rest.
+
+    """
+
+    kinds: tuple[Ruling, ...]
+    kind: NDArray[np.int64]
+    states: TableStates
+
+    def keeps(self, player: int) -> NDArray[np.bool_]:
+        """Whether each stroke (n,) of a player keeps the turn, or wins."""
+        kept = [
+            after.winner == player if after.over else ruling.legal and after.player == player
+            for ruling in self.kinds
+            for after in [ruling.state]
+        ]
+        return np.array(kept, np.bool_)[self.kind]
+
+
+def rule_on(state: State, calls: Sequence[Call], result: BatchResult) -> RuledBatch:
+    """
+    Rule on a batch of strokes.
+
+    Parameters
+    ----------
+    state : State
+        Before the strokes, with the cue ball placed.
+    calls : sequence of Call
+        (n,)
+    result : BatchResult
+        (n,) of a scene with the balls of the state.
+
+    """
+    table = result.table
+    assert table is not None
+    cue = table.names.index(CUE_BALL)
+    to_cushion = table.to_cushion.copy()
+    if state.phase != 'break':  # rules ask whether any ball was driven to a cushion, not which
+        to_cushion[:, cue] = to_cushion.any(axis=1)
+        to_cushion[:, [i for i in range(len(table.names)) if i != cue]] = False
+    balls = *table.pocket.T, *table.off_table.T, *to_cushion.T
+    columns = [result.status >= Status.MISS, result.double_hit, table.first_met[:, cue], *balls]
+    different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
+    outcomes = [_outcome(state, table.names, row) for row in different.T.tolist()]
+    rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])
+    return RuledBatch(rulings.kinds, rulings.kind, table.states)
+
+
+def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
+    count, (refused, double_hit, first), balls = len(names), row[:3], row[3:]
+    if refused:
+        return Outcome(refused='it is refused')
+    pockets, off, cushion = (balls[i : i + count] for i in range(0, 3 * count, count))
+    met = None if first == NOTHING else names[first]
+    return Outcome(
+        first_contact=met,
+        pocketed=tuple(
+            (name, POCKET_NAMES[pocket])
+            for name, pocket in zip(names, pockets, strict=True)
+            if pocket != NOTHING
+        ),
+        off_table=tuple(name for name, gone in zip(names, off, strict=True) if gone),
+        to_cushion=frozenset(name for name, met in zip(names, cushion, strict=True) if met),
+        # A batch does not tell whether the cue ball crossed the head string before: assume not.
+        from_kitchen=met is not None and state.balls[met][0] < -0.25 * state.length,
+        double_hit=bool(double_hit),
+    )

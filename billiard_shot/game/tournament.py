@@ -1,0 +1,181 @@
+"""Tournaments: many racks between two players, or of one, with the same errors for all."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.game.agent import MakeAgent, simulated, Simulator
+from billiard_shot.game.game import find_game, start
+from billiard_shot.game.rack import play_rack
+from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.planning.statistics import wilson_interval
+from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused
+
+_AGENTS = Path(__file__).with_name('agents')
+
+
+def agent_names() -> list[str]:
+    """Names of the agents of the package, in alphabetical order."""
+    return sorted(path.stem for path in _AGENTS.glob('[a-z]*.py'))
+
+
+def find_agent(name: str) -> MakeAgent:
+    """
+    Return what makes an agent.
+
+    Parameters
+    ----------
+    name : str
+        One of `agent_names`; or `package.module`, a module of your own with a function `make`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such agent.
+
+    """
+    module = name
+    if '.' not in name:
+        if name not in agent_names():
+            raise refused(
+                name,
+                f'one of {", ".join(agent_names())}, or a module such as package.module',
+                'player',
+            )
+        module = f'billiard_shot.game.agents.{name}'
+    try:
+        make: MakeAgent = import_module(module).make
+    except (ImportError, AttributeError) as error:
+        raise ValueError(
+            f'player: {name!r} is not a module with a function make: {error}'
+        ) from None
+    return make
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """
+    What is played.
+
+    Parameters
+    ----------
+    game : str
+    scene : Scene
+        Table, noise and limits, for simulator and players.
+    players : tuple of str
+        Two names; one for a game of one player.
+    seed : int
+        Of racks, errors and players.
+    balls : int, optional
+        How many balls are racked, see `start`.
+    simulator : Simulator
+
+    """
+
+    game: str
+    scene: Scene
+    players: tuple[str, ...]
+    seed: int = 1
+    balls: int | None = None
+    simulator: Simulator = simulated
+
+
+def play(pairing: Pairing, number: int) -> RackRecord:
+    """
+    Play one rack of a pairing; players take turns to break, and two racks in turn are alike.
+
+    The same pairing and number give the same rack in any process.
+    """
+    game, players = pairing.game, pairing.players
+    breaker = number % 2 if len(players) > 1 else 0
+    rack = pairing.seed + number // 2 if len(players) > 1 else pairing.seed + number
+    agents = [
+        find_agent(name)(pairing.scene, pairing.seed + 7919 * number + i)
+        for i, name in enumerate(players)
+    ]
+    state = start(game, pairing.scene, rack, breaker, pairing.balls)
+    return play_rack(
+        state, pairing.scene, agents, players, pairing.seed, number, pairing.simulator
+    )
+
+
+def check_pairing(pairing: Pairing) -> None:
+    """Raise ValueError for players that are not there, or too many or few of them."""
+    needed = find_game(pairing.game).players
+    if len(pairing.players) != needed:
+        raise refused(len(pairing.players), f'{needed} for {pairing.game}', 'players')
+    for name in pairing.players:
+        find_agent(name)
+    start(pairing.game, pairing.scene, balls=pairing.balls)
+
+
+def play_racks(
+    pairing: Pairing, numbers: Sequence[int], executor: Executor | None = None
+) -> Iterable[RackRecord]:
+    """Play racks in this process or with an executor, and yield their records in order."""
+    check_pairing(pairing)
+    work: Callable[[int], RackRecord] = partial(play, pairing)
+    yield from map(work, numbers) if executor is None else executor.map(work, numbers)
+
+
+def summary(players: Sequence[str], racks: Sequence[RackRecord]) -> dict[str, Any]:
+    """
+    Summarize racks: wins, breaks, run-outs, how visits ended, and times, by player.
+
+    Returns
+    -------
+    dict
+        `racks`, `without_winner`, and for each player `wins`, `interval` (Wilson 95 %), `broken`,
+        `break_and_run`, `shots`, `ends`, and `cpu` and `wall` (median, 95 %, largest) [s] of
+        decisions with a stroke.
+
+    """
+    result: dict[str, Any] = {
+        'racks': len(racks),
+        'without_winner': sum(rack.winner is None for rack in racks),
+        'players': [],
+    }
+    for number, name in enumerate(players):
+        own = [
+            (rack, [shot for shot in rack.shots if shot.state['player'] == number])
+            for rack in racks
+        ]
+        wins = sum(rack.state.get('winner') == number for rack in racks)
+        broken = [(rack, shots) for rack, shots in own if rack.state['breaker'] == number]
+        runs = sum(
+            rack.state.get('winner') == number and len(shots) == len(rack.shots)
+            for rack, shots in broken
+        )
+        strokes = [shot for _, shots in own for shot in shots if not shot.choice]
+        ends = Counter(shot.end for shot in strokes if shot.end)
+        result['players'].append(
+            {
+                'name': name,
+                'wins': wins,
+                'interval': wilson_interval(wins, len(racks)),
+                'broken': len(broken),
+                'break_and_run': runs,
+                'break_and_run_interval': wilson_interval(runs, len(broken)),
+                'shots': len(strokes),
+                'ends': dict(ends.most_common()),
+                'cpu': _times([shot.cpu for shot in strokes]),
+                'wall': _times([shot.wall for shot in strokes]),
+            }
+        )
+    return result
+
+
+def _times(seconds: list[float]) -> tuple[float, float, float]:
+    """Median, 95 % and largest of times [s]."""
+    if not seconds:
+        return 0.0, 0.0, 0.0
+    median, most = np.quantile(seconds, [0.5, 0.95]).tolist()
+    return median, most, max(seconds)

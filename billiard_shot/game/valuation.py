@@ -1,0 +1,132 @@
+"""
+The value of states: an estimate of the probability to win the rack.
+
+Two equal players are assumed, who pot each ball with the probability `SHOT`. Then the probability
+to win from the table with n balls to pot, while the other needs m, follows by a recursion. The
+next shot of a state is not an average one: its chance is that of the best direct shot, `shots`.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.game.batch_outcomes import RuledBatch
+from billiard_shot.game.game import find_game
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.planning.shots import shots
+from billiard_shot.scene import Scene
+
+Array = NDArray[np.float64]
+
+SHOT = 0.85  # probability that a shot of the rest of the rack pots and leaves the next one
+IN_HAND, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
+SAFETY = 0.85  # value of the other's next visit after a safety, relative to an average one
+
+
+@lru_cache(maxsize=4096)
+def win_probability(mine: int, others: int, shared: bool) -> float:
+    """
+    Probability that the player at the table wins, between equal players and average positions.
+
+    Parameters
+    ----------
+    mine, others : int
+        Balls that the player at the table, and the other one, have to pot.
+    shared : bool
+        Whether these are the same balls.
+
+    """
+    if mine <= 0:
+        return 1.0
+    # w = s u + (1 - s) (1 - v), where v is the same for the other: solve both equations
+    up = win_probability(mine - 1, mine - 1 if shared else others, shared)
+    if shared:
+        return (SHOT * up + 1.0 - SHOT) / (2.0 - SHOT)
+    if others <= 0:
+        return 0.0
+    other_up = win_probability(others - 1, mine, shared)
+    miss = 1.0 - SHOT
+    # w = s up + miss (1 - v),  v = s other_up + miss (1 - w)
+    return (SHOT * up + miss * (1.0 - SHOT * other_up - miss)) / (1.0 - miss * miss)
+
+
+def at_table(chance: Array | float, mine: int, others: int, shared: bool, *, alone: bool) -> Array:
+    """
+    Value for the player at the table whose next shot has a chance.
+
+    Parameters
+    ----------
+    chance : (n,) float array
+    mine, others, shared
+        As of `win_probability`.
+    alone : bool
+        Whether there is no other player, so that a miss ends the game.
+
+    """
+    p = np.asarray(chance, float)
+    if alone:
+        return p * SHOT ** max(mine - 1, 0)
+    pot = win_probability(mine - 1, mine - 1 if shared else others, shared)
+    miss = 1.0 - win_probability(others, mine, shared)
+    safety = 1.0 - SAFETY * win_probability(others, mine, shared)
+    return np.maximum(p * pot + (1.0 - p) * miss, safety)
+
+
+def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
+    """
+    Value each row of a batch for a player.
+
+    Parameters
+    ----------
+    scene : Scene
+        Table and noise.
+    player : int
+    batch : RuledBatch
+        (n,)
+
+    Returns
+    -------
+    (n,) float array
+        Estimated probabilities to win.
+
+    """
+    found = np.zeros(len(batch.kind))
+    masks = np.zeros(batch.states.present.shape, np.bool_)
+    for number, ruling in enumerate(batch.kinds):
+        rows = batch.kind == number
+        if not ruling.state.over and not ruling.state.in_hand:
+            masks[rows] = _may_pot(ruling, batch.states.names)
+    open_ = np.flatnonzero(masks.any(axis=1))
+    chance = np.zeros(len(found))
+    if len(open_):
+        chance[open_] = shots(scene, batch.states.take(open_), masks[open_]).best
+    for number, ruling in enumerate(batch.kinds):
+        rows = batch.kind == number
+        found[rows] = value(ruling, player, chance[rows])
+    return found
+
+
+def value(ruling: Ruling, player: int, chance: Array) -> Array:
+    """Value a ruling for a player, with chances (n,) of the next shot."""
+    state = ruling.state
+    rules = find_game(state.game)
+    if state.over:
+        return np.full(len(chance), float(state.winner == player))
+    if state.in_hand:
+        chance = np.full(len(chance), IN_HAND if state.in_hand == 'anywhere' else IN_KITCHEN)
+    at, other = state.player, state.other
+    own = at_table(
+        chance,
+        rules.needs(state, at),
+        rules.needs(state, other),
+        rules.shared,
+        alone=rules.players == 1,
+    )
+    return own if at == player else 1.0 - own
+
+
+def _may_pot(ruling: Ruling, names: tuple[str, ...]) -> NDArray[np.bool_]:
+    """Which balls the next player may pot."""
+    pots = find_game(ruling.state.game).pots(ruling.state)
+    return np.array([name in pots for name in names])

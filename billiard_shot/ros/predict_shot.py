@@ -1,0 +1,116 @@
+"""
+Ask a running predictor for strokes, and print its answers.
+
+    ros2 run billiard_shot predict_shot --b 0.3 --speed 2
+"""
+
+from collections.abc import Sequence
+
+from billiard_shot_msgs.msg import BallTrajectory
+from billiard_shot_msgs.srv import PredictShot
+import numpy as np
+
+from billiard_shot import Scene, Status, Stroke
+from billiard_shot.cue.sightings import Sighting
+from billiard_shot.ros import conversions, cue_conversions
+from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.player import add_client_arguments, own_arguments, parser_of, run_client
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.stroke_options import strokes_of
+from billiard_shot.table.motion import Motion
+
+
+def request_of(
+    stroke: Stroke, scene: Scene, ball: tuple[float, float] = (0.0, 0.0)
+) -> PredictShot.Request:
+    """Make the request for a stroke at the cue ball, which lies at (x, y) [m]."""
+    plan = cue_conversions.plan_of(stroke, {CUE_BALL: Sighting(ball)}, scene, 'request')
+    request = PredictShot.Request(
+        cue_pose=cue_conversions.pose_of(plan.position, plan.quaternion), speed=plan.speed
+    )
+    request.ball_position.x, request.ball_position.y = ball
+    return request
+
+
+def report(response: PredictShot.Response) -> str:
+    """Format a response as text: status, ball, cue, and the samples of the trajectories."""
+    status = Status(response.status)
+    lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
+    if status.refused:
+        return lines[0]
+    for name, vector, unit in (
+        ('velocity', response.velocity, 'm/s'),
+        ('spin', response.spin, 'rad/s'),
+    ):
+        lines.append(f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
+    lines.append(f'  cue speed     {response.cue_speed:11.4f}{"":24}m/s')
+    for trajectory in (response.trajectory, *response.other_balls):
+        lines += _samples(trajectory)
+    return '\n'.join(lines)
+
+
+def _samples(trajectory: BallTrajectory) -> list[str]:
+    name = f'ball {trajectory.id}'
+    lines = [f'  {name:14} t (s)      x (m)      y (m)      z (m)    v (m/s)  motion']
+    positions = conversions.vectors(trajectory.positions)
+    speeds = np.linalg.norm(conversions.vectors(trajectory.velocities), axis=1)
+    for i, motion in enumerate(trajectory.motion):
+        numbers = (trajectory.times[i], *positions[i], speeds[i])
+        row = ''.join(f'{number:11.4f}' for number in numbers)
+        lines.append(f'{"":11}{row}  {Motion(motion).name.lower()}')
+    return lines
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Call `predict_shot` for every stroke; the exit code is 1 if a stroke is refused."""
+    parser = parser_of('predict_shot', __doc__)
+    add_client_arguments(parser)
+    parser.add_argument(
+        '--table',
+        action='store_true',
+        help='with the balls of table_state; otherwise with those of the scenes',
+    )
+    parser.add_argument(
+        '--tolerance',
+        type=float,
+        default=0.0,
+        metavar='M',
+        help="largest error of the trajectory in metres (the predictor's parameter)",
+    )
+    options = parser.parse_args(own_arguments(args))
+    try:
+        scene = Scene.load(options.scene)
+        strokes = strokes_of(options, scene)
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
+
+    def wait(client: RobotClient) -> None:
+        client.wait_for_predictor()
+        if options.table:
+            client.wait_for_table()
+
+    def ask(client: RobotClient) -> bool:
+        refused = False
+        for name, stroke in strokes.items():
+            ball = scene.cue_ball[:2]
+            if options.table and CUE_BALL in client.balls():
+                ball = client.balls()[CUE_BALL].position
+            request = request_of(stroke, scene, ball)
+            request.use_table_state, request.all_balls = options.table, True
+            request.tolerance = options.tolerance
+            response = client.predict(request)
+            print(f'{name}: {stroke}\n{report(response)}\n', flush=True)
+            refused |= Status(response.status).refused
+        return not refused
+
+    run_client(
+        lambda: RobotClient('predict_shot', timeout=options.wait),
+        [ask],
+        wait,
+        'predict_shot',
+        args,
+    )
+
+
+if __name__ == '__main__':
+    main()

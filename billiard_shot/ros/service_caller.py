@@ -1,0 +1,110 @@
+"""Client of a service that waits for answers, and asks again if an answer is lost."""
+
+import time
+from typing import Any, TYPE_CHECKING
+
+import rclpy
+from rclpy.client import Client
+from rclpy.node import Node
+
+if TYPE_CHECKING:
+    from rclpy.task import Future
+
+RETRY_PERIOD = 2.0
+"""Time without an answer after which a repeatable request is sent again [s]."""
+
+RENEWAL_PERIOD = 20.0
+"""
+Time without an answer after which a new client replaces the one that asked [s].
+
+On busy machines with Fast DDS 3.2, a server sometimes never discovers a client. A new client is
+announced again.
+"""
+
+
+class ServiceCaller:
+    """
+    Client of a service that waits for the answers.
+
+    Parameters
+    ----------
+    node : Node
+    kind
+        Type of the service.
+    name : str
+        Name of the service.
+
+    Attributes
+    ----------
+    client : Client
+        Client in use.
+
+    """
+
+    def __init__(self, node: Node, kind: Any, name: str) -> None:
+        self._node, self._kind, self._name = node, kind, name
+        self.client: Client[Any, Any] = node.create_client(kind, name)
+
+    @property
+    def service_name(self) -> str:
+        """Name of the service, with its namespace."""
+        return self.client.service_name
+
+    def service_is_ready(self) -> bool:
+        """Whether the service has been discovered."""
+        return self.client.service_is_ready()
+
+    def wait_for_service(self, timeout: float) -> bool:
+        """Wait up to `timeout` seconds for the service; return whether it has been discovered."""
+        return self.client.wait_for_service(timeout_sec=timeout)
+
+    def call(self, request: Any, timeout: float = 10.0, repeatable: bool = False) -> Any:
+        """
+        Call the service, and return its answer.
+
+        Parameters
+        ----------
+        request
+            Request message.
+        timeout : float
+            Time to wait for an answer [s].
+        repeatable : bool
+            Whether the request may be executed twice. It is then sent again if there is no answer.
+            The answer is lost if the server has not yet discovered the client, even if the client
+            has discovered the server (github.com/ros2/rmw_fastrtps/issues/842). If the server
+            does not discover the client at all, a new client replaces it.
+
+        Raises
+        ------
+        TimeoutError
+            If there is no answer within `timeout`.
+
+        """
+        begin = since = time.monotonic()
+        while (left := begin + timeout - time.monotonic()) > 0.0:
+            future = self.client.call_async(request)
+            rclpy.spin_until_future_complete(
+                self._node, future, timeout_sec=min(left, RETRY_PERIOD) if repeatable else left
+            )
+            if future.done():
+                return result_of(future)
+            self.client.remove_pending_request(future)
+            if time.monotonic() - since >= RENEWAL_PERIOD:
+                since = time.monotonic()
+                self._renew()
+        raise TimeoutError(f'no answer from {self.service_name} within {timeout} s')
+
+    def destroy(self) -> None:
+        """Remove the client from its node."""
+        self._node.destroy_client(self.client)
+
+    def _renew(self) -> None:
+        self.destroy()
+        self.client = self._node.create_client(self._kind, self._name)
+
+
+def result_of(future: 'Future[Any]') -> Any:
+    """Return the result of a future that is done."""
+    result = future.result()
+    assert result is not None
+    return result

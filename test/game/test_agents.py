@@ -1,0 +1,180 @@
+"""Agents, racks and tournaments: moves are legal, results repeat, and better players win."""
+
+from dataclasses import replace
+import json
+
+import numpy as np
+import pytest
+
+from billiard_shot import Scene
+from billiard_shot.cli import main
+from billiard_shot.game import Call, Decision, judge, Outcome, start, State
+from billiard_shot.game.agents.greedy import Greedy
+from billiard_shot.game.agents.player import Player
+from billiard_shot.game.rack import play_rack, replayed
+from billiard_shot.game.rack_record import ENDS, RackRecord
+from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
+from billiard_shot.game.valuation import at_table, win_probability
+
+TABLE = Scene.load('seven_foot')
+EXACT = replace(TABLE, noise=TABLE.noise.times(0.0))
+
+
+def without_times(record):
+    data = record.to_dict()
+    for shot in data['shots']:
+        del shot['cpu'], shot['wall']
+    return data
+
+
+@pytest.mark.parametrize('game', ['eight_ball', 'nine_ball'])
+def test_a_rack_repeats_and_is_kept_as_data(game):
+    pairing = Pairing(game, TABLE, ('random', 'random'), seed=2)
+    record = play(pairing, 1)
+    assert without_times(play(pairing, 1)) == without_times(record)
+    assert RackRecord.from_dict(json.loads(json.dumps(record.to_dict()))) == record
+    assert record.winner in ('random', None)
+    assert {shot.end for shot in record.shots} <= {'', *ENDS} - {'illegal'}
+    assert record.state['breaker'] == 1
+    assert record.shots[0].state['balls'] != play(pairing, 2).shots[0].state['balls']
+
+
+def test_two_racks_in_turn_are_alike_but_for_the_breaker():
+    pairing = Pairing('nine_ball', TABLE, ('random', 'random'), seed=2)
+    one, two = (State.from_dict(play(pairing, n).shots[0].state) for n in (4, 5))
+    assert (one.breaker, two.breaker) == (0, 1)
+    assert one.object_balls == two.object_balls
+    assert all(one.balls[ball] == two.balls[ball] for ball in one.object_balls)
+
+
+def test_a_rack_is_replayed_with_its_errors():
+    record = play(Pairing('nine_ball', TABLE, ('random', 'random'), seed=3), 0)
+    shown = list(replayed(record, TABLE))
+    assert len(shown) == sum(bool(shot.offsets) for shot in record.shots)
+    for played, shot in shown:
+        state = State.from_dict(played.state)
+        assert judge(state, Call(**played.call), shot).text == played.text
+
+
+class Illegal:
+    def __init__(self, **answer):
+        self.answer = answer
+
+    def place(self, state):
+        return self.answer.get('place', (-0.8, 0.0))
+
+    def decide(self, state):
+        return Decision(choice=self.answer.get('choice', ''))
+
+    def saw(self, state, decision, ruling):
+        pass
+
+
+@pytest.mark.parametrize(
+    ('answer', 'end'),
+    [({'place': (0.3, 0.0)}, 'illegal'), ({'choice': 'pass'}, 'illegal'), ({}, 'no shot')],
+)
+def test_an_illegal_move_loses_the_rack(answer, end):
+    state = start('nine_ball', TABLE)
+    record = play_rack(state, TABLE, [Illegal(**answer)] * 2, ('one', 'two'), 1)
+    assert record.shots[0].end == end
+    assert record.winner == 'two'  # without a shot, by three fouls in a row
+
+
+def test_another_simulator_plays():
+    """It knows nothing of strokes: every shot pots the lowest ball."""
+
+    def pots_the_lowest(scene, stroke, errors):
+        ball = min((ball for ball in scene.balls if ball != 'cue'), key=int)
+        left = {name: place for name, place in scene.balls.items() if name != ball}
+        return Outcome(ball, ((ball, 'foot_left'),), places=left)
+
+    pairing = Pairing('nine_ball', TABLE, ('random', 'random'), simulator=pots_the_lowest)
+    record = play(pairing, 0)
+    assert (record.winner, len(record.shots), record.state['winner']) == ('random', 9, 0)
+
+
+def test_the_greedy_agent_takes_the_best_chance():
+    state = start('practice', TABLE, balls=2)
+    near = {'cue': (0.6, 0.2), '1': (0.8, 0.35), '2': (-0.8, -0.1)}
+    state = replace(state, balls=near, in_hand='')
+    decision = Greedy(EXACT, 1).decide(state)
+    assert decision.call == Call(ball='1', pocket='foot_left')
+    assert decision.success > 0.99
+
+
+def test_the_probability_to_win_is_one_of_two_equal_players():
+    for shared in (False, True):
+        for mine in range(1, 9):
+            for others in [mine] if shared else range(1, 9):
+                w = win_probability(mine, others, shared)
+                assert 0.5 < w + 0.3 * (mine - others > 0) * 2 < 1.7
+                down = win_probability(mine - 1, mine - 1 if shared else others, shared)
+                v = win_probability(others, mine, shared)
+                assert w == pytest.approx(0.85 * down + 0.15 * (1.0 - v), abs=1e-12)
+    assert win_probability(1, 8, False) > win_probability(8, 8, False)
+    rises = at_table(np.linspace(0.0, 1.0, 11), 3, 3, False, alone=False)
+    assert (np.diff(rises) >= 0.0).all()
+    assert at_table(1.0, 1, 5, False, alone=True) == 1.0
+
+
+def test_the_player_leaves_the_next_ball():
+    """Straight stun would leave no direct shot at 2; draw or follow does."""
+    state = start('practice', TABLE, balls=2)
+    balls = {'cue': (0.3, 0.25), '1': (0.62, 0.36), '2': (-0.9, 0.05)}
+    state = replace(state, balls=balls, in_hand='')
+    player = Player(TABLE, 1)
+    decision = player.decide(state)
+    assert decision.success > 0.8
+    assert decision.reason.startswith(f'{decision.call.ball} to ')
+    again = Player(TABLE, 1).decide(state)
+    assert again == decision
+
+
+@pytest.mark.slow
+def test_the_player_clears_tables():
+    players = [play(Pairing('practice', TABLE, ('player',), 5, balls=3), n) for n in range(6)]
+    assert sum(record.winner == 'player' for record in players) >= 5
+    result = summary(('player',), players)['players'][0]
+    assert result['ends'].get('illegal', 0) == 0
+    assert result['shots'] <= 18
+
+
+def test_a_tournament_is_resumed(tmp_path, capsys):
+    file = str(tmp_path / 'racks.jsonl')
+    words = ['tournament', 'nine_ball', '--scene', 'seven_foot', '--players', 'random', 'random']
+    words += ['--json', '--workers', '1', '-o', file]
+    assert main([*words, '--racks', '2']) == 0
+    capsys.readouterr()
+    assert main([*words, '--racks', '3']) == 0
+    resumed = json.loads(capsys.readouterr().out)
+    assert main([*words[:-2], '--racks', '3']) == 0
+    at_once = json.loads(capsys.readouterr().out)
+    for result in (resumed, at_once):
+        for player in result['players']:
+            del player['cpu'], player['wall']
+    assert resumed == at_once
+    assert at_once['racks'] == 3
+    assert main([*words, '--seed', '9', '--racks', '3']) == 2
+    assert 'of game, players and seed' in capsys.readouterr().err
+
+
+def test_a_person_plays_and_the_rack_becomes_pages(tmp_path, capsys, monkeypatch):
+    answers = iter(['x', '9 9', '-0.4 0.1', '?', '99', '0 0 8 20 2.0', '0', '0', '0'] + ['0'] * 20)
+    monkeypatch.setattr('builtins.input', lambda prompt: next(answers))
+    words = ['play', 'practice', '--balls', '1', '--scene', 'seven_foot', '--players', 'person']
+    assert main([*words, '--pages', str(tmp_path / 'rack')]) == 0
+    out = capsys.readouterr().out
+    assert 'two numbers' in out
+    assert 'x must be' in out
+    assert 'index.html' in out
+    assert (tmp_path / 'rack' / 'shot-01.html').stat().st_size > 10_000
+    assert 'practice, rack 0' in (tmp_path / 'rack' / 'index.html').read_text()
+
+
+def test_unknown_players_are_refused(capsys):
+    assert agent_names() == ['greedy', 'player', 'random']
+    with pytest.raises(ValueError, match='greedy, player, random'):
+        find_agent('best')
+    assert main(['tournament', 'practice', '--players', 'best', '--racks', '1']) == 2
+    assert "player: 'best' is not allowed" in capsys.readouterr().err
