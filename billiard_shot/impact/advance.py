@@ -53,8 +53,8 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
         c = contacts[j]
-        if m.balls.number > 0 and c.normal_mode == INACTIVE:
-            continue  # its state follows from its balls: moving_balls.py
+        if m.moves and c.normal_mode == INACTIVE:
+            continue  # its state follows from its bodies: moving_bodies.py
         c.velocity[0] = evaluate(c.velocity, order, x)
         if c.friction > 0.0:
             c.slip_1[0] = evaluate(c.slip_1, order, x)

@@ -5,30 +5,33 @@ The solver works in units of the largest approach speed, response and stiffness.
 therefore do not depend on the scale of these quantities.
 """
 
-from math import inf, sqrt
+from math import inf
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.laws import elastic_energy
-from billiard_shot.impact.moving_balls import (
+from billiard_shot.impact.moving_bodies import (
+    change_responses,
     change_units,
-    in_units,
+    distance,
     kinetic_energy,
+    load_body,
+    place_contacts,
     release_open_contacts,
 )
 from billiard_shot.impact.options import negligible_speed, OPTIONS
 from billiard_shot.impact.state import (
-    Balls,
+    BodyState,
     COMPRESSION,
     ContactState,
+    FREE,
     FRICTIONLESS,
     INACTIVE,
     Model,
     Progress,
     Workspace,
 )
-from billiard_shot.impact.transitions import start_restitution
-from billiard_shot.records import record, Vector
+from billiard_shot.impact.turning import turn_normals
+from billiard_shot.records import record, Vector, Vector3
 from billiard_shot.status import OK
 
 
@@ -48,8 +51,17 @@ class ContactProperties:
     friction: float
     fading: float
     decay: float  # s/m
+    # The restitution at the energy E of the peak is restitution / (1 + softening E).
     restitution: float
+    softening: float  # 1/J
     stiffness: float  # N/m^exponent; see `Contact`
+    # Only if the bodies are given:
+    body_a: int  # number of a ball or tip
+    body_b: int  # number of a ball, plane or edge
+    gap: float  # [m] between the bodies
+    tangent: Vector3  # whose part normal to the normal is the first tangent
+    keeps_normal: bool  # while it is pressed
+    max_closings: int  # how often it may close
 
 
 class Collisions(NamedTuple):
@@ -61,23 +73,25 @@ class Collisions(NamedTuple):
     properties : n N ContactProperties
     law, exponent : int, float
         See `Model`.
+    bodies : n B BodyState
+        The bodies of the contacts, B of each collision; or none, if W and the velocities are
+        given.
+    moves : bool
+        Whether the bodies move while they collide; needs `distances`.
+    interval : float
+        Time after which pressed contacts of bodies that move take their normals anew [s].
     delassus : (n, 3 N, 3 N) floats
-        W [1/kg]: contact velocities per impulse. Contact j has components 3 j (normal), 3 j + 1
-        and 3 j + 2 (tangential). If all motion stays in one plane per contact, component 3 j + 1
-        should lie in it and couplings to 3 j + 2 be exactly zero: that is cheaper.
+        Unused with bodies. W [1/kg]: contact velocities per impulse. Contact j has components
+        3 j (normal), 3 j + 1 and 3 j + 2 (tangential). If all motion stays in one plane per
+        contact, component 3 j + 1 should lie in it and couplings to 3 j + 2 be exactly zero: that
+        is cheaper.
     velocity : (n, 3 N) floats
-        Contact velocities before the collision [m/s]; approaching if the normal one is below 0.
+        Unused with bodies. Contact velocities before the collision [m/s]; approaching if the
+        normal one is below 0.
     distances : bool
         Whether open contacts have a distance, see `Model`.
     lengths : (n, N) floats
-        Compressions of the springs before the collision [m]; if negative, minus the distances.
-        Only law bistiffness defines how a spring that is already compressed continues. Unused
-        without `distances`.
-    until : float
-        Time at which a collision ends, even if contacts are still active [s].
-    balls : Balls
-        Balls that move, or NO_BALLS if bodies stay in place. With balls there is only one
-        collision: `Workspace.motion` holds their motion at its start and, afterwards, at its end.
+        Minus the distances before the collision [m]. Unused without `distances`, or with bodies.
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision whose tolerance
         is not above 0 is skipped.
@@ -87,12 +101,13 @@ class Collisions(NamedTuple):
     properties: list[ContactProperties]
     law: int
     exponent: float
+    bodies: list[BodyState]
+    moves: bool
+    interval: float
     delassus: Any
     velocity: Any
     distances: bool
     lengths: Any
-    until: float
-    balls: Balls
     tolerance: Vector
 
 
@@ -103,48 +118,67 @@ def begin(
     """
     Set contacts and progress to the start of a collision, in the units of the collision.
 
-    Returns the model and the units, which are zero if nothing approaches and nothing is pressed.
+    Returns the model and the units, which are zero if nothing approaches.
     """
-    delassus, velocity = given.delassus[number], given.velocity[number]
-    lengths = given.lengths[number]
-    law, exponent, balls = given.law, given.exponent, given.balls
-    distances = given.distances
-    count = len(contacts)
+    law, exponent, distances = given.law, given.exponent, given.distances
+    count, bodies = len(contacts), len(given.bodies) // len(given.tolerance)
+    velocity = ws.vector[2]
+    for j in range(count):
+        c, properties = contacts[j], given.properties[number * count + j]
+        c.body_a, c.body_b = properties.body_a, properties.body_b
+        c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
+        c.hold = FREE
+        for k in range(3):
+            c.tangent_1[k] = properties.tangent[k]
+    if bodies > 0:
+        for b in range(bodies):
+            load_body(given.bodies[number * bodies + b], ws, b)
+        place_contacts(contacts, ws, velocity)
+    else:
+        for row in range(3 * count):
+            velocity[row] = given.velocity[number][row]
+            for column in range(3 * count):
+                ws.delassus[row][column] = given.delassus[number][row][column]
     speed, mobility, firmness = 0.0, 0.0, 0.0
     for j in range(count):
-        stiffness = given.properties[number * count + j].stiffness
         speed = max(speed, -velocity[3 * j])
-        if distances and lengths[j] > 0.0:
-            energy = elastic_energy(stiffness, lengths[j], exponent)
-            speed = max(speed, sqrt(2.0 * energy * delassus[3 * j][3 * j]))
-        mobility = max(mobility, delassus[3 * j][3 * j])
-        firmness = max(firmness, stiffness)
+        mobility = max(mobility, ws.delassus[3 * j][3 * j])
+        firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
     tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
     start(p)
-    if approaches:
-        for row in range(3 * count):
-            for column in range(3 * count):
-                ws.delassus[row][column] = delassus[row][column] / mobility
-        units = units_of(speed, mobility, firmness, exponent)
-        for j in range(count):
-            length = lengths[j] / (units.speed * units.time) if distances else 0.0
-            properties = given.properties[number * count + j]
-            start_contact(contacts[j], properties, velocity, units, firmness, distances, j)
-            # Touching bodies that hardly approach would count as a motion that has died down.
-            if length == 0.0 and abs(contacts[j].velocity[0]) < negligible_speed(tolerance):
-                contacts[j].velocity[0] = 0.0
-            start_length(contacts[j], law, exponent, length)
-        planar = is_planar(contacts, ws)
-        if balls.number > 0:
-            balls = in_units(balls, mobility)
-            change_units(contacts, ws.motion, balls.number, units.speed, units.speed * units.time)
-            release_open_contacts(contacts, ws)
-            p.energy = kinetic_energy(balls, ws.motion)
-    else:
-        units, planar = Units(0.0, 0.0, 0.0), False
-    limit = given.until / units.time if approaches else inf
-    return Model(law, exponent, tolerance, planar, distances, limit, balls), units
+    if not approaches:
+        return Model(law, exponent, tolerance, False, distances, bodies, False, inf), Units(
+            0.0, 0.0, 0.0
+        )
+    for row in range(3 * count):
+        for column in range(3 * count):
+            ws.delassus[row][column] /= mobility
+    units = units_of(speed, mobility, firmness, exponent)
+    length = units.speed * units.time
+    for j in range(count):
+        c, properties = contacts[j], given.properties[number * count + j]
+        start_contact(c, properties, velocity, units, firmness, distances, j)
+        gap = 0.0
+        if bodies > 0:
+            gap = properties.gap
+            c.closing_distance = c.reach = distance(c, ws) - gap
+        elif distances:
+            gap = -given.lengths[number][j]
+        # Touching bodies that hardly approach would count as a motion that has died down.
+        if gap == 0.0 and abs(c.velocity[0]) < negligible_speed(tolerance):
+            c.velocity[0] = 0.0
+        start_length(c, -gap / length if distances else 0.0)
+    planar, interval = is_planar(contacts, ws), given.interval / units.time
+    m = Model(law, exponent, tolerance, planar, distances, bodies, given.moves, interval)
+    if m.moves:
+        change_responses(ws, bodies, mobility)
+        change_units(contacts, ws, bodies, units.speed, length)
+        release_open_contacts(contacts, ws)
+        p.energy, p.next_turn = kinetic_energy(ws, bodies), interval
+        if interval < inf:
+            turn_normals(m, contacts, ws)
+    return m, units
 
 
 @inner
@@ -174,6 +208,7 @@ def start_contact(
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
     c.restitution, c.stiffness = properties.restitution, properties.stiffness / firmness
+    c.softening = properties.softening * units.impulse * speed
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):
@@ -187,20 +222,18 @@ def start_contact(
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
-    c.restitution_loss, c.friction_loss, c.final_slip = 0.0, 0.0, 0.0
+    c.restitution_loss, c.friction_loss = 0.0, 0.0
+    c.first_slip, c.final_slip = 0.0, 0.0
     c.discontinuity_margin = inf
 
 
 @inner
-def start_length(c: ContactState, law: int, exponent: float, length: float) -> None:
-    """Set the initial compression of a contact, or minus its initial distance."""
+def start_length(c: ContactState, length: float) -> None:
+    """Set minus the initial distance of a contact; close it if its bodies touch and approach."""
     c.compression[0] = length
-    c.initial_energy = elastic_energy(c.stiffness, length, exponent)
     c.normal_mode = INACTIVE
     if length >= 0.0 and c.velocity[0] < 0.0:
         c.normal_mode, c.compression_rate = COMPRESSION, 1.0
-    elif length > 0.0:
-        start_restitution(c, law, exponent, length)
     c.closings = 0 if c.normal_mode == INACTIVE else 1
 
 
@@ -211,7 +244,7 @@ def start(p: Progress) -> None:
     p.section, p.section_start, p.sections = -1, 0, 0
     p.scale, p.speed = 1.0, 1.0
     p.modes_changed, p.phase_open = True, False
-    p.status, p.phases, p.steps, p.time = OK, 0, 0, 0.0
+    p.status, p.phases, p.steps, p.time, p.next_turn = OK, 0, 0, 0.0, inf
 
 
 @inner

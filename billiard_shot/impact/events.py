@@ -11,6 +11,8 @@ from billiard_shot.impact.state import (
     ContactState,
     DEFERRED,
     force_is_negligible,
+    FREE,
+    GONE,
     INACTIVE,
     is_stiff,
     Model,
@@ -35,10 +37,12 @@ class EventKind(IntEnum):
     SLIP_STOP = 4
     CONE_EXIT = 5  # the force of a sticking contact reaches the friction cone
     SPRING_EXHAUSTED = 6  # law poisson: the spring is empty before its impulse is complete
+    TIP_CLEAR = 7  # a tip that a ball held aside does not overlap the ball any more
 
 
 (
-    NO_EVENT, NORMAL_REVERSAL, RESTITUTION_END, ACTIVATION, SLIP_STOP, CONE_EXIT, SPRING_EXHAUSTED
+    NO_EVENT, NORMAL_REVERSAL, RESTITUTION_END, ACTIVATION, SLIP_STOP, CONE_EXIT, SPRING_EXHAUSTED,
+    TIP_CLEAR,
 ) = map(int, EventKind)  # fmt: skip
 
 
@@ -78,7 +82,7 @@ def first_event(
         if m.distances and c.normal_mode == INACTIVE:
             x = closing_root(c, step, speed, end, work)
             if x != NO_ROOT:
-                end, kind, contact = x, ACTIVATION, j
+                end, kind, contact = x, ACTIVATION if c.hold == FREE else TIP_CLEAR, j
             continue
         sign = -1.0 if c.normal_mode == COMPRESSION else 1.0
         at_start = noise * speed if c.velocity[0] == 0.0 else NOT_ZERO
@@ -126,9 +130,12 @@ def first_event(
 
 @inner
 def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Floats) -> float:
-    """First x at which an open contact closes."""
+    """First x at which an open contact closes; or, if it is HELD, at which it is clear."""
+    if c.hold == GONE:
+        return NO_ROOT
     at_start = step.noise * speed * step.scale if c.compression[0] == 0.0 else NOT_ZERO
-    return first_root(c.compression, step.order, -1.0, 0.0, at_start, end, work)
+    sign = -1.0 if c.hold == FREE else 1.0
+    return first_root(c.compression, step.order, sign, 0.0, at_start, end, work)
 
 
 @inner

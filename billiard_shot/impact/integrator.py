@@ -11,13 +11,13 @@ Contract of the integrator, as long as a contact is active or approaches:
    step if nothing happens.
 4. *Advance* the state to the event, and book impulses and losses (advance.py).
 5. *Apply its transition*, which changes modes, never velocities by a finite amount; law poisson
-   excepted (transitions.py).
+   and the end of a cue that swings back excepted (transitions.py).
 
 Whenever the set of active contacts changes, a phase is logged. A status says how the collision
 ended.
 """
 
-from math import log10, sqrt
+from math import inf, log10, sqrt
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.advance import advance
@@ -35,12 +35,18 @@ from billiard_shot.impact.events import (
 )
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.laws import elastic_energy
-from billiard_shot.impact.moving_balls import advance_motion, expand_motion
+from billiard_shot.impact.moving_bodies import (
+    advance_motion,
+    expand_motion,
+    impulse_along,
+    part,
+)
 from billiard_shot.impact.options import negligible_speed, OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
+    FREE,
     INACTIVE,
     is_active,
     is_stiff,
@@ -60,6 +66,7 @@ from billiard_shot.impact.state import (
 )
 from billiard_shot.impact.taylor import explicit_step
 from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
+from billiard_shot.impact.turning import turn_normals
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
 ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has died down
@@ -81,20 +88,23 @@ def integrate(
             p.modes_changed = False
             assign_friction_modes(m, contacts, ws, zero_slip(m, p))
             if has_died_down(m, contacts, ws):
-                return end(m, contacts, p, log, INFINITE_SEQUENCE)
+                return end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
         step = propose_step(m, contacts, ws, p)
         if step.scale == 0.0:
             cancel_slip_onsets(m, contacts, m.tolerance * max(p.speed, 1.0))
             p.modes_changed, p.scale = True, 1.0
             continue
         if p.stiff == 0 and is_jammed(contacts, ws):
-            return end(m, contacts, p, log, p.status)
+            return end(m, contacts, ws, p, log, p.status)
         event = first_event(m, contacts, ws, step, p.speed)
         take_step(m, contacts, ws, p, step, event)
         if event.kind != NO_EVENT:
             carry_out(m, contacts, ws, p, log, event)
-        if is_over(contacts) or p.time >= m.until * (1.0 - OPTIONS.time_rounding):
+        if is_over(contacts):
             return True
+        if p.time >= p.next_turn * (1.0 - OPTIONS.time_rounding):
+            turn_normals(m, contacts, ws)
+            p.next_turn, p.modes_changed = p.time + m.interval, True
         p.scale = min(next_scale(p, step), OPTIONS.max_step)
         if p.events > OPTIONS.tail_after and not m.distances and ends_section(contacts, p, event):
             return False
@@ -140,7 +150,7 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode == INACTIVE:
-            largest = max(largest, -c.velocity[0])
+            largest = max(largest, -c.velocity[0] if c.hold == FREE else 0.0)
         else:
             largest = max(largest, active_speed(m, c, ws.delassus[3 * j][3 * j]))
     p.speed = largest if p.modes_changed else max(p.speed, largest)
@@ -199,11 +209,12 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         error, noise = tolerance, max(OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
-        length = min(length, (m.until - p.time) / scale)
+        if m.interval < inf:
+            length = min(length, (p.next_turn - p.time) / scale)
         if redundant:
             length = min(length, OPTIONS.max_redundant_step / scale)
-        if m.balls.number > 0:
-            expand_motion(m.balls, contacts, ws, scale, order, length)
+        if m.moves:
+            expand_motion(m.bodies, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
 
 
@@ -237,8 +248,8 @@ def take_step(
                 p.modes_changed = p.modes_changed or not feasible
                 break
         advance(m, contacts, step.scale, step.order, event.x)
-        if m.balls.number > 0:
-            advance_motion(m.balls, contacts, ws, step.order, event.x)
+        if m.moves:
+            advance_motion(m.bodies, contacts, ws, step.order, event.x)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
@@ -284,7 +295,7 @@ def carry_out(
     if kind == SPRING_EXHAUSTED:
         p.status = NEGATIVE_ENERGY
     known = event.x > 0.0 or contacts[j].velocity[0] == 0.0
-    jumped = apply(m, contacts, ws, event, known)
+    jumped = apply(m, contacts, ws, event, known, p.next_turn - p.time)
     if kind == CONE_EXIT and p.stiff > 1:  # else slip onsets follow each other without end
         defer_friction(m, contacts)
         jumped = True
@@ -367,18 +378,26 @@ def is_over(contacts: list[ContactState]) -> bool:
 @inner
 def closes(c: ContactState) -> bool:
     """Whether the bodies of an open contact touch and approach each other."""
-    return c.velocity[0] < -OPTIONS.rounding and c.compression[0] > -OPTIONS.rounding
+    approaches = c.velocity[0] < -OPTIONS.rounding and c.hold == FREE
+    return approaches and c.compression[0] > -OPTIONS.rounding
 
 
 @inner
 def end(
-    m: Model, contacts: list[ContactState], p: Progress, log: list[PhaseLog], status: int
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: Progress,
+    log: list[PhaseLog],
+    status: int,
 ) -> bool:
     """Log the last phase and end all contacts; return True."""
     log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
     for j in range(len(contacts)):
         if is_active(contacts[j]):
             deactivate(m, contacts[j])
+            if m.moves:
+                part(contacts, ws, j)
     p.status = status
     return True
 
@@ -402,4 +421,7 @@ def log_phase(
         row.ending, row.contact = ending, contact
         row.active = 1 if is_active(c) else 0
         row.impulse, row.impulse_1, row.impulse_2 = c.impulse, c.impulse_1, c.impulse_2
+        if m.bodies > 0:
+            row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
+            row.impulse_2 = impulse_along(c, 2)
         row.energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)

@@ -16,6 +16,7 @@ from billiard_shot.impact.beginning import begin, Collisions, ContactProperties
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
+from billiard_shot.impact.moving_bodies import store_body
 from billiard_shot.impact.outcome import (
     clear_result,
     CollisionOutcome,
@@ -24,8 +25,8 @@ from billiard_shot.impact.outcome import (
     Results,
 )
 from billiard_shot.impact.state import (
+    BodyState,
     ContactState,
-    NO_BALLS,
     PhaseLog,
     Progress,
     Workspace,
@@ -60,16 +61,18 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         properties=properties,
         law=0,
         exponent=1.0,
+        bodies=storage.records(BodyState, 0),
+        moves=False,
+        interval=inf,
         delassus=storage.array(np.eye(3)[np.newaxis]),
         velocity=storage.array(-np.eye(1, 3)),
         distances=False,
         lengths=storage.array(np.zeros((1, 1))),
-        until=inf,
-        balls=NO_BALLS,
         tolerance=storage.array([1e-9]),
     )
     results = Results(
         storage.records(ContactResult, 1),
+        storage.records(BodyState, 0),
         storage.records(PhaseLog, 1),
         storage.records(CollisionOutcome, 1),
     )
@@ -88,13 +91,15 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
         if units.speed > 0.0:
             while not integrate(m, contacts, ws, p, log):
                 if ends_in_geometric_tail(m, contacts, ws, p):
-                    end(m, contacts, p, log, INFINITE_SEQUENCE)
+                    end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
                     break
-            finish(m, given.velocity[i], units, contacts, ws, p, results, i)
+            finish(m, units, contacts, ws, p, results, i)
         else:
             for j in range(count):
-                length = given.lengths[i][j] if given.distances else 0.0
+                length = given.lengths[i][j] if given.distances and m.bodies == 0 else 0.0
                 clear_result(results.contacts[i * count + j], length)
+            for b in range(m.bodies):
+                store_body(results.bodies[i * m.bodies + b], ws, b)
         outcome = results.outcomes[i]
         outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
         outcome.duration = units.time * p.time

@@ -22,8 +22,8 @@ class Options(NamedTuple):
     rounding : float
         Smaller velocities count as zero. They are rounding errors of velocities of size one.
     time_rounding : float
-        Relative to the time at which a collision must end. The collision ends earlier by this
-        fraction, to avoid a last step that is only rounding.
+        Relative to the time at which contacts take their normals anew. They take them earlier by
+        this fraction, to avoid a last step that is only rounding.
     step_share : float
         Fraction of the tolerance that a step may use up, as long as there are few steps.
     nominal_steps : int
@@ -50,6 +50,8 @@ class Options(NamedTuple):
     negligible_force : float
         A spring force below this fraction of the tolerance counts as zero: with exponent 3/2 the
         force has no Taylor series at zero.
+    min_softened : float
+        Lowest restitution of a contact that softens with energy.
     end_margin : float
         Compression, relative to its peak, that counts as zero at the end of restitution, so that
         contacts that end together stay together.
@@ -151,6 +153,7 @@ class Options(NamedTuple):
     jam_speed: float = 1e-12
     energy_floor: float = 0.01
     negligible_force: float = 1e-3
+    min_softened: float = 0.05
     end_margin: float = 1e-14
 
     explicit_margin: float = 0.9

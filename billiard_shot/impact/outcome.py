@@ -6,38 +6,45 @@ from typing import NamedTuple
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Units
 from billiard_shot.impact.laws import elastic_energy, POISSON
-from billiard_shot.impact.moving_balls import change_units, kinetic_energy
+from billiard_shot.impact.moving_bodies import (
+    change_units,
+    impulse_along,
+    kinetic_energy,
+    push_bodies,
+    store_body,
+)
 from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
+    BodyState,
     components,
     ContactState,
-    INACTIVE,
     is_active,
     Model,
     PhaseLog,
     Progress,
-    RESTITUTION,
     Workspace,
 )
-from billiard_shot.impact.transitions import loss_since_peak
-from billiard_shot.records import record, Vector
+from billiard_shot.records import record
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
 
 @record
 class ContactResult:
-    """Impulse, losses and final slip of a contact after a collision."""
+    """Impulse, losses and slips of a contact after a collision."""
 
-    impulse: float  # [N s] on body a: along the normal, and along the tangents
+    # [N s] on body a: along the normal, and along the tangents; or along x, y and z, if the
+    # bodies are those of moving_bodies.py.
+    impulse: float
     impulse_1: float
     impulse_2: float
     restitution_loss: float  # [J]
     friction_loss: float  # [J]
-    final_slip: float  # [m/s] when the contact last ended
+    first_slip: float  # [m/s] when the contact ended for the first time, and the last time
+    final_slip: float
     # Least margin of a decision between restitution and recompression, relative to the peak of
     # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
-    length: float  # [m] of the spring's compression; below zero: minus the distance
+    length: float  # [m] minus the distance: since the contact ended
     closings: int  # how often the contact became active
 
 
@@ -55,6 +62,7 @@ class Results(NamedTuple):
     """Results of n collisions of N contacts."""
 
     contacts: list[ContactResult]  # n N
+    bodies: list[BodyState]  # n B, at the end of the collisions; may be those given
     log: list[PhaseLog]  # of the last collision, N for each phase as far as there is room
     outcomes: list[CollisionOutcome]  # n
 
@@ -62,7 +70,6 @@ class Results(NamedTuple):
 @inner
 def finish(
     m: Model,
-    velocity: Vector,
     units: Units,
     contacts: list[ContactState],
     ws: Workspace,
@@ -72,22 +79,18 @@ def finish(
 ) -> None:
     """Check the balance of energy of a collision, and write its results in SI units."""
     count = len(contacts)
-    for j in range(count):
-        if contacts[j].normal_mode == RESTITUTION:  # the time was up
-            contacts[j].restitution_loss += loss_since_peak(m, contacts[j])
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
         allowed = max(OPTIONS.imbalance * m.tolerance, OPTIONS.min_imbalance)
-        if m.balls.number > 0:
-            imbalance = energy_imbalance_of_balls(m, contacts, p.energy, ws)
+        if m.moves:
+            imbalance = energy_imbalance_of_bodies(m, contacts, p.energy, ws)
         else:
-            imbalance = energy_imbalance(m, contacts, velocity, units.speed, ws)
+            imbalance = energy_imbalance(contacts, units.speed, ws)
         if not imbalance <= allowed:  # also if it is NaN
             p.status = TOLERANCE_NOT_REACHED
-    if m.balls.number > 0:
-        length = units.speed * units.time
-        change_units(contacts, ws.motion, m.balls.number, 1.0 / units.speed, 1.0 / length)
     for j in range(count):
-        write_result(contacts[j], results.contacts[number * count + j], units)
+        write_result(m, contacts[j], results.contacts[number * count + j], units)
+    if m.bodies > 0:
+        finish_bodies(m, units, contacts, ws, results, number)
     for i in range(min(p.phases * count, len(results.log))):
         logged = results.log[i]
         logged.impulse *= units.impulse
@@ -97,60 +100,89 @@ def finish(
 
 
 @inner
-def clear_result(result: ContactResult, length: float) -> None:
-    """Set a result to that of a contact at which nothing happens."""
-    result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
-    result.restitution_loss, result.friction_loss, result.final_slip = 0.0, 0.0, 0.0
-    result.discontinuity_margin, result.length, result.closings = inf, length, 0
+def finish_bodies(
+    m: Model,
+    units: Units,
+    contacts: list[ContactState],
+    ws: Workspace,
+    results: Results,
+    number: int,
+) -> None:
+    """Write the bodies of a collision in SI units; push those that did not move."""
+    if m.moves:
+        length = units.speed * units.time
+        change_units(contacts, ws, m.bodies, 1.0 / units.speed, 1.0 / length)
+    else:
+        impulses = ws.vector[0]
+        for j in range(len(contacts)):
+            c = contacts[j]
+            impulses[0] = units.impulse * c.impulse
+            impulses[1] = units.impulse * c.impulse_1
+            impulses[2] = units.impulse * c.impulse_2
+            push_bodies(ws, c, impulses, 0)
+    for b in range(m.bodies):
+        ws.bodies[b].lost *= units.impulse * units.speed
+        store_body(results.bodies[number * m.bodies + b], ws, b)
 
 
 @inner
-def write_result(c: ContactState, result: ContactResult, units: Units) -> None:
+def clear_result(result: ContactResult, length: float) -> None:
+    """Set a result to that of a contact at which nothing happens."""
+    result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
+    result.restitution_loss, result.friction_loss = 0.0, 0.0
+    result.first_slip, result.final_slip = 0.0, 0.0
+    result.discontinuity_margin, result.length = inf, length
+    result.closings = 0
+
+
+@inner
+def write_result(m: Model, c: ContactState, result: ContactResult, units: Units) -> None:
     """Write the result of a contact."""
     unit, speed = units.impulse, units.speed
     result.length = speed * units.time * c.compression[0]
     result.impulse, result.impulse_1 = unit * c.impulse, unit * c.impulse_1
     result.impulse_2 = unit * c.impulse_2
+    if m.bodies > 0:
+        result.impulse, result.impulse_1 = unit * impulse_along(c, 0), unit * impulse_along(c, 1)
+        result.impulse_2 = unit * impulse_along(c, 2)
     result.restitution_loss = unit * speed * c.restitution_loss
     result.friction_loss = unit * speed * c.friction_loss
-    result.final_slip = speed * c.final_slip
+    result.first_slip, result.final_slip = speed * c.first_slip, speed * c.final_slip
     result.discontinuity_margin, result.closings = c.discontinuity_margin, c.closings
 
 
 @inner
-def energy_imbalance(
-    m: Model, contacts: list[ContactState], velocity: Vector, speed: float, ws: Workspace
-) -> float:
+def energy_imbalance(contacts: list[ContactState], speed: float, ws: Workspace) -> float:
     """
     Energy imbalance, relative to all the energy exchanged.
 
     Impulses times the mean of the velocities before and after are the work done on the bodies.
     """
     gap, turnover = 0.0, 0.0
-    after = ws.vector[0]
+    first, after = ws.vector[2], ws.vector[0]
     for j in range(len(contacts)):
         c = contacts[j]
         components(c, after, j)
         impulses = (c.impulse, c.impulse_1, c.impulse_2)
         for k in range(3):
-            before = velocity[3 * j + k] / speed
+            before = first[3 * j + k] / speed
             gap += 0.5 * impulses[k] * (before + after[3 * j + k])
             turnover += 0.5 * abs(impulses[k]) * (abs(before) + abs(after[3 * j + k]))
-        gap += c.restitution_loss + c.friction_loss - c.initial_energy
-        if c.normal_mode != INACTIVE:  # the time was up
-            gap += elastic_energy(c.stiffness, c.compression[0], m.exponent)
+        gap += c.restitution_loss + c.friction_loss
     return abs(gap) / turnover if turnover > 0.0 else 0.0
 
 
 @inner
-def energy_imbalance_of_balls(
+def energy_imbalance_of_bodies(
     m: Model, contacts: list[ContactState], before: float, ws: Workspace
 ) -> float:
-    """Energy imbalance of moving balls, relative to normal impulses times the approach speed."""
-    gap, turnover = kinetic_energy(m.balls, ws.motion) - before, 0.0
+    """Energy imbalance of moving bodies, relative to normal impulses times the approach speed."""
+    gap, turnover = kinetic_energy(ws, m.bodies) - before, 0.0
+    for b in range(m.bodies):
+        gap += ws.bodies[b].lost
     for j in range(len(contacts)):
         c = contacts[j]
-        gap += c.restitution_loss + c.friction_loss - c.initial_energy
+        gap += c.restitution_loss + c.friction_loss
         gap += elastic_energy(c.stiffness, c.compression[0], m.exponent) if is_active(c) else 0.0
         turnover += abs(c.impulse)
     return abs(gap) / turnover if turnover > 0.0 else 0.0

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.impact.beginning import Collisions, ContactProperties
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
-from billiard_shot.impact.state import NO_BALLS, PhaseLog
+from billiard_shot.impact.state import BodyState, PhaseLog
 from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
 
 
@@ -78,7 +78,6 @@ def solve_in_contact_space(
     tolerance: ArrayLike,
     phases: int = 0,
     lengths: NDArray[np.float64] | None = None,
-    until: float = inf,
 ) -> Solved:
     """
     Solve n collisions of the same N contacts.
@@ -93,8 +92,6 @@ def solve_in_contact_space(
         more, it is solved again, and all are logged.
     lengths : (n, N) float array, optional
         See `Collisions`. Without them, contacts have no distances.
-    until : float
-        See `Collisions`.
 
     """
     n, count = len(velocity), np.shape(properties.friction)[-1]
@@ -107,18 +104,16 @@ def solve_in_contact_space(
         storage.array(tolerance),
         phases,
         lengths,
-        until,
     )
-    rows = as_rows(ContactResult, results)
-    table = rows.view(np.float64).reshape(n, count, 9)
+    rows = as_rows(ContactResult, results).reshape(n, count)
     ends = as_rows(CollisionOutcome, outcomes)
     return Solved(
-        table[..., :3],
-        table[..., 3:5],
-        table[..., 5],
-        table[..., 6],
-        table[..., 7],
-        rows['closings'].reshape(n, count),
+        np.stack([rows['impulse'], rows['impulse_1'], rows['impulse_2']], axis=-1),
+        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
+        rows['final_slip'],
+        rows['discontinuity_margin'],
+        rows['length'],
+        rows['closings'],
         ends['status'],
         ends['phases'],
         ends['steps'],
@@ -152,36 +147,49 @@ def solve_stored(
     tolerance: Vector,
     phases: int,
     lengths: NDArray[np.float64] | None = None,
-    until: float = inf,
 ) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
     """
     Solve collisions whose arrays are in a storage; see `solve_in_contact_space`.
 
     Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
     """
-    run = solve_collisions.on(storage)
     n, count = len(velocity), np.shape(properties.friction)[-1]
     given = ROWS.records(ContactProperties, n * count)
     table = given.reshape(n, count)
-    for name in given.dtype.names or ():
+    for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness'):
         table[name] = getattr(properties, name)
     collisions = Collisions(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
         exponent=float(properties.exponent),
+        bodies=storage.records(BodyState, 0),
+        moves=False,
+        interval=inf,
         delassus=delassus,
         velocity=velocity,
         distances=lengths is not None,
         lengths=storage.zeros(n, count) if lengths is None else storage.array(lengths),
-        until=until,
-        balls=NO_BALLS,
         tolerance=tolerance,
     )
+    return solve_given(storage, collisions, collisions.bodies, phases)
+
+
+def solve_given(
+    storage: Storage, collisions: Collisions, bodies: list[BodyState], phases: int
+) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
+    """
+    Solve collisions that are in a storage; write the bodies, if they have any, as they end.
+
+    Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
+    """
+    n = len(collisions.tolerance)
+    count = len(collisions.properties) // n if n else 0
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
         log = storage.records(PhaseLog, phases * count)
-        run(collisions, scratch(storage, count), Results(results, log, outcomes))
+        given = Results(results, bodies, log, outcomes)
+        solve_collisions.on(storage)(collisions, scratch(storage, count), given)
         needed = int(outcomes[-1].phases) if phases and n else 0
         if needed <= phases:
             break

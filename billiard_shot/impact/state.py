@@ -43,8 +43,27 @@ class FrictionMode(IntEnum):
     CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
 
 
+class Hold(IntEnum):
+    """Whether an open contact may close (moving_bodies.py)."""
+
+    FREE = 0
+    HELD = 1  # a ball holds the end of a cue aside: not before the tip is clear of the ball
+    GONE = 2  # it closed as often as it may
+
+
+class BodyKind(IntEnum):
+    """Kind of a body that moves, or is fixed, while others do."""
+
+    BALL = 0
+    TIP = 1
+    PLANE = 2
+    EDGE = 3
+
+
 INACTIVE, COMPRESSION, RESTITUTION = map(int, NormalMode)
 FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP = map(int, FrictionMode)
+FREE, HELD, GONE = map(int, Hold)
+BALL, TIP, PLANE, EDGE = map(int, BodyKind)
 
 
 @record
@@ -61,6 +80,7 @@ class ContactState:
     fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     restitution: float
+    softening: float  # of the restitution, see `ContactProperties`
     stiffness: float  # relative to the largest
     normal_mode: int
     friction_mode: int
@@ -69,7 +89,6 @@ class ContactState:
     peak_compression: float  # at which restitution began
     restitution_end: float  # compression (law poisson: impulse) that ends restitution
     lost_share: float  # of the energy that the spring releases in restitution
-    initial_energy: float  # in the spring, when the collision began
     activation_impulse: float  # normal impulse when the contact became active
     negligible_compression: float  # up to which the force is negligible
     slip_dir_1: float  # unit vector of the slip
@@ -79,14 +98,19 @@ class ContactState:
     impulse_2: float
     restitution_loss: float  # energy
     friction_loss: float
-    final_slip: float  # when the contact last ended
+    first_slip: float  # when the contact ended for the first time, and the last time
+    final_slip: float
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
     closings: int  # how often it became active
-    # If the bodies are balls that move (moving_balls.py): their numbers, the axes at the last
-    # closing, and the distance of their centres at which the contact closes next.
-    ball_a: int
-    ball_b: int
+    # If the bodies are those of moving_bodies.py: their numbers, the axes, the distance at which
+    # the contact closes next, and that at which bodies touch that are not dented.
+    body_a: int
+    body_b: int
+    keeps_normal: bool  # while it is pressed
+    max_closings: int
+    hold: int  # a `Hold`
     closing_distance: float
+    reach: float
     normal: Vector3
     tangent_1: Vector3
     tangent_2: Vector3
@@ -131,7 +155,8 @@ class Progress:
     time: float  # since the start
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
-    energy: float  # kinetic, of balls that move, when the collision began
+    next_turn: float  # time at which pressed contacts take their normals anew
+    energy: float  # kinetic, of bodies that move, when the collision began
 
 
 @record
@@ -141,21 +166,31 @@ class PhaseLog:
     ending: int  # why the phase ended, an `Ending`
     contact: int  # contact at which it ended; -1 if the whole collision ended
     active: int
-    impulse: float  # [N s] on body a since the start
+    # [N s] on body a since the start: along the normal, and along the tangents. If the bodies are
+    # those of moving_bodies.py: along x, y and z.
+    impulse: float
     impulse_1: float
     impulse_2: float
     energy: float  # [J] elastic
 
 
-class Balls(NamedTuple):
-    """Equal balls that move while they collide; if their number is 0, bodies stay in place."""
+@record
+class BodyState:
+    """
+    A ball, the tip of a cue, or a plane or an edge that is fixed.
 
-    number: int
-    response: float  # 1 / mass [1/kg]
-    turning: float  # radius^2 / inertia [1/kg]
+    A fixed body has the responses zero. Its position is any point of it.
+    """
 
-
-NO_BALLS = Balls(0, 0.0, 0.0)
+    kind: int  # a `BodyKind`
+    response: float  # 1 / mass [1/kg]; of a tip: along the axis of its cue
+    across: float  # [1/kg] of a tip: across that axis; of a ball the same as `response`
+    turning: float  # radius^2 / inertia of a ball [1/kg]
+    axis: Vector3  # unit vector: of a cue, normal to a plane, or along an edge
+    position: Vector3  # [m] of the centre
+    velocity: Vector3  # [m/s]
+    spin: Vector3  # [m/s] radius times angular velocity
+    lost: float  # [J] by the end of a cue that swung back
 
 
 class Model(NamedTuple):
@@ -166,8 +201,9 @@ class Model(NamedTuple):
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
-    until: float  # time at which the collision ends, even if contacts are still active
-    balls: Balls  # that move
+    bodies: int  # number of bodies whose places are known (moving_bodies.py), or 0
+    moves: bool  # whether these move while they collide
+    interval: float  # time after which pressed contacts take their normals anew
 
 
 class Workspace(NamedTuple):
@@ -180,7 +216,7 @@ class Workspace(NamedTuple):
     matrix: Any  # (3, 2 N, 2 N) scratch
     newton: Any  # (STAGES N, STAGES N) scratch
     residual: Any  # (STAGES N,) scratch
-    vector: Any  # (2, 3 N) scratch
+    vector: Any  # (3, 3 N) scratch; row 2: velocities before the collision
     polynomials: Any  # (3, MAX_COEFFICIENTS) scratch
     indices: Any  # (2 N,) scratch
     stages: Any  # (STAGES,) nodes of an implicit step
@@ -188,7 +224,8 @@ class Workspace(NamedTuple):
     monomial: Any  # (STAGES, STAGES) from values at the nodes to coefficients
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
-    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) of moving_balls.py, one matrix per ball
+    bodies: Any  # 2 N + 2 BodyState, of moving_bodies.py
+    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) one matrix per body
 
 
 def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
@@ -204,7 +241,7 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
         zeros(3, 2 * count, 2 * count),
         zeros(nodes, nodes),
         zeros(nodes),
-        zeros(2, size),
+        zeros(3, size),
         zeros(3, MAX_COEFFICIENTS),
         storage.array(np.zeros(2 * count, np.int64)),
         stages,
@@ -212,6 +249,7 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
         monomial,
         zeros(HISTORY, SECTION * count),
         storage.array(np.zeros(HISTORY, np.int64)),
+        storage.records(BodyState, 2 * count + 2),
         zeros(2 * count + 2, 9, MAX_COEFFICIENTS),
     )
 

@@ -10,14 +10,16 @@ from billiard_shot.impact.events import (
     NORMAL_REVERSAL,
     SLIP_STOP,
     SPRING_EXHAUSTED,
+    TIP_CLEAR,
 )
 from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import elastic_energy, opening, POISSON
-from billiard_shot.impact.moving_balls import part, push_balls, take_normal
+from billiard_shot.impact.moving_bodies import free_tips, part, push_bodies, take_normal
 from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
+    FREE,
     friction_at,
     FRICTIONLESS,
     INACTIVE,
@@ -37,15 +39,31 @@ from billiard_shot.numerics.polynomial import evaluate
 
 @inner
 def apply(
-    m: Model, contacts: list[ContactState], ws: Workspace, event: Event, known: bool
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    event: Event,
+    known: bool,
+    remaining: float,
 ) -> bool:
     """
     Apply the transition of an event; return whether forces jumped.
 
-    `known`: whether the normal velocity of the contact is zero at the event.
+    Parameters
+    ----------
+    m, contacts, ws, event
+        The model, the contacts, the workspace, and the event.
+    known : bool
+        Whether the normal velocity of the contact is zero at the event.
+    remaining : float
+        Time until pressed contacts take their normals anew.
+
     """
     j = event.contact
     c = contacts[j]
+    if event.kind == TIP_CLEAR:
+        c.hold, c.compression[0] = FREE, 0.0
+        return False
     if event.kind == NORMAL_REVERSAL:
         reverse_normal_motion(m, c, known)
         return False
@@ -59,16 +77,19 @@ def apply(
             eliminate_sticking(contacts, ws)
             return False
     elif event.kind == ACTIVATION:
-        if m.balls.number > 0:
-            take_normal(m.balls, m.planar, contacts, ws, j)
+        if m.moves:
+            lead = 0.0 if c.keeps_normal or m.interval == inf else 0.5 * remaining
+            take_normal(m.planar, contacts, ws, j, lead)
         activate(c, known and not m.distances)
+        if m.moves:
+            free_tips(contacts, ws)
     else:
         if event.kind == SPRING_EXHAUSTED:
             apply_remaining_impulse(m, contacts, ws, j)
         margin = recompression_margin(m, contacts, ws, j)
         c.discontinuity_margin = min(c.discontinuity_margin, margin)
         deactivate(m, c)
-        if m.balls.number > 0:
+        if m.moves:
             part(contacts, ws, j)
     return True
 
@@ -92,6 +113,8 @@ def deactivate(m: Model, c: ContactState) -> None:
     c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
     c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
+    if c.closings == 1:
+        c.first_slip = c.final_slip
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
     c.compression[0] = 0.0
@@ -101,8 +124,9 @@ def deactivate(m: Model, c: ContactState) -> None:
 @inner
 def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
     """End a contact's compression, or start a recompression; `known` as for `activate`."""
-    # Only the remaining impulse of another contact changes a velocity at once.
-    if known or m.law != POISSON or abs(c.velocity[0]) <= OPTIONS.rounding:
+    # Only the remaining impulse of another contact, or a new normal, changes a velocity at once.
+    jumps = m.law == POISSON or m.interval < inf
+    if known or not jumps or abs(c.velocity[0]) <= OPTIONS.rounding:
         c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
@@ -121,7 +145,11 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
 @inner
 def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
     """Start the restitution of a contact from its peak compression, by a law."""
-    opens = opening(law, c.restitution, exponent)
+    restitution = c.restitution
+    if c.softening > 0.0:
+        energy = elastic_energy(c.stiffness, peak, exponent)
+        restitution = max(restitution / (1.0 + c.softening * energy), OPTIONS.min_softened)
+    opens = opening(law, restitution, exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost
     c.restitution_end = peak * opens.end
@@ -222,10 +250,10 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
             d.impulse += amount * push[3 * k]
             d.impulse_1 += amount * push[3 * k + 1]
             d.impulse_2 += amount * push[3 * k + 2]
-            if m.balls.number > 0:
+            if m.moves:
                 for i in range(3):
                     ws.residual[i] = amount * push[3 * k + i]
-                push_balls(m.balls, d, ws.motion, ws.residual, 0)
+                push_bodies(ws, d, ws.residual, 0)
         remaining -= amount
         if remaining > 0.0:
             c.friction_mode = FRICTIONLESS  # it stopped; no spring sets a direction

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.records import ROWS
-from billiard_shot.shot.cue_contact import MAX_HITS, meet, TOLERANCE
-from billiard_shot.shot.meeting import Meeting
+from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting, TOLERANCE
 from billiard_shot.shot.model import StrikeModel, TABLE, tip_reach
 from billiard_shot.shot.neighbours import FIXED, neighbours_of
 from billiard_shot.shot.strike import follow_through_time

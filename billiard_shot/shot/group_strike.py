@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult
-from billiard_shot.shot.cue_contact import meet, OTHERS, TOLERANCE
-from billiard_shot.shot.meeting import Meeting, Outcome
+from billiard_shot.shot.cue_contact import meet, Meeting, OTHERS, Outcome, TOLERANCE
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP_DURATION, tip_reach
 from billiard_shot.shot.neighbours import FIXED, Neighbour
 from billiard_shot.shot.strike import final_status, MISCUE_SLIP
@@ -77,9 +76,7 @@ def strike_group(
     positions = np.tile(places[members], (n, 1, 1))
     still, tip = np.zeros_like(positions), places[0] + tip_reach(model) * strikes['axes'][:, :3]
     before = Meeting(positions, still, still, tip, speeds)
-    # A strike that alone hits once takes all directions as they are at first: so do these.
-    steady = strikes['hits'] <= 1
-    met = meet(model, axes, before, np.full(n, TOLERANCE), neighbours, steady, phases)
+    met = meet(model, axes, before, np.full(n, TOLERANCE), neighbours, phases)
     _write(strikes, met, speeds)
     starts = ball_starts(n, len(places))
     starts['position'] = places
@@ -152,6 +149,6 @@ def _result(met: Outcome) -> CollisionResult:
         met.slips[-1],
         met.lengths[-1],
         float(met.duration[-1]),
-        tuple(met.log),
+        met.log,
         int(met.steps[-1]),
     )

@@ -1,14 +1,17 @@
 """Strikes in which the ball meets the tip or the cloth more than once: the normals move."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import as_rows, OBJECTS
+from billiard_shot.impact.collide import Phase
+from billiard_shot.impact.state import PhaseLog
+from billiard_shot.records import as_rows, OBJECTS, ROWS
 from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
-from billiard_shot.shot.cue_contact import meet, TOLERANCE
-from billiard_shot.shot.meeting import log_of, Meeting
-from billiard_shot.shot.model import StrikeModel, TIP, tip_reach
-from billiard_shot.shot.neighbours import is_in_pieces
+from billiard_shot.shot.cue_contact import meet, Meeting, TOLERANCE
+from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.neighbours import bodies_move
 from billiard_shot.shot.strike import (
     final_status,
     follow_through_time,
@@ -37,7 +40,7 @@ def with_moving_normals(
     """
     strikes = done.strikes
     again = np.flatnonzero((strikes['hits'] > 1) & (strikes['status'] < MISS))
-    if not model.follows or not is_in_pieces(model) or not len(again):
+    if not model.follows or not bodies_move(model) or not len(again):
         strikes['hits'] = np.minimum(strikes['hits'], 1)
         return done
     log, motion = done.log, done.segments
@@ -59,7 +62,7 @@ def with_moving_normals(
     strikes['losses'][again] = met.losses.reshape(-1, 4)
     strikes['steps'][again], strikes['phases'][again] = met.steps, met.phases
     for i, row in enumerate(again):
-        strike, slips = strikes[row], met.slips[i, TIP] > MISCUE_SLIP * speeds[i]
+        strike, slips = strikes[row], met.first_slip[i] > MISCUE_SLIP * speeds[i]
         last = row == len(strikes) - 1 and len(done.segments) > 0
         room = USUAL_SEGMENTS if last else 0
         rolled = _roll_out_again(model, axes[i], position, tolerance, strike, room)
@@ -99,3 +102,14 @@ def _roll_out_again(
     if 0 < room < ball.segments:
         return _roll_out_again(model, axis, position, tolerance, strike, ball.segments)
     return as_rows(Segment, segments[: ball.segments])
+
+
+def log_of(phases: Sequence[Phase], frames: NDArray[np.float64]) -> NDArray[np.void]:
+    """Write phases as a log (phases, 2); `frames`: (2, 3, 3), normal and tangents as rows."""
+    log = ROWS.records(PhaseLog, 2 * len(phases)).reshape(-1, 2)
+    for row, phase in zip(log, phases, strict=True):
+        row['ending'], row['contact'], row['energy'] = phase.ending, phase.contact, phase.energies
+        row['active'][list(phase.active)] = 1
+        along = np.einsum('kij,kj->ki', frames, phase.impulses)
+        row['impulse'], row['impulse_1'], row['impulse_2'] = along.T
+    return log

@@ -50,14 +50,14 @@ class Neighbour(NamedTuple):
     decay: float = 0.0  # s/m
 
 
-def is_in_pieces(model: StrikeModel) -> bool:
-    """Whether strikes are solved piece by piece, with distances: only one law knows how."""
+def bodies_move(model: StrikeModel) -> bool:
+    """Whether bodies move during a strike: only one law defines how contacts close again."""
     return model.law == BISTIFFNESS
 
 
 def near_distance(model: StrikeModel, table: Table) -> float:
     """Return how far away the neighbours of a ball may be [m]."""
-    takes_time = is_in_pieces(model) and table.numbers.ball_duration > 0.0
+    takes_time = bodies_move(model) and table.numbers.ball_duration > 0.0
     return REACH if takes_time else table.numbers.contact_gap
 
 
@@ -101,7 +101,7 @@ def neighbours_of(
 
 def _stiffness(model: StrikeModel, mass: float, duration: float, ratio: float) -> float:
     """Stiffness of a contact with a duration [s], of balls of a mass [kg]; or by its ratio."""
-    if not is_in_pieces(model):
+    if not bodies_move(model):
         return ratio
     if duration == 0.0:
         return ratio * tip_stiffness(model) / model.stiffness[TIP]

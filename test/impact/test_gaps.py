@@ -16,8 +16,6 @@ import pytest
 from billiard_shot import Status
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.bodies import direction
-from billiard_shot.impact.laws import BISTIFFNESS
-from billiard_shot.impact.solve import Properties, solve_in_contact_space
 
 UP = (0.0, 0.0, 1.0)
 
@@ -293,33 +291,3 @@ def test_bad_gaps():
         collide(bodies, contacts)
     with pytest.raises(ValueError, match='reactivation must be one of instant, distance'):
         collide(bodies, contacts, reactivation='later')
-
-
-@pytest.mark.parametrize('exponent', [1.0, 1.5])
-def test_a_collision_in_pieces_is_that_in_one_piece(exponent):
-    """Compressions are all that a piece has to hand over, and the books of energy stay closed."""
-    properties = Properties([0.0, 0.0], [0.9, 0.6], [3.0, 2.0], BISTIFFNESS, exponent)
-    # a ball that falls on one which lies on a table, both of mass 1
-    delassus = np.zeros((1, 6, 6))
-    delassus[0, :3, :3], delassus[0, 3:, 3:] = 2.0 * np.eye(3), np.eye(3)
-    delassus[0, 0, 3] = delassus[0, 3, 0] = -1.0
-    start = np.zeros((1, 6))
-    start[0, 0] = -1.0
-    gaps = np.array([[0.0, -0.05]])
-    whole = solve_in_contact_space(properties, delassus, start, [1e-10], lengths=gaps)
-    velocity, lengths = start.copy(), gaps
-    impulses, losses, time = np.zeros((2, 3)), np.zeros((2, 2)), 0.0
-    for _ in range(200):
-        piece = solve_in_contact_space(
-            properties, delassus, velocity, [1e-10], lengths=lengths, until=0.13
-        )
-        assert piece.status[0] == Status.OK
-        velocity = velocity + (delassus[0] @ piece.impulses[0].ravel())
-        lengths = piece.lengths
-        impulses, losses = impulses + piece.impulses[0], losses + piece.losses[0]
-        time += piece.durations[0]
-        if (lengths <= 0.0).all():
-            break
-    np.testing.assert_allclose(impulses, whole.impulses[0], atol=1e-6)
-    np.testing.assert_allclose(losses, whole.losses[0], atol=1e-6)
-    assert time == pytest.approx(whole.durations[0], abs=0.14)  # the last piece may be longer

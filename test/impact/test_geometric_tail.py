@@ -9,7 +9,7 @@ from setups import guided_strike, solved
 from billiard_shot.impact import geometric_tail
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.laws import ENERGETIC
-from billiard_shot.impact.state import ContactState, Model, NO_BALLS, SECTION, workspace
+from billiard_shot.impact.state import ContactState, Model, SECTION, workspace
 from billiard_shot.records import OBJECTS
 from billiard_shot.status import Status
 
@@ -85,7 +85,7 @@ def test_the_rest_of_a_decaying_sequence_is_added_at_once(name):
 @pytest.mark.parametrize('ratio', [0.1, 0.9, 0.99])
 def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     """Velocities and impulses shrink with the ratio, energies with its square or a mixture."""
-    model = Model(ENERGETIC, 1.0, 1e-12, False, False, math.inf, NO_BALLS)
+    model = Model(ENERGETIC, 1.0, 1e-12, False, False, 0, False, math.inf)
     contact = ContactState()
     contact.stiffness = 1.0
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])

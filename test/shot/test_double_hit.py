@@ -9,9 +9,8 @@ import pytest
 
 from billiard_shot import effects_of, EventKind, predict, predict_batch, Scene, Stroke
 from billiard_shot.scene import Effects
-from billiard_shot.shot.cue_contact import meet
+from billiard_shot.shot.cue_contact import meet, Meeting
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.meeting import Meeting
 from billiard_shot.shot.model import TIP_DURATION
 from billiard_shot.shot.strike import follow_through_time
 from billiard_shot.table.motion import Cause

@@ -62,7 +62,7 @@ def velocities_behind_a_gap(gap, angle, stroke=LEVEL):
     away = 2 * R + gap
     scene = scene_of(cue=(0.0, 0.0), one=(away * math.cos(angle), away * math.sin(angle)))
     shot = predict(scene, stroke)
-    return np.concatenate([ball.velocity for ball in shot.run.at(0.02).values()])
+    return np.concatenate([ball.velocity for ball in shot.run.at(0.01).values()])
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.5, 1.0])
