@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from billiard_shot.planning.candidate_strokes import candidates, CandidateStrokes
     from billiard_shot.planning.inverse import invert_strike
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
@@ -51,6 +52,8 @@ __all__ = [
     'RankedStroke',
     'shots',
     'DirectShots',
+    'candidates',
+    'CandidateStrokes',
     'invert_strike',
 ]
 
@@ -82,6 +85,8 @@ _HOMES = {
     'PlanResult': 'planning.result',
     'RankedStroke': 'planning.result',
     'shots': 'planning.shots',
+    'candidates': 'planning.candidate_strokes',
+    'CandidateStrokes': 'planning.candidate_strokes',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
 }

@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
 import os
 from time import perf_counter
 from typing import Any
 
 from billiard_shot import machine_code
 from billiard_shot.planning.explain import why_not_straight
-from billiard_shot.planning.limits import check_clearance, limits_of
+from billiard_shot.planning.in_hand import places_in_hand
+from billiard_shot.planning.limits import check_clearance, Limits, limits_of
 from billiard_shot.planning.noises import noise_of
-from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.problem import Problem, problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive, whole
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+
+PLACES_TRIED = 4  # of a cue ball in hand that has to come to rest at a place
 
 
 def plan(
@@ -35,6 +41,7 @@ def plan(
     cancel: Callable[[], bool] | None = None,
     executor: Executor | SupportsSubmit | None = None,
     time_limit: float | None = None,
+    place: str | None = None,
 ) -> PlanResult:
     """
     Find the stroke most likely to reach a target, given execution noise, limits and obstacles.
@@ -76,6 +83,10 @@ def plan(
         Time after which the search ends with its best result [s], above 0. A search that it ends
         is not reproducible. If the library has to be compiled first, that time does not count, and
         `cancel` is called after it.
+    place : str, optional
+        The cue ball is in hand, and the plan says where to put it: `anywhere` on the table, or in
+        the `kitchen` behind the head string. Only for targets that pot a ball. The places with the
+        best direct shots share the budget.
 
     Returns
     -------
@@ -90,24 +101,67 @@ def plan(
 
     """
     scene = Scene.load(scene)
-    begin = perf_counter()
     spread = noise_of(scene, noise)
     wanted = target_of(scene, target)
     limits = limits_of(scene, constraints, spread)
     budget, seed = whole('budget', budget, 1), whole('seed', seed, 0)
     if time_limit is not None:
         time_limit = positive('time_limit', time_limit, 's')
-    check_clearance(scene, limits)
-    problem = problem_of(scene, wanted, limits, spread)
-    surface = problem.model.surface
-    if not (surface.rolling_resistance > 0.0 and surface.spin_deceleration > 0.0):
-        raise ValueError(
-            'scene: balls that never rest cannot be planned; rolling_resistance and '
-            'spin_deceleration of the cloth must be above 0, and the effects roll and '
-            'spin_decay on'
+    search_at = partial(
+        _plan_from,
+        wanted=wanted,
+        limits=limits,
+        spread=spread,
+        seed=seed,
+        progress=progress,
+        cancel=cancel,
+        executor=executor,
+    )
+    if place is None:
+        return search_at(scene, budget=budget, time_limit=time_limit)
+    begin = perf_counter()
+    count = PLACES_TRIED if isinstance(wanted, Pot) and wanted.leave is not None else 1
+    found = places_in_hand(scene, wanted, limits, spread, place, count)
+    if not found:
+        text = f'place: no direct shot pots the ball from {place}'
+        return PlanResult(Status.NO_PLAN, text, (), 0, perf_counter() - begin, spread)
+    results = [
+        search_at(
+            replace(scene, balls={**scene.balls, CUE_BALL: there}),
+            budget=max(1, budget // len(found)),
+            time_limit=time_limit and time_limit / len(found),
         )
-    if isinstance(wanted, Pot) and not problem.balls:
-        raise ValueError('constraints: keep: all balls of the target must stay on the table')
+        for there in found
+    ]
+    best = max(range(len(found)), key=lambda k: _surely(results[k]))
+    return replace(
+        results[best],
+        simulations=sum(each.simulations for each in results),
+        wall_time=perf_counter() - begin,
+        place=found[best],
+    )
+
+
+def _surely(result: PlanResult) -> float:
+    """Lower end of the interval of the success of the best stroke; below 0 if there is none."""
+    return result.best.interval[0] if result.best else -1.0
+
+
+def _plan_from(
+    scene: Scene,
+    wanted: Target,
+    limits: Limits,
+    spread: Noise,
+    budget: int,
+    seed: int,
+    progress: Callable[[Progress], object] | None,
+    cancel: Callable[[], bool] | None,
+    executor: Executor | SupportsSubmit | None,
+    time_limit: float | None,
+) -> PlanResult:
+    """Search for strokes at the cue ball where the scene has it, see `plan`."""
+    begin = perf_counter()
+    problem = checked_problem(scene, wanted, limits, spread)
     machine_code.require()
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
@@ -140,6 +194,30 @@ def plan(
         spread,
         found.converged,
     )
+
+
+def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise) -> Problem:
+    """
+    Make a planning problem.
+
+    Raises
+    ------
+    ValueError
+        If the limits leave the cue no clearance, balls never rest, or no ball may be potted.
+
+    """
+    check_clearance(scene, limits)
+    problem = problem_of(scene, wanted, limits, spread)
+    surface = problem.model.surface
+    if not (surface.rolling_resistance > 0.0 and surface.spin_deceleration > 0.0):
+        raise ValueError(
+            'scene: balls that never rest cannot be planned; rolling_resistance and '
+            'spin_deceleration of the cloth must be above 0, and the effects roll and '
+            'spin_decay on'
+        )
+    if isinstance(wanted, Pot) and not problem.balls:
+        raise ValueError('constraints: keep: all balls of the target must stay on the table')
+    return problem
 
 
 def _outcome(

@@ -137,6 +137,8 @@ class PlanResult:
         Execution noise under which the success was estimated.
     converged : bool
         Whether two searches from different random numbers agree on the success of the best stroke.
+    place : (x, y), optional
+        Where to put a cue ball in hand [m], if the plan was asked for that.
 
     """
 
@@ -147,6 +149,7 @@ class PlanResult:
     wall_time: float
     noise: Noise
     converged: bool = False
+    place: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
         return f'PlanResult({self.status.name}: {self.message}; strokes: {len(self.ranking)})'

@@ -133,7 +133,7 @@ def shots(
     Find the direct shots of many tables whose balls rest, and their chances.
 
     The cue ball sends the ball straight into the pocket. The chance follows from the geometry, the
-    throw and the openings of the pockets, without a simulation of the shot: see docs/planning.md
+    throw and the openings of the pockets, without a simulation of the shot: see docs/batches.md
     for its error. `plan` finds better strokes, and the other kinds of shots.
 
     Parameters

@@ -1,0 +1,91 @@
+"""The cue ball in hand: places from which a ball is likely to be potted."""
+
+import math
+
+import numpy as np
+
+from billiard_shot.planning.limits import Limits
+from billiard_shot.planning.shots import shots
+from billiard_shot.planning.statistics import quasi_random
+from billiard_shot.planning.strikes import Array
+from billiard_shot.planning.targets import Pot, Target
+from billiard_shot.scene import Noise, Scene
+from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.table_states import TableStates
+
+PLACES = 'anywhere', 'kitchen'
+TRIED = 1500  # places that are rated
+APART = 0.15  # m, at least, between the places that are chosen
+NEAREST = 0.15  # m to the ball: from nearer the cue may hit the cue ball twice
+ALIKE = 0.01  # chance: among places that differ by less, the one with the shortest ways is better
+HEAD_STRING = -0.25  # table lengths: x of the head string; the kitchen is behind it
+
+
+def places_in_hand(
+    scene: Scene, target: Target, limits: Limits, noise: Noise, place: str, count: int
+) -> list[tuple[float, float]]:
+    """
+    Choose places of the cue ball (x, y) [m] from which a direct shot pots a ball, the best first.
+
+    Parameters
+    ----------
+    scene : Scene
+    target : Target
+    limits : Limits
+    noise : Noise
+    place : str
+        `anywhere` on the table, or in the `kitchen`: behind the head string.
+    count : int
+        Largest number of places; they are at least `APART` from each other.
+
+    Raises
+    ------
+    ValueError
+        If `place` is none of `PLACES`, or the target is not to pot a ball on a table with pockets.
+
+    """
+    if place not in PLACES:
+        raise ValueError(f'place must be {" or ".join(PLACES)}, got {place!r}')
+    if not isinstance(target, Pot) or scene.table is None:
+        raise ValueError(f'place needs a target that pots a ball, got {target!r}')
+    others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
+    free = _free_places(scene, np.array(list(others.values())).reshape(-1, 2), place)
+    radius = scene.ball.radius
+    position = np.full((len(free), 1 + len(others), 3), radius)
+    position[:, 0, :2] = free
+    position[:, 1:, :2] = np.array(list(others.values())).reshape(-1, 2)
+    legal = [
+        name
+        for name in others
+        if target.wants(name)
+        and name not in limits.keep
+        and (not limits.first_contact or name in limits.first_contact)
+    ]
+    found = shots(scene, TableStates([CUE_BALL, *others], position), legal, noise)
+    wanted = np.isin(found.pocket, [POCKET_NAMES.index(name) for name in target.pocket])
+    wanted &= limits.allows_azimuth(found.offsets[:, 3]) & (found.distance >= NEAREST)
+    rounded = np.round(found.chance / ALIKE)
+    order = np.lexsort((found.distance + found.way, -rounded, ~wanted))
+    chosen: list[tuple[float, float]] = []
+    for k in order[: int(wanted.sum())].tolist():
+        x, y = free[found.table[k]].tolist()
+        if all(math.dist((x, y), other) >= APART for other in chosen):
+            chosen.append((x, y))
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def _free_places(scene: Scene, others: Array, place: str) -> Array:
+    """List places (n, 2) [m] at which the cue ball can lie."""
+    table, radius = scene.table, scene.ball.radius
+    assert table is not None
+    low, high = np.array([-0.5, -0.5]), np.array([0.5, 0.5])
+    if place == 'kitchen':
+        high[0] = HEAD_STRING
+    points = (low + (high - low) * quasi_random(TRIED, 2)) * (table.length, table.width)
+    apart = np.linalg.norm(points[:, np.newaxis] - others, axis=2).min(axis=1, initial=np.inf)
+    points = points[apart > 2.0 * radius]
+    lies = [not no_place(table, x, y, radius) for x, y in points.tolist()]
+    return points[lies]
