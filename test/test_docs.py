@@ -138,7 +138,7 @@ def test_the_target_that_is_added(tmp_path):
 from billiard_shot import plan, Scene
 scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [.3, .2], '8': [-.3, .1]}})
 best = plan(scene, {'beyond': -0.9}, budget=1000, constraints={'first_contact': '8'}).best
-print(best.shot.table.final_position['cue'][0], best.success, best.shot.table.first_met['cue'])
+print(best.shot.run.final_position['cue'][0], best.success, best.shot.run.first_met['cue'])
 try:
     plan(scene, {'beyond': 'x'})
 except ValueError as refused:

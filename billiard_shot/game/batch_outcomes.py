@@ -62,19 +62,18 @@ def rule_on(state: State, calls: Sequence[Call], result: BatchResult) -> RuledBa
         (n,) of a scene with the balls of the state.
 
     """
-    table = result.table
-    assert table is not None
-    cue = table.names.index(CUE_BALL)
-    to_cushion = table.to_cushion.copy()
+    run = result.run
+    cue = run.names.index(CUE_BALL)
+    to_cushion = run.to_cushion.copy()
     if state.phase != 'break':  # rules ask whether any ball was driven to a cushion, not which
         to_cushion[:, cue] = to_cushion.any(axis=1)
-        to_cushion[:, [i for i in range(len(table.names)) if i != cue]] = False
-    balls = *table.pocket.T, *table.off_table.T, *to_cushion.T
-    columns = [result.status >= Status.MISS, result.double_hit, table.first_met[:, cue], *balls]
+        to_cushion[:, [i for i in range(len(run.names)) if i != cue]] = False
+    balls = *run.pocket.T, *run.off_table.T, *to_cushion.T
+    columns = [result.status >= Status.MISS, result.double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
-    outcomes = [_outcome(state, table.names, row) for row in different.T.tolist()]
+    outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
     rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])
-    return RuledBatch(rulings.kinds, rulings.kind, table.states)
+    return RuledBatch(rulings.kinds, rulings.kind, run.states)
 
 
 def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:

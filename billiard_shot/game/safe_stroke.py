@@ -49,11 +49,9 @@ def hit_something(scene: Scene, state: State) -> Decision:
     """Decide on any stroke that meets a legal ball first; none if there is no such stroke."""
     targets = find_game(state.game).targets(state)
     for offsets in (towards(scene, targets), all_round(scene)):
-        table = predict_batch(scene, offsets=offsets).table if len(offsets) else None
-        if table is None:
-            continue
-        wanted = [table.names.index(ball) for ball in targets]
-        legal = np.flatnonzero(np.isin(table.first_met[:, table.names.index(CUE_BALL)], wanted))
+        run = predict_batch(scene, offsets=offsets).run
+        wanted = [run.names.index(ball) for ball in targets]
+        legal = np.flatnonzero(np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted))
         if len(legal):
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
             return Decision(stroke, Call(safety=True), reason='no direct shot')

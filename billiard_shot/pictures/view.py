@@ -26,7 +26,6 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, BLACK, is_striped, ORANGE, PURPLE, SKY
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
-from billiard_shot.table.trajectory import segments_to_columns
 
 SCRIPTS = (
     'vectors.js',
@@ -168,6 +167,8 @@ def _stroke(shot: Shot) -> dict[str, Any]:
 
 def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str, Any]:
     ball = trails.balls[name]
+    vectors = 'position', 'velocity', 'acceleration', 'spin', 'spin_acceleration'
+    numbers = [ball.rows['time'], ball.rows['motion'], *(ball.rows[each].T for each in vectors)]
     times, turns = orientations(ball, trails.until, _first(number))
     return {
         'name': name,
@@ -182,8 +183,7 @@ def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str,
             for piece in trails.pieces(name)
             if piece.motion in DRAWN
         ],
-        # time, motion, position, velocity, acceleration; and the spin with its change
-        'segments': segments_to_columns(ball.rows)[:, :17].tolist(),
+        'segments': np.vstack(numbers).T.tolist(),
         'times': np.round(times, 6).tolist(),
         'turns': np.round(turns, 5).ravel().tolist(),
     }

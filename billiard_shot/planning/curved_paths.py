@@ -19,9 +19,13 @@ from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
+from billiard_shot.shot.on_table import put_on_table
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
+from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.simulate import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
 SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset
@@ -32,6 +36,7 @@ SPEEDS = 14
 # and number for all other segments together.
 LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
 MAX_SEGMENTS = 40  # of a path
+TOLERANCE = 1e-4  # m, of a path at 1 m/s
 SAMPLES = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
 MIN_CLEARANCE = 0.003  # m, of a path from other balls
 MAX_ARRIVAL_HEIGHT = 0.8  # ball radii above the cloth: a higher ball does not hit another one well
@@ -62,21 +67,18 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
     model = problem.model._replace(follows=False)  # double hits do not scale with the speed
-    paths, kept = [], []
-    for i in range(len(offsets)):
-        played = strike_batch(
-            model,
-            normals[i : i + 1],
-            velocities[i : i + 1],
-            centre,
-            1e-4,
-            segments=MAX_SEGMENTS,
-        )
-        if played.strikes['status'][0] == Status.OK and len(played.segments) <= MAX_SEGMENTS:
-            path = Trajectory(played.segments)
-            paths.append(path.at(_times(path)).position - centre)
-            kept.append(i)
-    return StrikeLibrary(offsets[kept], np.array(paths).reshape(-1, SAMPLES, 3))
+    library = Strokes(model, normals, velocities, centre)
+    strikes, task = put_on_table(
+        library, strike_batch(library, TOLERANCE), ENDLESS, np.zeros((0, 3)), TOLERANCE
+    )
+    run = run_recorded(task)
+    ends = run.tables['segments']
+    rests = (strikes.rows['status'] == Status.OK) & (run.tables['status'] == Status.OK)
+    kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
+    motions = np.split(run.segments, ends[:-1])
+    paths = [Trajectory(motions[i].copy()) for i in kept]
+    places = [path.at(_times(path)).position - centre for path in paths]
+    return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, SAMPLES, 3))
 
 
 def _times(path: Trajectory) -> Array:

@@ -9,17 +9,16 @@ from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
-from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.double_hit import following_cues
 from billiard_shot.shot.model import tip_reach
-from billiard_shot.shot.on_table import strike_among
+from billiard_shot.shot.on_table import others_in, put_on_table
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import refusals, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import Segment
-from billiard_shot.table.simulate import BatchRecording, run_recorded, TableTask
+from billiard_shot.table.simulate import BatchRecording, run_recorded
 from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
@@ -117,34 +116,24 @@ def simulate_strokes(
     tolerance = TOLERANCE
     if motions is not None:
         tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
-    around = surroundings_of(scene)
-    normals, velocities = vectors_of(strokes)
+    asked = Strokes(model, *vectors_of(strokes), centre, surroundings_of(scene))
     mapped = np.zeros(len(strokes), np.bool_)
     if motions is not None:
         mapped = ~np.isnan(motions[:, 0])
-    played = strike_batch(
-        model, normals[~mapped], velocities[~mapped], centre, tolerance, around
-    ).strikes
-    strikes = np.zeros(len(strokes), played.dtype)
-    strikes[~mapped] = played
+    exact = np.flatnonzero(~mapped)
+    played = strike_batch(asked.some(exact), tolerance)
+    rows = np.zeros(len(strokes), played.rows.dtype)
+    rows[exact] = played.rows
     if motions is not None:
-        strikes['velocity'][mapped] = motions[mapped, :3]
-        strikes['spin'][mapped] = motions[mapped, 3:6]
-        strikes['cue_speed'][mapped] = motions[mapped, 6]
-        strikes['tip'][mapped] = tip_reach(model) * normals[mapped]
-        refused = refusals(model, around, normals[mapped], velocities[mapped], centre)
-        strikes['status'][mapped] = refused
-    struck = strike_among(scene, model, problem.table, centre, velocities, strikes)
-    usable = np.isin(strikes['status'], USABLE_STATUSES)
+        rows['velocity'][mapped] = motions[mapped, :3]
+        rows['spin'][mapped] = motions[mapped, 3:6]
+        rows['cue_speed'][mapped] = motions[mapped, 6]
+        rows['tip'][mapped] = tip_reach(model) * asked.normals[mapped]
+        rows['status'][mapped] = refusals(asked.some(np.flatnonzero(mapped)))
+    strikes = played._replace(rows=rows)
+    strikes, task = put_on_table(asked, strikes, problem.table, others_in(scene), tolerance)
+    usable = np.isin(strikes.rows['status'], USABLE_STATUSES)
     if rules is not None:
-        struck.starts['velocity'][~usable] = struck.starts['spin'][~usable] = 0.0
-    task = TableTask(
-        model.surface,
-        problem.table,
-        struck.starts,
-        HOPS * tolerance,
-        cues=following_cues(model, strikes, velocities, struck.starts['position'][:, 0]),
-        rules=rules,
-        fast_rebounds=fast_rebounds,
-    )
+        task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
+    task = task._replace(rules=rules, fast_rebounds=fast_rebounds)
     return run_recorded(task), usable

@@ -19,8 +19,6 @@ COLLISIONS = (EventKind.BALL, EventKind.CLUSTER)
 
 def kind_of(shot: Shot, target: Target) -> str:
     """Name a shot: first the path of the cue ball, then that of the ball to be potted."""
-    if shot.table is None:
-        return _path_name(shot, math.inf) or 'direct'
     events = shot.events
     collision = next((e for e in events if e.kind in COLLISIONS and CUE_BALL in e.balls), None)
     time = min(collision.time if collision else math.inf, _reached(shot, target))

@@ -29,6 +29,7 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
@@ -260,8 +261,8 @@ def strikes_of(model: StrikeModel) -> Array:
     strokes[1, :, 0], strokes[2, :, 0] = -OFFSET, OFFSET
     surface = model.surface
     centre = np.array([0.0, 0.0, surface.radius])
-    normals, velocities = vectors_of(strokes.reshape(-1, 5))
-    solved = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
+    vectors = vectors_of(strokes.reshape(-1, 5))
+    solved = strike_batch(Strokes(model, *vectors, centre), TOLERANCE).rows
     motions = np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1) / SPEED
     motions[solved['status'] >= Status.MISS] = np.nan
     middle, right, left = motions.reshape(3, LIFTS, 6)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
@@ -139,7 +140,7 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     strokes[:, 4] = 1.0
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
-    strikes = strike_batch(model, *vectors_of(strokes), centre, TOLERANCE).strikes
+    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), TOLERANCE).rows
     if (strikes['status'] != Status.OK).any() or (strikes['hits'] > 1).any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['cue_speed']])

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
@@ -51,7 +52,7 @@ def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
     """
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
-    strikes = strike_batch(model, normals, velocities, centre, TOLERANCE).strikes
+    strikes = strike_batch(Strokes(model, normals, velocities, centre), TOLERANCE).rows
     result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
     result[strikes['status'] >= Status.MISS] = np.nan
     return result

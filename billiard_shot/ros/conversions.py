@@ -21,7 +21,6 @@ from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import BatchResult
 from billiard_shot.status import Status
-from billiard_shot.table.motion import Motion
 
 MAX_STROKES = 10_000
 """Largest number of strokes in a request for many predictions."""
@@ -321,14 +320,6 @@ def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> Predi
     """Make the answer for the predictions of a batch; numbers of refused strokes are zero."""
     statuses = np.where(batch.statuses, batch.statuses, result.status)
     played = statuses < Status.MISS
-    table = result.table
-    if table is None:
-        names = [CUE_BALL]
-        positions = result.final_position[:, np.newaxis]
-        motions = np.full((len(statuses), 1), Motion.REST)
-        motions[statuses == Status.NEVER_RESTS] = Motion.ROLL
-    else:
-        names, positions, motions = list(table.names), table.final_position, table.motion
 
     def flat(values: NDArray[np.float64]) -> 'array[float]':
         kept = played.reshape(-1, *[1] * (values.ndim - 1))
@@ -338,10 +329,10 @@ def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> Predi
         statuses=array('H', statuses.astype(np.uint16).tobytes()),
         velocities=flat(result.velocity),
         spins=flat(result.spin),
-        final_positions=flat(positions),
+        final_positions=flat(result.run.final_position),
         error_estimates=flat(result.error_estimate),
-        balls=names,
-        final_motions=array('B', motions.astype(np.uint8).tobytes()),
+        balls=list(result.run.names),
+        final_motions=array('B', result.run.motion.tobytes()),
         compute_time=wall_time,
     )
 

@@ -14,7 +14,7 @@ from billiard_shot.shot.model import StrikeModel
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.
 AMPLIFICATION = 4.0
-HOPS = 0.25  # share of the tolerance for hops that are left out, on endless cloth
+HOPS = 0.25  # share of the tolerance for hops that are left out
 FINEST, COARSEST = 1e-13, 1e-4  # of what the impact can be asked for
 
 
@@ -40,6 +40,6 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
 
 
 @inner
-def trajectory_error(accuracy: float, speed: float, duration: float) -> float:
-    """Estimate of the error [m] until `duration` [s] with such an impact."""
-    return AMPLIFICATION * (accuracy + rounding.SUM) * speed * duration
+def drift_of(accuracy: float, speed: float) -> float:
+    """Estimate how fast a trajectory departs from the exact one after such an impact [m/s]."""
+    return AMPLIFICATION * (accuracy + rounding.SUM) * speed

@@ -4,13 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
+from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import Effect, GATES, model_of, ShotContext
-from billiard_shot.shot.play import play_many, Strokes
+from billiard_shot.shot.on_table import others_in
+from billiard_shot.shot.play import play_many
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.stroke import stroke_at
 from billiard_shot.status import Status
-from billiard_shot.table.effects import report
+from billiard_shot.table.effects import report, table_on
 
 STEP = 1e-4  # in radii, radians and parts of the speed
 TOLERANCE = 1e-9  # m
@@ -51,10 +54,11 @@ def sensitivity_of(shot: Shot) -> NDArray[np.float64]:
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     near = [stroke_at(*(base + change)) for change in changes]
     normals, velocities = np.array([s.normal for s in near]), np.array([s.velocity for s in near])
-    strokes = Strokes(shot.scene, model, normals, velocities, shot.position)
-    strikes = play_many(strokes, TOLERANCE)[0].strikes
-    played, ends = strikes['status'] < Status.MISS, strikes['final_position']
-    rest = np.where(played[:, np.newaxis], ends, ends[0])[:, :2]
+    scene = shot.scene
+    strokes = Strokes(model, normals, velocities, shot.position, surroundings_of(scene))
+    ends = play_many(strokes, table_on(scene), others_in(scene), TOLERANCE)
+    played, places = ends.status < Status.MISS, ends.run.balls['position'][:, 0]
+    rest = np.where(played[:, np.newaxis], places, places[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
     span = reach[1:6] - reach[6:]
     return ((rest[1:6] - rest[6:]) / np.where(span > 0.0, span, 1.0)[:, np.newaxis]).T

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.shot.accuracy import strike_tolerance
-from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.on_table import put_on_table
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
+from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.simulate import run_tables
 
 CLOSE = 10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump
 COARSEST = 1e-6  # tolerance of a strike
@@ -20,12 +23,7 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def discontinuities_of_law(
-    model: StrikeModel,
-    normals: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    position: NDArray[np.float64],
-    tolerance: float,
-    strikes: NDArray[np.void],
+    strokes: Strokes, strikes: NDArray[np.void], tolerance: float
 ) -> NDArray[np.float64]:
     """
     Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
@@ -36,41 +34,41 @@ def discontinuities_of_law(
 
     Parameters
     ----------
-    model : StrikeModel
-    normals, velocities : (n, 3) float arrays
-    position : (3,) float array
-        Of the ball [m].
+    strokes : Strokes
+    strikes : (n,) array of Strike
+        Of these strokes, with nothing near the ball.
     tolerance : float
         Of the trajectories [m].
-    strikes : (n,) array of Strike
-        Of these strokes, on endless cloth.
 
     """
+    model = strokes.model
     found = np.zeros(len(strikes))
     if model.law != ENERGETIC:  # the others have next to none
         return found
     near = strikes['discontinuity_margin'] < SUSPECT * CLOSE * COARSEST
     if not near.any():
         return found
-    speeds = np.linalg.norm(velocities, axis=1)
+    speeds = np.linalg.norm(strokes.velocities, axis=1)
     near &= (strikes['status'] < Status.MISS) & (strikes['phases'] > 1)
     for i in np.flatnonzero(near):
         accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST)
         change = CLOSE * accuracy
         if strikes['discontinuity_margin'][i] > SUSPECT * change:
             continue
-        stroke = slice(i, i + 1)
         tip, table = model.stiffness
-        ends = [
-            strike_batch(
-                model._replace(stiffness=(tip * factor, table)),
-                normals[stroke],
-                velocities[stroke],
-                position,
-                tolerance,
-            ).strikes['final_position'][0]
-            for factor in (1.0 - change, 1.0, 1.0 + change)
-        ]
+        ends = []
+        for factor in (1.0 - change, 1.0, 1.0 + change):
+            changed = model._replace(stiffness=(tip * factor, table), follows=False)
+            stroke = strokes.some(slice(i, i + 1))._replace(model=changed)
+            ends.append(_final_position(stroke, tolerance))
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
         found[i] = bend if bend > 2.0 * tolerance else 0.0
     return found
+
+
+def _final_position(stroke: Strokes, tolerance: float) -> NDArray[np.float64]:
+    """Find where the ball of one stroke rests on endless cloth (3,) [m]."""
+    strike = strike_batch(stroke, tolerance)
+    _, task = put_on_table(stroke, strike, ENDLESS, np.zeros((0, 3)), tolerance)
+    place: NDArray[np.float64] = run_tables(task).balls['position'][0, 0]
+    return place

@@ -18,7 +18,7 @@ from billiard_shot.impact.collide import CollisionResult
 from billiard_shot.shot.cue_contact import meet, Meeting, OTHERS, Outcome, TOLERANCE
 from billiard_shot.shot.model import StrikeModel, TABLE, TIP_DURATION, tip_reach
 from billiard_shot.shot.neighbours import FIXED, Neighbour
-from billiard_shot.shot.strike import final_status, MISCUE_SLIP
+from billiard_shot.shot.strike import MISCUE_SLIP, strike_status
 from billiard_shot.status import Status
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.motion import NOTHING
@@ -35,7 +35,7 @@ class GroupStrike(NamedTuple):
     starts: NDArray[np.void]  # (n, balls) BallStart: the balls afterwards
     # Of the last strike, if its phases were asked for: in detail, and the balls that met.
     result: CollisionResult | None
-    met: list[tuple[int, int]]
+    met: tuple[tuple[int, int], ...]
 
 
 def may_reach(distance: float, speeds: Array) -> NDArray[np.bool_]:
@@ -95,7 +95,7 @@ def strike_group(
         reached,
         starts,
         _result(met) if phases else None,
-        pairs if phases else [],
+        tuple(pairs) if phases else (),
     )
 
 
@@ -112,7 +112,7 @@ def _write(strikes: NDArray[np.void], met: Outcome, speeds: Array) -> None:
     strikes['phases'], strikes['steps'] = met.phases, met.steps
     miscue = met.first_slip > MISCUE_SLIP * speeds
     strikes['status'] = [
-        final_status(status, slips, int(Status.OK), exact=True)
+        strike_status(status, slips)
         for status, slips in zip(met.status.tolist(), miscue.tolist(), strict=True)
     ]
 

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot import machine_code
 from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
+from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import check_place
-from billiard_shot.shot.play import play_many, play_one, Strokes
+from billiard_shot.shot.on_table import check_place, names_of, others_in
+from billiard_shot.shot.play import play_many, play_one
 from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.stroke import (
     playable_offsets,
     playable_rows,
@@ -26,8 +27,8 @@ from billiard_shot.shot.stroke import (
 )
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.simulate import INTERPRETED_AT_MOST, TableBatch
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.effects import table_on
+from billiard_shot.table.simulate import batch_of, INTERPRETED_AT_MOST, run_of, TableBatch
 from billiard_shot.table.words import count_in_words
 
 DEFAULT_TOLERANCE = 1e-4  # m
@@ -71,24 +72,25 @@ def predict(
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
     model = model_of(scene)
-    normal = np.array(stroke.touching(model.tip_curvature).normal)
-    velocity = np.array(stroke.velocity)
-    strokes = Strokes(scene, model, normal[np.newaxis], velocity[np.newaxis], centre)
-    played, table = play_one(strokes, tolerance)
-    trajectory = table.balls[CUE_BALL] if table else Trajectory(played.segments)
-    played.strikes.flags.writeable = False
+    normals = np.array([stroke.touching(model.tip_curvature).normal])
+    velocities = np.array([stroke.velocity])
+    strokes = Strokes(model, normals, velocities, centre, surroundings_of(scene))
+    played = play_one(strokes, table_on(scene), others_in(scene), tolerance)
+    strikes, wall_time = played.strikes, perf_counter() - begin
+    strikes.rows.flags.writeable = False
     return Shot(
         scene,
         stroke,
         centre,
         tolerance,
-        perf_counter() - begin,
-        trajectory,
-        table,
+        wall_time,
+        Status(int(played.status[0])),
+        float(played.error[0]),
         float(played.discontinuity[0]),
-        played.strikes[0],
-        played.log,
-        played.group,
+        run_of(played.run, names_of(scene), wall_time),
+        strikes.rows[0],
+        strikes.log,
+        strikes.group,
     )
 
 
@@ -107,7 +109,7 @@ class BatchResult:
     evaluations: NDArray[np.int64]  # (n,) steps of the impact
     error_estimate: NDArray[np.float64]  # (n,) m
     double_hit: NDArray[np.bool_]  # (n,) the cue hit the ball again
-    table: TableBatch | None  # where there is more than the cue ball on an endless cloth
+    run: TableBatch  # all balls
 
     def __repr__(self) -> str:
         return f'BatchResult({count_in_words(self.status, "stroke")})'
@@ -116,7 +118,7 @@ class BatchResult:
         """
         Make a pandas DataFrame with a row for each stroke.
 
-        Status, velocity, spin, place of rest; and on a table what rules ask: the columns of
+        Status, velocity, spin, place of rest; and what rules ask: the columns of
         `TableBatch.to_frame`.
 
         Raises
@@ -131,9 +133,7 @@ class BatchResult:
         for name in ('cue_speed', 'duration', 'error_estimate'):
             columns[name] = getattr(self, name)
         columns['double_hit'] = self.double_hit
-        if self.table is not None:
-            columns |= self.table.columns()
-        return data_frame(columns)
+        return data_frame(columns | self.run.columns())
 
 
 def predict_batch(
@@ -186,32 +186,22 @@ def predict_batch(
         )
     if len(n) > INTERPRETED_AT_MOST:
         machine_code.require()
-    played, table = play_many(Strokes(scene, model_of(scene), n, v, centre), tolerance)
-    strikes = played.strikes
+    strokes = Strokes(model_of(scene), n, v, centre, surroundings_of(scene))
+    played = play_many(strokes, table_on(scene), others_in(scene), tolerance)
+    strikes, run = played.strikes.rows, played.run
     return BatchResult(
         velocity=strikes['velocity'],
         spin=strikes['spin'],
         cue_speed=strikes['cue_speed'],
-        final_position=strikes['final_position'],
-        duration=strikes['duration'],
-        status=strikes['status'].astype(np.uint16),
+        final_position=run.balls['position'][:, 0],
+        duration=run.tables['duration'],
+        status=played.status.astype(np.uint16),
         dissipated=strikes['losses'].reshape(-1, 2, 2),
         evaluations=strikes['steps'],
-        error_estimate=strikes['error'],
-        double_hit=_double_hits(scene, strikes, table),
-        table=table,
+        error_estimate=played.error,
+        double_hit=(strikes['hits'] > 1) | (run.tables['cue_hits'] > 0),
+        run=batch_of(run, names_of(scene)),
     )
-
-
-def _double_hits(
-    scene: Scene, strikes: NDArray[np.void], table: TableBatch | None
-) -> NDArray[np.bool_]:
-    """Whether the cue hit the ball again, during the strike or after it, see `Shot.double_hit`."""
-    if scene.effects.double_hit == 'off':
-        return np.zeros(len(strikes), np.bool_)
-    after = np.isfinite(strikes['again']) if table is None else table.cue_hits > 0
-    found: NDArray[np.bool_] = (strikes['status'] < Status.MISS) & ((strikes['hits'] > 1) | after)
-    return found
 
 
 def _centre(

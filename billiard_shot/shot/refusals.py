@@ -9,6 +9,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import refusals
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
@@ -37,7 +38,7 @@ def refusals_in(
 
     """
     centre = np.array(scene.cue_ball) if position is None else position
-    return refusals(model_of(scene), surroundings_of(scene), normals, velocities, centre)
+    return refusals(Strokes(model_of(scene), normals, velocities, centre, surroundings_of(scene)))
 
 
 def lowest_elevation(

@@ -1,12 +1,14 @@
 """
 Shots as JSON: what was asked for and what came out, read back exactly.
 
-A record holds the scene with all its defaults, the stroke, the tolerance, and every number of the
-result, each double in the shortest decimal form that reads back as the same double. What cannot be
-written in JSON, an infinite number or one that is none, is the object {"float": "inf"}.
+A file holds the scene with all its defaults, the stroke, the tolerance, and every number of the
+result, each double in the shortest decimal form that reads back as the same double. Infinities and
+NaNs, which JSON lacks, are written as {"float": "inf"}. An array of records is an object with an
+array for each field.
 """
 
 from collections.abc import Mapping
+from dataclasses import fields
 import json
 from pathlib import Path
 from typing import Any
@@ -14,54 +16,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import CollisionResult, Ending, impulses_of, Phase
+from billiard_shot.impact.collide import CollisionResult, Ending, Phase
 from billiard_shot.impact.state import PhaseLog
-from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
-from billiard_shot.scene.checks import with_present_keys
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import check_type
-from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.play import decide
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import Strike
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.run import EVENT_COLUMNS, events_from_columns, events_to_columns, TableRun
-from billiard_shot.table.trajectory import (
-    SEGMENT_COLUMNS,
-    segments_from_columns,
-    segments_to_columns,
-    Trajectory,
-)
+from billiard_shot.table.motion import Segment
+from billiard_shot.table.run import EventLog, TableRun
+from billiard_shot.table.simulation_state import Event
 
-FORMAT, VERSION = 'billiard_shot shot', 4
-# Version 1 has no discontinuity and no margin: they are found again. Versions 1 and 2 know no
-# double hits. Versions 1 to 3 do not say which ball was met during the strike.
-READABLE = 1, 2, 3, 4
-DOUBLE_HITS, MET_IN_STRIKE = 3, 4  # the first versions with these
-# Keys of the file, and the fields of `Strike`.
-FIELDS: Mapping[str, str] = {
-    'velocity': 'velocity',
-    'spin': 'spin',
-    'rest': 'final_position',
-    'cue_speed': 'cue_speed',
-    'duration': 'duration',
-    'error': 'error',
-    'loss': 'losses',
-    'impulse': 'impulses',
-    'status': 'status',
-    'phases': 'phases',
-    'evaluations': 'steps',
-    'segments': 'segments',
-    'axes': 'axes',
-    'discontinuity_margin': 'discontinuity_margin',
-    'tip': 'tip',
-    'again': 'again',
-    'hits': 'hits',
-}
-LOG_COLUMNS = 12  # of a phase: ending, contact, active (2), impulses (6), energies (2)
+FORMAT, VERSION = 'billiard_shot shot', 1
 
 
 def to_json(shot: Shot) -> str:
@@ -84,14 +51,11 @@ def from_json(text: str) -> Shot:
     try:
         data = json.loads(text, object_hook=_special)
     except (json.JSONDecodeError, RecursionError) as error:
-        raise ValueError(f'shot: is no JSON: {error}') from None
+        raise ValueError(f'shot must be JSON: {error}') from None
     if not isinstance(data, dict) or data.get('format') != FORMAT:
-        raise ValueError(f'format: missing or not {FORMAT!r}: this is no record of a shot')
-    if data.get('version') not in READABLE:
-        raise ValueError(
-            f'version: {data.get("version")!r} is not allowed; it must be one of '
-            f'{", ".join(map(str, READABLE))}'
-        )
+        raise ValueError(f'format must be {FORMAT!r}: this is not a shot')
+    if data.get('version') != VERSION:
+        raise ValueError(f'version must be {VERSION}, got {data.get("version")!r}')
     try:
         return _shot(data)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
@@ -116,12 +80,11 @@ def load_shot(path: str | Path) -> Shot:
 
 
 def _record(shot: Shot) -> dict[str, Any]:
-    stroke, table, together = shot.stroke, shot.table, shot._group
+    stroke, run, group = shot.stroke, shot.run, shot._group
     return {
         'format': FORMAT,
         'version': VERSION,
-        'status': shot.status.name,  # this and the message: for people, not read back
-        'message': shot.message,
+        'message': shot.message,  # for people, not read back
         'scene': shot.scene.to_dict(derived=True),
         'stroke': {
             'normal': stroke.normal,
@@ -132,117 +95,49 @@ def _record(shot: Shot) -> dict[str, Any]:
         'position': shot.position,
         'tolerance': shot.tolerance,
         'wall_time': shot.wall_time,
+        'status': shot.status.name,
+        'error_estimate': shot.error_estimate,
         'discontinuity': shot.discontinuity,
-        'strike': {key: shot._strike[field] for key, field in FIELDS.items()},
-        'phases': _log_columns(shot._log),
-        'trajectory': None if table else segments_to_columns(shot.trajectory.rows)[:, :-1],
-        'table': table
-        and {
-            'names': table.names,
-            'status': int(table.status),
-            'duration': table.duration,
-            'wall_time': table.wall_time,
-            'searches': table.searches,
-            'jaws_met': table.jaws_met,
-            'segments': segments_to_columns(table._segments),
-            'events': events_to_columns(table._events),
-            'places': table._places,
-            'participants': table._events.participants,
+        'run': {
+            'names': run.names,
+            'status': run.status.name,
+            'duration': run.duration,
+            'wall_time': run.wall_time,
+            'searches': run.searches,
+            'jaws_met': run.jaws_met,
+            'segments': _columns(run._segments),
+            'events': _columns(run._events.rows),
+            'participants': run._events.participants,
+            'places': run._places,
         },
-        'together': together
+        'strike': _columns(shot._strike),
+        'phases': _columns(shot._log),
+        'group': group
         and {
-            'status': int(together.status),
-            'velocities': together.velocities,
-            'spins': together.spins,
-            'impulses': together.impulses,
-            'dissipated': together.dissipated,
-            'slips': together.slips,
-            'lengths': together.lengths,
-            'duration': together.duration,
-            'evaluations': together.evaluations,
-            'phases': [
-                {
-                    'active': phase.active,
-                    'ending': int(phase.ending),
-                    'contact': phase.contact,
-                    'impulses': phase.impulses,
-                    'energies': phase.energies,
-                }
-                for phase in together.phases
-            ],
+            **_fields(group),
+            'status': group.status.name,
+            'phases': [{**_fields(phase), 'ending': phase.ending.name} for phase in group.phases],
         },
     }
 
 
 def _shot(data: dict[str, Any]) -> Shot:
-    strikes = ROWS.records(Strike, 1)
-    for key, field in FIELDS.items():
-        strikes[field] = (
-            data['strike'].get(key, 0.0) if data['version'] < DOUBLE_HITS else data['strike'][key]
-        )
-    scene, stroke, tolerance = _scene(data), _stroke(data['stroke']), data['tolerance']
-    position = np.array(data['position'], dtype=float)
-    group = _together(data['together']) if data['together'] else None
-    discontinuity = data.get('discontinuity', 0.0)
-    if data['version'] == 1 and group is None:
-        discontinuity = _find_discontinuity(scene, stroke, position, tolerance, strikes)
-    strikes.flags.writeable = False
-    table = _table(data['table']) if data['table'] else None
-    if table and group and data['version'] < MET_IN_STRIKE:
-        _note_first_met(table)
-    trajectory = (
-        table.balls[CUE_BALL]
-        if table
-        else Trajectory(
-            segments_from_columns(_rows('trajectory', data['trajectory'], SEGMENT_COLUMNS))
-        )
-    )
+    strike = _rows(Strike, {name: [value] for name, value in data['strike'].items()}, 'strike')
+    strike.flags.writeable = False
     return Shot(
-        scene,
-        stroke,
-        position,
-        tolerance,
-        data['wall_time'],
-        trajectory,
-        table,
-        discontinuity,
-        strikes[0],
-        _log_rows(_rows('phases', data['phases'], LOG_COLUMNS)),
-        group,
+        scene=Scene.from_dict(data['scene']),
+        stroke=_stroke(data['stroke']),
+        position=np.array(data['position'], dtype=float),
+        tolerance=data['tolerance'],
+        wall_time=data['wall_time'],
+        status=Status[data['status']],
+        error_estimate=data['error_estimate'],
+        discontinuity=data['discontinuity'],
+        run=_run(data['run']),
+        _strike=strike[0],
+        _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, 2),
+        _group=_group(data['group']) if data['group'] else None,
     )
-
-
-def _find_discontinuity(
-    scene: Scene,
-    stroke: Stroke,
-    position: NDArray[np.float64],
-    tolerance: float,
-    strikes: NDArray[np.void],
-) -> float:
-    """Find the discontinuity of a shot that was written without it, and complete its strike."""
-    model = model_of(scene)
-    found = discontinuities_of_law(
-        model,
-        np.array([stroke.touching(model.tip_curvature).normal]),
-        np.array([stroke.velocity]),
-        position,
-        tolerance,
-        strikes,
-    )
-    decide(strikes, found, None)
-    return float(found[0])
-
-
-def _scene(data: dict[str, Any]) -> Scene:
-    scene = with_present_keys(Scene, data['scene'], warn=False)
-    if data['version'] < DOUBLE_HITS:
-        scene.setdefault('effects', {})['double_hit'] = 'off'
-    if data['version'] == 1:  # when contacts took no time
-        scene['contacts']['ball_ball'].setdefault('duration', 0.0)
-        if scene.get('table') is not None:
-            for key in ('duration', 'fading'):
-                scene['table']['cushion'].setdefault(key, 0.0)
-    return Scene.from_dict(scene)
 
 
 def _stroke(data: dict[str, Any]) -> Stroke:
@@ -252,84 +147,61 @@ def _stroke(data: dict[str, Any]) -> Stroke:
     return stroke
 
 
-def _table(data: dict[str, Any]) -> TableRun:
-    events = events_from_columns(_rows('table: events', data['events'], EVENT_COLUMNS))
-    if 'participants' in data:  # not in version 1, whose events tell of 53 balls at most
-        members = np.array(data['participants'], dtype=np.int64).reshape(-1, 2)
-        events = events._replace(participants=members)
+def _run(data: dict[str, Any]) -> TableRun:
+    participants = np.array(data['participants'], dtype=np.int64).reshape(-1, 2)
     return TableRun(
         tuple(data['names']),
-        Status(data['status']),
+        Status[data['status']],
         data['duration'],
         data['wall_time'],
         data['searches'],
-        segments_from_columns(_rows('table: segments', data['segments'], SEGMENT_COLUMNS + 1)),
-        events,
+        _rows(Segment, data['segments'], 'run: segments'),
+        EventLog(_rows(Event, data['events'], 'run: events'), participants),
         np.array(data['places'], dtype=np.int64),
-        data.get('jaws_met', 0),  # not in earlier versions
+        data['jaws_met'],
     )
 
 
-def _note_first_met(table: TableRun) -> None:
-    """Note the ball that the strike made fastest as the one that the cue ball met first."""
-    speeds = [np.linalg.norm(ball.at(0.0).velocity) for ball in table.balls.values()][1:]
-    if max(speeds, default=0.0) > 0.0:
-        table._places[0, 1] = 1 + np.argmax(speeds)
-
-
-def _together(data: dict[str, Any]) -> CollisionResult:
-    arrays: Any = {
-        name: np.array(data[name], dtype=float)
-        for name in ('velocities', 'spins', 'impulses', 'dissipated', 'slips')
-    }
-    lengths = np.array(data.get('lengths', np.zeros(len(arrays['slips']))), dtype=float)
-    phases = tuple(
-        Phase(
-            tuple(phase['active']),
-            Ending(phase['ending']),
-            phase['contact'],
-            np.array(phase['impulses'], dtype=float),
-            np.array(phase['energies'], dtype=float),
-        )
-        for phase in data['phases']
-    )
+def _group(data: dict[str, Any]) -> CollisionResult:
+    arrays = ('velocities', 'spins', 'impulses', 'dissipated', 'slips', 'lengths')
     return CollisionResult(
-        Status(data['status']),
-        **arrays,
-        lengths=lengths,
-        duration=data.get('duration', 0.0),
-        phases=phases,
+        status=Status[data['status']],
+        duration=data['duration'],
         evaluations=data['evaluations'],
+        phases=tuple(map(_phase, data['phases'])),
+        **{name: np.array(data[name], dtype=float) for name in arrays},
     )
 
 
-def _log_columns(log: NDArray[np.void]) -> NDArray[np.float64]:
-    """Write phases (phases, 2) of PhaseLog as columns."""
-    return np.column_stack(
-        [
-            log['ending'][:, :1],
-            log['contact'][:, :1],
-            log['active'],
-            impulses_of(log).reshape(-1, 6),
-            log['energy'],
-        ]
-    )
+def _phase(data: dict[str, Any]) -> Phase:
+    impulses, energies = (np.array(data[name], float) for name in ('impulses', 'energies'))
+    active, ending = tuple(data['active']), Ending[data['ending']]
+    return Phase(active, ending, data['contact'], impulses, energies)
 
 
-def _log_rows(columns: NDArray[np.float64]) -> NDArray[np.void]:
-    """Read what `_log_columns` wrote."""
-    log = ROWS.records(PhaseLog, 2 * len(columns)).reshape(-1, 2)
-    log['ending'], log['contact'] = columns[:, :1], columns[:, 1:2]
-    log['active'], log['energy'] = columns[:, 2:4], columns[:, 10:]
-    for k, field in enumerate(('impulse', 'impulse_1', 'impulse_2')):
-        log[field] = columns[:, 4 + k : 10 : 3]
-    return log
+def _fields(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass by name."""
+    return {each.name: getattr(value, each.name) for each in fields(value)}
 
 
-def _rows(name: str, values: Any, columns: int) -> NDArray[np.float64]:
-    rows = np.array(values, dtype=float) if values else np.empty((0, columns))
-    if rows.ndim != 2 or rows.shape[1] != columns:
-        raise ValueError(f'{name}: shape {rows.shape} is not allowed; it must be (n, {columns})')
+def _columns(records: NDArray[np.void] | np.void) -> dict[str, Any]:
+    """Return an array for each field of records."""
+    return {name: records[name] for name in records.dtype.names or ()}
+
+
+def _rows(kind: type, data: dict[str, Any], name: str) -> NDArray[np.void]:
+    """Read what `_columns` wrote."""
+    dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
+    names = dtype.names or ()
+    columns = {field: np.array(data[field], dtype=dtype[field].base) for field in names}
+    scalar = next(field for field in names if not dtype[field].shape)
+    shape = columns[scalar].shape
+    rows: NDArray[np.void] = np.zeros(shape, dtype)
+    for field, column in columns.items():
+        wanted = (*shape, *dtype[field].shape)
+        if column.shape != wanted:
+            raise ValueError(f'{name}: {field} must have shape {wanted}, got {column.shape}')
+        rows[field] = column
     return rows
 
 

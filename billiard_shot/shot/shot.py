@@ -19,7 +19,6 @@ from billiard_shot.shot.effects import ShotContext
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.lone_ball import run_of_lone_ball
 from billiard_shot.table.motion import Cause
 from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import Trajectory
@@ -51,22 +50,21 @@ class Shot:
     position: NDArray[np.float64]  # (3,) m, of the cue ball's centre where it is struck
     tolerance: float  # m
     wall_time: float  # s that the prediction took
-    trajectory: Trajectory  # of the cue ball, from the end of the strike
-    # Every ball, where there is more than this one on an endless cloth, or a double hit after the
-    # strike.
-    table: TableRun | None
+    status: Status  # how it ended; TOLERANCE_NOT_REACHED also if there is a `discontinuity`
+    error_estimate: float  # m, largest error of the trajectory, with the `discontinuity`
     # m, between the two resting places on endless cloth that law `energetic` allows within the
     # accuracy of the strike; 0 if there is only one
     discontinuity: float
+    run: TableRun  # of every ball, from the end of the strike
     _strike: np.void = field(repr=False)  # Strike
     _log: NDArray[np.void] = field(repr=False)  # (phases, 2) PhaseLog
     # If the ball reached other balls or a cushion while the tip touched it.
     _group: CollisionResult | None = field(repr=False)
 
     @property
-    def status(self) -> Status:
-        """How it ended; TOLERANCE_NOT_REACHED also if there is a `discontinuity`."""
-        return Status(int(self._strike['status']))
+    def trajectory(self) -> Trajectory:
+        """Of the cue ball."""
+        return self.run.balls[CUE_BALL]
 
     @cached_property
     def message(self) -> str:
@@ -81,14 +79,6 @@ class Shot:
 
     def _repr_html_(self) -> str:
         return story.as_html(self)
-
-    @cached_property
-    def run(self) -> TableRun:
-        """What every ball did: `table` if there is one, else the cue ball's own motion."""
-        if self.table is not None:
-            return self.table
-        others = {name: place for name, place in self.scene.balls.items() if name != CUE_BALL}
-        return run_of_lone_ball(CUE_BALL, self.trajectory, others, self.scene.ball, self.status)
 
     @property
     def events(self) -> tuple[TableEvent, ...]:
@@ -167,19 +157,13 @@ class Shot:
             self.scene,
             self.velocity,
             self.spin,
-            self.trajectory,
-            self.table,
-            self._group is not None,
+            self.run,
+            bool(self._strike['together']),
             self.stroke,
             self._strike['impulses'].reshape(2, 3),
             self.cue_speed,
             self.double_hit,
         )
-
-    @property
-    def error_estimate(self) -> float:
-        """Estimated largest error of the trajectory [m], with the `discontinuity`."""
-        return float(self._strike['error'])
 
     @property
     def evaluations(self) -> int:
@@ -205,14 +189,10 @@ class Shot:
                     f'after: is not allowed for a shot with {self.status.name}; all balls must '
                     f'rest, but ball {name!r} moves on'
                 )
-        balls = dict(self.scene.balls)
-        if self.table is None:
-            x, y, _ = self.trajectory.final_position.tolist()
-            return replace(self.scene, balls={**balls, CUE_BALL: (x, y)})
-        gone = {*self.table.pocketed, *self.table.off_table}
+        gone = {*self.pocketed, *self.off_table}
         balls = {
             name: (float(place[0]), float(place[1]))
-            for name, place in self.table.final_position.items()
+            for name, place in self.final_position.items()
             if name not in gone
         }
         if CUE_BALL in gone:

@@ -1,4 +1,4 @@
-"""A stroke: whether it can be played, what the impact does, and what follows on endless cloth."""
+"""A strike: whether its stroke can be played, and what the impact of cue, ball and cloth does."""
 
 from math import inf, sqrt
 from typing import Annotated, Any, NamedTuple
@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.collide import CollisionResult
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats, record, ROWS, Storage, Vector, Vector3
-from billiard_shot.shot.accuracy import HOPS, strike_tolerance, trajectory_error
+from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
     approach_velocity,
@@ -29,11 +30,8 @@ from billiard_shot.status import (
     MISS,
     NEGATIVE_ELEVATION,
     OK,
-    TOLERANCE_NOT_REACHED,
 )
-from billiard_shot.table.motion import append_segment, Ball, FLIGHT, Segment, start_ball
 from billiard_shot.table.params import AUTO, BallClothParams
-from billiard_shot.table.roll_out import roll_out
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
@@ -42,33 +40,31 @@ ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by roun
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Tips that slide in earnest end with more than 0.06.
 MISCUE_SLIP = 0.03
+PHASES = 16  # of a strike that is recorded: room at first, most have fewer
 FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
 @record
 class Strike:
-    """What a stroke does to the cue ball, on endless cloth. Frame `table`."""
+    """What a stroke does to cue and ball, at the end of the strike. Frame `table`."""
 
-    velocity: Vector3  # [m/s] at the end of the strike
+    velocity: Vector3  # [m/s]
     spin: Vector3  # [rad/s]
-    final_position: Vector3  # [m]
     cue_speed: float  # [m/s] along the stroke
-    duration: float  # [s] from the end of the strike to rest
-    error: float  # [m] estimate
+    drift: float  # [m/s] estimate how fast the ball's trajectory departs from the exact one
     losses: Annotated[Any, 4]  # [J] tip restitution, tip friction; the same of the table
     impulses: Annotated[Any, 6]  # [N s] of tip and table: normal, two tangential
     axes: Annotated[Any, 18]  # of tip and table: normal and two tangents as rows
     discontinuity_margin: float  # see `ContactResult`; the least of tip and table
-    tip: Vector3  # [m] from the ball's centre to that of the tip's sphere, at the end
-    again: float  # [s] when the cue that follows meets the ball, on endless cloth; or inf
+    tip: Vector3  # [m] from the ball's centre to that of the tip's sphere
     # How often tip or cloth, whichever did more often, met the ball; or, if a strike was solved
     # with moving normals, the tip.
     hits: int
-    status: int  # Status
+    together: bool  # whether the ball reached another one or a cushion meanwhile
+    status: int  # Status: that of the impact, MISCUE or a refusal
     phases: int
     steps: int
-    segments: int
 
 
 @inner
@@ -91,25 +87,35 @@ def refusal(
 
 
 @inner
-def final_status(status: int, miscue: bool, end: int, exact: bool) -> int:
-    """Status of a stroke: that of its impact, unless the impact went well."""
-    if status != OK and status != INFINITE_SEQUENCE:
-        return status
-    if miscue:
-        return MISCUE
-    if end != OK:
-        return end
-    return status if exact else TOLERANCE_NOT_REACHED
+def strike_status(status: int, miscue: bool) -> int:
+    """Status of a strike: that of its impact, unless it went well and the tip still slides."""
+    went_well = status in (OK, INFINITE_SEQUENCE)
+    return MISCUE if went_well and miscue else status
 
 
-class StrikeTask(NamedTuple):
-    """n strokes at a ball that lies in one place."""
+class Strokes(NamedTuple):
+    """n strokes at a ball that lies in one place. Numbers, or lists of them while interpreted."""
 
     model: StrikeModel
     normals: Floats  # (n, 3) as of `Stroke`, but not checked yet
     velocities: Floats  # (n, 3) m/s
-    position: Vector  # (3,) m, centre of the cue ball
-    tolerance: float  # m, of the trajectories
+    position: Floats  # (3,) m, centre of the cue ball
+    around: Surroundings = NOTHING_AROUND  # a cue that has no room among them is refused
+
+    def some(self, which: slice | NDArray[np.integer]) -> 'Strokes':
+        """Return some of the strokes."""
+        return self._replace(normals=self.normals[which], velocities=self.velocities[which])
+
+    def stored(self, storage: Storage) -> 'Strokes':
+        """Return the strokes as compiled functions take them."""
+        array = storage.array
+        return Strokes(
+            self.model,
+            array(self.normals),
+            array(self.velocities),
+            array(self.position),
+            self.around._replace(balls=array(self.around.balls)),
+        )
 
 
 class StrikeWork(NamedTuple):
@@ -120,7 +126,6 @@ class StrikeWork(NamedTuple):
     delassus: Floats  # (n, 6, 6)
     approach: Floats  # (n, 6)
     accuracy: Floats  # (n,) tolerance of the impact; 0 for a stroke that is refused
-    balls: list[Ball]  # 2, scratch
     vectors: Floats  # (3, 3) scratch; the last row is the vertical
 
 
@@ -133,36 +138,35 @@ def work_for(storage: Storage, n: int) -> StrikeWork:
         zeros(n, 6, 6),
         zeros(n, 6),
         zeros(n),
-        storage.records(Ball, 2),
         storage.array(np.eye(3)),
     )
 
 
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    task = StrikeTask(_MODEL, ones, ones, ones[0], 1.0)
-    return task, work_for(storage, 1), stored(storage, NOTHING_AROUND)
+    return Strokes(_MODEL, ones, ones, ones[0]).stored(storage), work_for(storage, 1), 1.0
 
 
 @entry(_prepare_example)
-def prepare_strikes(task: StrikeTask, work: StrikeWork, around: Surroundings) -> None:
+def prepare_strikes(strokes: Strokes, work: StrikeWork, tolerance: float) -> None:
     """
-    State n strokes, whose cues need room among others, as collisions in contact space.
+    State strokes as collisions in contact space, for a tolerance [m] of the trajectories.
 
     Of the strikes only the status is set.
     """
+    model = strokes.model
     n, c, z = work.vectors[0], work.vectors[1], work.vectors[2]
     for i in range(len(work.strikes)):
         work.accuracy[i] = 0.0
-        speed = unit(task.velocities[i], c)
-        unit(task.normals[i], n)
-        status = refusal(task.model, around, n, c, task.position)
+        speed = unit(strokes.velocities[i], c)
+        unit(strokes.normals[i], n)
+        status = refusal(model, strokes.around, n, c, strokes.position)
         work.strikes[i].status = status
         if status == OK:
             jacobians = work.jacobians[i]
-            work.accuracy[i] = strike_tolerance(task.model, speed, task.tolerance)
-            contact_jacobians(task.model.surface.radius, n, c, z, jacobians)
-            delassus_operator(task.model, c, jacobians, work.delassus[i])
+            work.accuracy[i] = strike_tolerance(model, speed, tolerance)
+            contact_jacobians(model.surface.radius, n, c, z, jacobians)
+            delassus_operator(model, c, jacobians, work.delassus[i])
             approach_velocity(jacobians, speed, n, c, work.approach[i])
 
 
@@ -171,67 +175,44 @@ def _finish_example(storage: Storage) -> tuple[Any, ...]:
         *_prepare_example(storage)[:2],
         storage.records(ContactResult, 2),
         storage.records(CollisionOutcome, 1),
-        storage.records(Segment, 1),
     )
 
 
 @entry(_finish_example)
 def finish_strikes(
-    task: StrikeTask,
+    strokes: Strokes,
     work: StrikeWork,
     results: list[ContactResult],
     outcomes: list[CollisionOutcome],
-    segments: list[Segment],
 ) -> None:
     """
-    Complete n strikes after their impacts were solved, and roll the balls out on endless cloth.
+    Complete n strikes after their impacts were solved.
 
     Parameters
     ----------
-    task, work : StrikeTask, StrikeWork
+    strokes, work : Strokes, StrikeWork
         As `prepare_strikes` left them.
     results, outcomes : 2 n ContactResult, n CollisionOutcome
         Of the impacts.
-    segments : records of Segment, written
-        The last trajectory, as many segments as there is room for.
 
     """
-    model, position, tolerance = task.model, task.position, task.tolerance
-    ball, follower, c, cue = work.balls[0], work.balls[1], work.vectors[0], work.vectors[1]
+    model, c, cue = strokes.model, work.vectors[0], work.vectors[1]
     reach = tip_reach(model)
-    follower.motion = FLIGHT  # its height counts
     for i in range(len(work.strikes)):
         strike = work.strikes[i]
         if work.accuracy[i] > 0.0:
             outcome, tip, table = outcomes[i], results[2 * i], results[2 * i + 1]
-            speed = unit(task.velocities[i], c)
+            speed = unit(strokes.velocities[i], c)
             write_strike(model, strike, work.jacobians[i], tip, table)
             weighted(strike.impulses, work.jacobians[i][0], cue)
             strike.cue_speed = speed + tip_response(model, c, cue, c)
             strike.phases, strike.steps = outcome.phases, outcome.steps
-            start_ball(ball, position, strike.velocity, strike.spin)
             strike.hits = max(tip.closings, table.closings)
             for k in range(3):
                 strike.tip[k] = reach * strike.axes[k]
-                follower.position[k] = position[k] + strike.tip[k]
-                follower.velocity[k] = strike.cue_speed * c[k]
-            follower.end = follow_through_time(strike.cue_speed) if model.follows else 0.0
-            ending, left_out, strike.again = roll_out(
-                model.surface, ball, HOPS * tolerance, segments, follower, reach
-            )
-            strike.error = left_out + trajectory_error(work.accuracy[i], speed, ball.time)
+            strike.drift = drift_of(work.accuracy[i], speed)
             miscue = tip.final_slip > MISCUE_SLIP * speed
-            exact = strike.error <= tolerance
-            strike.status = final_status(outcome.status, miscue, ending, exact)
-        else:
-            for k in range(3):
-                cue[k] = 0.0
-            start_ball(ball, position, cue, cue)
-            append_segment(ball, segments)
-            strike.again, strike.hits = inf, 0
-        for k in range(3):
-            strike.final_position[k] = ball.position[k]
-        strike.duration, strike.segments = ball.time, ball.segments
+            strike.status = strike_status(outcome.status, miscue)
 
 
 @inner
@@ -283,18 +264,15 @@ _MODEL = StrikeModel(
 
 
 class Strikes(NamedTuple):
-    """Strokes that were played on endless cloth."""
+    """What n strokes did."""
 
-    strikes: NDArray[np.void]  # (n,) Strike
-    log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact
-    segments: NDArray[np.void]  # (segments,) Segment of the last trajectory
+    rows: NDArray[np.void]  # (n,) Strike
+    log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact, of tip and table
+    # Of the last impact, if it was with other balls or a cushion: in detail; the balls that met.
+    group: CollisionResult | None = None
+    met: tuple[tuple[int, int], ...] = ()
 
 
 def no_phases() -> NDArray[np.void]:
     """Return an empty log (0, 2) of `PhaseLog`."""
     return ROWS.records(PhaseLog, 0).reshape(-1, 2)
-
-
-def stored(storage: Storage, around: Surroundings) -> Surroundings:
-    """Return surroundings whose balls live in a storage."""
-    return around._replace(balls=storage.array(around.balls))

@@ -14,7 +14,7 @@ STANDS = (Motion.REST, Motion.SPIN, Motion.POCKETED, Motion.OFF_TABLE)
 def steps(shot: Shot) -> int:
     """Count the steps of the impact, the pieces of motion, and the contacts looked for."""
     pieces = sum(len(ball.rows) for ball in shot.run.balls.values())
-    return shot.evaluations + pieces + (shot.table.searches if shot.table else 0)
+    return shot.evaluations + pieces + shot.run.searches
 
 
 def heading(trajectory: Trajectory) -> float:

@@ -96,9 +96,8 @@ def study_tolerances(
             started = process_time()
             batch = predict_batch(scene, normals, velocities, tolerance)
             judging = min(judging, process_time() - started)
-        assert batch.table is not None
-        motion = batch.table.motion
-        reached = (motion[:, batch.table.names.index(BALL)] == Motion.POCKETED) & (
+        motion = batch.run.motion
+        reached = (motion[:, batch.run.names.index(BALL)] == Motion.POCKETED) & (
             motion[:, 0] == Motion.REST
         )
         yield Tolerance(

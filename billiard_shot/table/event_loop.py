@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats, record, Storage, Vector3
-from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, OK
+from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.cluster import ClusterRoom, conclude, gather, room_for
 from billiard_shot.table.event_handlers import (
@@ -26,6 +26,7 @@ from billiard_shot.table.event_handlers import (
 )
 from billiard_shot.table.geometry import lay_out, Layout, Table
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
+from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.motion import (
     ABSENT,
     advance,
@@ -42,8 +43,7 @@ from billiard_shot.table.motion import (
     start_ball,
     stop_ball,
 )
-from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
-from billiard_shot.table.roll_out import ending
+from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.simulation_state import (
     FollowingCue,
     log_segment,
@@ -88,6 +88,7 @@ class BallOutcome:
     last_edge: float
     met_time: float
     met_after: int
+    left_out: float  # m, see `Ball`
 
 
 @record
@@ -134,6 +135,16 @@ def is_decided(s: Simulation) -> bool:
             over = ball.motion == REST or ball.cushions > rule.sought
             missed, pending = missed or over, pending or not over
     return missed and not pending
+
+
+@inner
+def ending(params: BallClothParams, ball: Ball) -> int:
+    """Status of a ball in its last segment: OK, OFF_TABLE, NEVER_RESTS or BUDGET_EXCEEDED."""
+    if ball.motion == OFF_TABLE:
+        return TABLE_OFF
+    if ball.motion == FLIGHT and params.cloth_restitution < 1.0:
+        return BUDGET_EXCEEDED
+    return OK if ball.motion == REST or ball.motion > FLIGHT else NEVER_RESTS
 
 
 @inner
@@ -211,9 +222,7 @@ def run_events(
             predict_collisions(table, s, j, now)
     status = OK
     for i in range(len(s.balls)):
-        ball = s.balls[i]
-        own = TABLE_OFF if ball.motion == OFF_TABLE else ending(table.params, ball)
-        status = max(status, own)
+        status = max(status, ending(table.params, s.balls[i]))
     return now, p.flaw if status == OK else status
 
 
@@ -276,19 +285,16 @@ def write_outcome(ball: Ball, outcome: BallOutcome, valid: bool) -> None:
     outcome.first_contact, outcome.time = ball.first_contact, ball.time
     outcome.cushions, outcome.last_edge = ball.cushions, ball.last_edge
     outcome.met_time, outcome.met_after = ball.met_time, ball.met_after
+    outcome.left_out = ball.left_out
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
     params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
-    five, two = (1.0,) * 5, (1.0,) * 2
-    table = TableParams(
-        math.inf, math.inf, False, HAN, *(1.0,) * 8, five, five, two, two, *(1.0,) * 7
-    )
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (
-        lay_out(storage, params, table),
+        lay_out(storage, params, ENDLESS),
         room_for_simulation(storage, 1, 0, 0),
         Beginnings(
             storage.from_rows(BallStart, starts[0]),

@@ -32,54 +32,69 @@ def ball_cloth_params(scene: Scene) -> BallClothParams:
     )
 
 
+_NO_MOUTH = (1.0, 1.0, 0.0, 0.0, 0.0)
+ENDLESS = TableParams(
+    length=math.inf,
+    width=math.inf,
+    pockets=False,
+    cushion_model=HAN,
+    cushion_restitution=0.0,
+    cushion_friction=0.0,
+    cushion_fading=0.0,
+    cushion_frequency_ratio=0.0,
+    cushion_stiffness=1.0,
+    cushion_duration=0.0,
+    nose_height=0.0,
+    cushion_depth=0.0,
+    corner=_NO_MOUTH,
+    side=_NO_MOUTH,
+    corner_hole=(0.0, 0.0),
+    side_hole=(0.0, 0.0),
+    ball_restitution=1.0,
+    friction_fast=0.0,
+    friction_slow=0.0,
+    friction_decay=0.0,
+    ball_stiffness=1.0,
+    ball_duration=0.0,
+    contact_gap=BEYOND,
+)
+"""Cloth without end, for one ball."""
+
+
 def table_params(scene: Scene) -> TableParams:
     """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
-    if table is None:
-        length, width, model, numbers = math.inf, math.inf, HAN, (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-        height, depth, pockets = float(scene.ball.radius), 0.0, False
-        corner = side = (1.0, 1.0, 0.0, 0.0, 0.0)
-        corner_hole = side_hole = (0.0, 0.0)
-    else:
-        cushion = table.cushion
-        length, width, pockets = float(table.length), float(table.width), table.pockets
-        model = _CUSHIONS[cushion.model]
-        numbers = (
-            float(cushion.restitution),
-            float(cushion.friction),
-            float(cushion.fading),
-            float(cushion.frequency_ratio),
-            float(cushion.stiffness),
-            float(cushion.duration),
-        )
-        height, depth = 2.0 * scene.ball.radius * cushion.height, float(cushion.depth)
-        corner, side = _mouth(table.corner), _mouth(table.side)
-        corner_hole = (
-            table.corner.shelf + table.corner.radius - 0.5 * table.corner.mouth,
-            float(table.corner.radius),
-        )
-        side_hole = table.side.shelf + table.side.radius, float(table.side.radius)
-    return TableParams(
-        length,
-        width,
-        pockets,
-        model,
-        *numbers,
-        height,
-        depth,
-        corner,
-        side,
-        corner_hole,
-        side_hole,
-        float(balls.restitution),
-        float(balls.friction_fast),
-        float(balls.friction_slow),
-        float(balls.friction_decay),
-        float(balls.stiffness),
-        float(balls.duration),
+    params = ENDLESS._replace(
+        ball_restitution=float(balls.restitution),
+        friction_fast=float(balls.friction_fast),
+        friction_slow=float(balls.friction_slow),
+        friction_decay=float(balls.friction_decay),
+        ball_stiffness=float(balls.stiffness),
+        ball_duration=float(balls.duration),
         # Those that collide may be as far apart, or as deep in each other where they were pressed
         # together: they must be among those in touch.
-        max(float(balls.gap), BEYOND),
+        contact_gap=max(float(balls.gap), BEYOND),
+    )
+    if table is None:
+        return params
+    cushion, corner, side = table.cushion, table.corner, table.side
+    return params._replace(
+        length=float(table.length),
+        width=float(table.width),
+        pockets=table.pockets,
+        cushion_model=_CUSHIONS[cushion.model],
+        cushion_restitution=float(cushion.restitution),
+        cushion_friction=float(cushion.friction),
+        cushion_fading=float(cushion.fading),
+        cushion_frequency_ratio=float(cushion.frequency_ratio),
+        cushion_stiffness=float(cushion.stiffness),
+        cushion_duration=float(cushion.duration),
+        nose_height=2.0 * scene.ball.radius * cushion.height,
+        cushion_depth=float(cushion.depth),
+        corner=_mouth(corner),
+        side=_mouth(side),
+        corner_hole=(corner.shelf + corner.radius - 0.5 * corner.mouth, float(corner.radius)),
+        side_hole=(side.shelf + side.radius, float(side.radius)),
     )
 
 

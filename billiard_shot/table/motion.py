@@ -79,13 +79,13 @@ class Ball:
     spin_ends: bool  # the segment ends because the spin about the vertical is used up
     landing_speed: float  # m/s, with which it comes down after lumped bounces (flight.py), or 0
     bounces: int  # since the last impact with anything but the cloth
-    segments: int  # written so far, see `append_segment`
     boundary_time: float  # s, when the ball meets something of the table, or inf
     boundary_feature: int  # what that is, see rolling_boundary.py
     pocket: int  # in which the ball lies, or NOTHING
     first_contact: int  # the first ball that it met, or NOTHING
     cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
+    left_out: float  # m, bound of the error by hops that were left out before that
     last_edge: float  # s, when it last met a cushion or a jaw, or -inf
     met_time: float  # s, when ball 0 met it first, or inf
     met_after: int  # straight cushions that ball 0 had met before that
@@ -107,7 +107,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
         ball.acceleration[i], ball.spin_acceleration[i] = 0.0, 0.0
     ball.time, ball.end, ball.boundary_time, ball.landing_speed = 0.0, 0.0, math.inf, 0.0
     ball.motion, ball.cause, ball.ball = REST, START, 0
-    ball.bounces, ball.segments, ball.cushions, ball.jaws = 0, 0, 0, 0
+    ball.bounces, ball.cushions, ball.jaws, ball.left_out = 0, 0, 0, 0.0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
     ball.last_edge, ball.met_time, ball.met_after = -math.inf, math.inf, 0
     ball.spin_ends, ball.modified = False, False
@@ -125,14 +125,6 @@ def write_segment(ball: Ball, segment: Segment) -> None:
         segment.acceleration[i] = ball.acceleration[i]
         segment.spin[i] = ball.spin[i]
         segment.spin_acceleration[i] = ball.spin_acceleration[i]
-
-
-@inner
-def append_segment(ball: Ball, segments: list[Segment]) -> None:
-    """Write a ball's motion as its next segment; if there is no room for it, only count it."""
-    if ball.segments < len(segments):
-        write_segment(ball, segments[ball.segments])
-    ball.segments += 1
 
 
 @innermost

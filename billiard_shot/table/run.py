@@ -8,12 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.records import ROWS
 from billiard_shot.renamed import former_attributes
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
-from billiard_shot.table.simulation_state import Event
 from billiard_shot.table.trajectory import BallState, EventKind, kinds_of, Trajectory
 from billiard_shot.table.words import event_in_words, place_in_words, plural
 
@@ -179,56 +177,6 @@ class TableRun:
             events.append(TableEvent(time, kind, balls, place, position, energy, energy_after))
             energy = energy_after  # all that is lost is booked to the first
         return events
-
-
-EVENT_COLUMNS = 8
-
-
-def events_to_columns(events: EventLog) -> NDArray[np.float64]:
-    """
-    Write events (n,) as floats (n, 8).
-
-    Time, cause, ball, other, the balls that took part as a sum of powers of two (exact for the
-    first 53 balls only), energies before and after, motion before + 8 motion after.
-    """
-    masks = [float(sum(1 << ball for ball in members)) for members in events.balls()]
-    rows = events.rows
-    return np.vstack(
-        [
-            rows['time'],
-            rows['cause'],
-            rows['ball'],
-            rows['other'],
-            masks,
-            rows['energy_before'],
-            rows['energy_after'],
-            rows['motion_before'] + 8 * rows['motion_after'],
-        ]
-    ).T
-
-
-def events_from_columns(columns: ArrayLike) -> EventLog:
-    """Read events from floats (n, 8) as `events_to_columns` writes them."""
-    array = np.asarray(columns, float)
-    if array.size == 0:
-        array = array.reshape(0, EVENT_COLUMNS)
-    if array.ndim != 2 or array.shape[1] != EVENT_COLUMNS:
-        raise ValueError(f'shape {array.shape} is not allowed; it must be (n, {EVENT_COLUMNS})')
-    rows: NDArray[np.void] = ROWS.records(Event, len(array))
-    for name, column in zip(
-        ('time', 'cause', 'ball', 'other', 'energy_before', 'energy_after'),
-        (0, 1, 2, 3, 5, 6),
-        strict=True,
-    ):
-        rows[name] = array[:, column]
-    rows['motion_after'], rows['motion_before'] = np.divmod(array[:, 7], 8)
-    participants = [
-        (number, ball)
-        for number in np.flatnonzero(rows['cause'] == Cause.CLUSTER).tolist()
-        for ball in range(int(array[number, 4]).bit_length())
-        if int(array[number, 4]) >> ball & 1
-    ]
-    return EventLog(rows, np.array(participants, np.int64).reshape(-1, 2))
 
 
 def _cushion_name(feature: int) -> str:

@@ -172,29 +172,6 @@ def simulate(
     return run_one(task, tuple(states))
 
 
-def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
-    """Simulate one table, whose balls have these names, with all that happens."""
-    begin = perf_counter()
-    segments = events = _CAPACITY * (2 + len(names))
-    while True:
-        played = _simulate(task, segments, events)
-        end = played.tables[0]
-        if end['segments'] <= segments and end['events'] <= events:
-            break
-        segments, events = int(end['segments']), int(end['events'])
-    return TableRun(
-        names,
-        Status(int(end['status'])),
-        float(end['duration']),
-        perf_counter() - begin,
-        int(end['searches']),
-        played.segments,
-        played.events,
-        np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
-        int(end['jaws_met']),
-    )
-
-
 class BatchRecording(NamedTuple):
     """
     Simulated tables.
@@ -219,20 +196,59 @@ class BatchRecording(NamedTuple):
     places: NDArray[np.float64]
 
 
+def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
+    """Simulate one table, whose balls have these names, with all that happens."""
+    begin = perf_counter()
+    played = run_with_events(task)
+    return run_of(played, names, perf_counter() - begin)
+
+
+def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> TableRun:
+    """Return the recording of one table, whose balls have these names, as people use it."""
+    end = played.tables[0]
+    return TableRun(
+        names,
+        Status(int(end['status'])),
+        float(end['duration']),
+        wall_time,
+        int(end['searches']),
+        played.segments,
+        played.events,
+        np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
+        int(end['jaws_met']),
+    )
+
+
+def run_with_events(task: TableTask) -> BatchRecording:
+    """Simulate one table in this thread, recording all motion and all events."""
+    segments = events = _CAPACITY * (2 + task.starts.shape[1])
+    while True:
+        played = run_tables(task, segments, events)
+        end = played.tables[0]
+        if end['segments'] <= segments and end['events'] <= events:
+            return played
+        segments, events = int(end['segments']), int(end['events'])
+
+
 def run_recorded(task: TableTask) -> BatchRecording:
     """Simulate tables in this thread, recording all motion."""
     tables, balls = task.starts.shape
     capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
     while True:
-        played = _simulate(task, capacity, 0)
+        played = run_tables(task, capacity)
         needed = int(played.tables['segments'][-1]) if tables else 0
         if needed <= capacity:
             return played
         capacity = needed
 
 
-def _simulate(task: TableTask, segments: int, events: int) -> BatchRecording:
-    """Simulate tables, with room for so many segments of all and so many events of the last."""
+def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchRecording:
+    """
+    Simulate tables in this thread.
+
+    Motion is recorded as far as there is room for segments of all tables, and for events of the
+    last one.
+    """
     run = simulate_tables.current()
     storage = run.storage
     tables, count = task.starts.shape
@@ -517,12 +533,25 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
     """Simulate tables, whose balls have these names, on all cores."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        return _simulate(task.part(part), 0, 0)
+        return run_tables(task.part(part))
 
     parts = in_threads(simulate_part, len(task.starts), workers)
-    parts.append(simulate_part(slice(0, 0)))  # so that there is one
-    balls = np.concatenate([part.balls for part in parts])
-    tables = np.concatenate([part.tables for part in parts])
+    parts = parts or [simulate_part(slice(0, 0))]
+    return batch_of(joined(parts), names)
+
+
+def joined(parts: list[BatchRecording]) -> BatchRecording:
+    """Put tables one after the other that were simulated in parts, without their motion."""
+    return parts[0]._replace(
+        balls=np.concatenate([part.balls for part in parts]),
+        tables=np.concatenate([part.tables for part in parts]),
+        places=np.concatenate([part.places for part in parts]),
+    )
+
+
+def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
+    """Return simulated tables, whose balls have these names, as people use them."""
+    balls, tables = played.balls, played.tables
     return TableBatch(
         names=names,
         final_position=balls['position'],
@@ -540,5 +569,5 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
         last_cushion=balls['last_edge'],
         met_time=balls['met_time'],
         met_after=balls['met_after'],
-        position_at=np.concatenate([part.places for part in parts]),
+        position_at=played.places,
     )

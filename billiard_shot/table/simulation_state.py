@@ -15,6 +15,7 @@ from billiard_shot.table.motion import (
     FLIGHT,
     IMPACT,
     NOTHING,
+    RELEASE,
     REST,
     Segment,
     SPIN,
@@ -22,7 +23,6 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.params import BallClothParams, OFF, ON
 from billiard_shot.table.rebound import Rebound
-from billiard_shot.table.roll_out import meeting_time
 from billiard_shot.table.rolling_boundary import next_rolling_boundary
 
 
@@ -236,6 +236,31 @@ def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
     else:
         ball.boundary_time, ball.boundary_feature, searched = next_rolling_boundary(table, ball)
         s.progress.searches += searched
+
+
+@inner
+def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
+    """
+    When a cue meets a ball in the ball's present segment [s], or inf.
+
+    If they meet at once, the ball has not been clear of the cue yet: it holds the cue's end aside,
+    and that is no hit. But it is one if the ball comes back from a cushion that it pressed.
+
+    Parameters
+    ----------
+    ball : Ball
+    cue : Ball
+        The sphere of the tip, until its `end`.
+    reach : float
+        Distance of the centres of tip and ball as they meet [m].
+
+    """
+    end = min(ball.end, cue.end)
+    if ball.time >= end:
+        return math.inf
+    time = collision_time(cue, ball, ball.time, end, reach)
+    comes_back = ball.cause == RELEASE and ball.time > cue.time  # and not from a hit
+    return time if time > ball.time or comes_back else math.inf
 
 
 @inner

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.records import ROWS
 from billiard_shot.renamed import former_attributes
 from billiard_shot.table import motion
 from billiard_shot.table.motion import Cause, Motion
@@ -212,37 +211,3 @@ def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]
         yield EventKind.LAND
     if after.name.lower() in list(EventKind):
         yield EventKind(after.name.lower())
-
-
-SEGMENT_COLUMNS = 18  # of a ball; segments of a table have one more: which ball
-_VECTORS = ('position', 'velocity', 'acceleration', 'spin', 'spin_acceleration')
-
-
-def segments_to_columns(rows: NDArray[np.void]) -> NDArray[np.float64]:
-    """Write segments (n,) as floats (n, 19): time, motion, five vectors, cause, ball."""
-    columns = [
-        rows['time'],
-        rows['motion'],
-        *(rows[name].T for name in _VECTORS),
-        rows['cause'],
-        rows['ball'],
-    ]
-    return np.vstack(columns).T
-
-
-def segments_from_columns(columns: ArrayLike) -> NDArray[np.void]:
-    """Read segments (n,) from floats (n, 19) as `segments_to_columns` writes them, or (n, 18)."""
-    array = np.asarray(columns, float)
-    if array.size == 0:
-        array = array.reshape(0, SEGMENT_COLUMNS)
-    if array.ndim != 2 or array.shape[1] not in (SEGMENT_COLUMNS, SEGMENT_COLUMNS + 1):
-        raise ValueError(
-            f'shape {array.shape} is not allowed; it must be (n, {SEGMENT_COLUMNS}) or one more'
-        )
-    rows: NDArray[np.void] = ROWS.records(motion.Segment, len(array))
-    rows['time'], rows['motion'], rows['cause'] = array[:, 0], array[:, 1], array[:, 17]
-    for k, name in enumerate(_VECTORS):
-        rows[name] = array[:, 2 + 3 * k : 5 + 3 * k]
-    if array.shape[1] > SEGMENT_COLUMNS:
-        rows['ball'] = array[:, 18]
-    return rows

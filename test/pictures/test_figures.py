@@ -178,7 +178,7 @@ def test_histories():
     history = history_of(trails_of(shot))
     total = history.translation + history.rotation + history.height
     kinds = EventKind.CUSHION, EventKind.CLUSTER
-    hits = [event.time for event in shot.table.events if event.kind in kinds]
+    hits = [event.time for event in shot.run.events if event.kind in kinds]
     pressed = [(t <= history.time) & (history.time <= t + 6e-3) for t in hits]
     lasting = total[~np.any(pressed, axis=0)]  # springs keep some of the energy
     assert (np.diff(lasting) <= 1e-9 * total[0]).all()  # never gains
@@ -188,7 +188,7 @@ def test_histories():
     )
     assert total[0] == pytest.approx(start)
     assert total[-1] == pytest.approx(0.0, abs=1e-12)
-    motion = shot.table.balls['cue'].at(history.time).motion
+    motion = shot.run.balls['cue'].at(history.time).motion
     rolls = motion == 2
     assert history.rims['cue'][rolls] == pytest.approx(history.speeds['cue'][rolls], abs=1e-9)
     assert set(history.speeds) == {'cue', '1', '8'}
@@ -196,10 +196,10 @@ def test_histories():
 
 def test_the_shots_do_what_their_titles_say():
     for shot, met in ((combination(), '1'), (jump(), '8'), (around(), '8')):
-        assert isinstance(shot.table, TableRun)
-        assert shot.table.first_met['cue'] == met
-        assert '8' in shot.table.pocketed
-        assert 'cue' not in shot.table.pocketed
+        assert isinstance(shot.run, TableRun)
+        assert shot.run.first_met['cue'] == met
+        assert '8' in shot.run.pocketed
+        assert 'cue' not in shot.run.pocketed
     over = jump().trajectory
     x = over.at(np.linspace(0, 0.5, 2000)).position
     assert x[np.argmin(np.abs(x[:, 0])), 2] > 3 * jump().scene.ball.radius

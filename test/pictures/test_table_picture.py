@@ -42,22 +42,22 @@ def test_lines_follow_the_ball():
 
 def test_what_happened_is_marked():
     trails = trails_of(COMBINATION)
-    assert [mark.kind for mark in trails.marks] == [e.kind for e in COMBINATION.table.events]
+    assert [mark.kind for mark in trails.marks] == [e.kind for e in COMBINATION.run.events]
     met = [
         event
-        for event in COMBINATION.table.events
+        for event in COMBINATION.run.events
         if event.kind in ('ball', 'cluster') and 'cue' in event.balls
     ]
     assert len(trails.ghosts) == len(met) > 0
     for ghost, event in zip(trails.ghosts, met, strict=True):
         gaps = [
-            np.linalg.norm(ghost - COMBINATION.table.balls[name].at(event.time).position)
+            np.linalg.norm(ghost - COMBINATION.run.balls[name].at(event.time).position)
             for name in event.balls
             if name != 'cue'
         ]
         assert min(gaps) == pytest.approx(2 * FROZEN.ball.radius, abs=1e-5)
     assert trails.end('8') is None  # pocketed
-    assert trails.end('cue') == pytest.approx(COMBINATION.table.final_position['cue'])
+    assert trails.end('cue') == pytest.approx(COMBINATION.run.final_position['cue'])
     assert EventKind.ROLL in {mark.kind for mark in trails_of(MASSE).marks}
 
 
@@ -96,7 +96,7 @@ def test_outline_is_where_balls_turn_back(name):
 def test_balls_turn_at_the_outline(azimuth):
     scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.3, 0.1]}})
     shot = predict(scene, Stroke.from_offsets(0, 0, 0.2, azimuth, 1.5))
-    bounce = next(e for e in shot.table.events if e.kind == EventKind.CUSHION)
+    bounce = next(e for e in shot.run.events if e.kind == EventKind.CUSHION)
     x, y, z = bounce.position
     edges = [(a, b) for polygon in outline_of(scene).cushions for a, b in pairwise(polygon)]
     height = outline_of(scene).height - z

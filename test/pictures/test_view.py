@@ -116,13 +116,13 @@ def test_data_are_those_of_the_shot():
     data = view_data(COMBINATION, '')
     assert [ball['name'] for ball in data['balls']] == ['cue', '1', '8']
     for ball in data['balls']:
-        rows = COMBINATION.table.balls[ball['name']].rows
+        rows = COMBINATION.run.balls[ball['name']].rows
         times, velocities = zip(*((row[0], row[5:8]) for row in ball['segments']), strict=True)
         assert list(times) == rows['time'].tolist()
         assert list(velocities) == rows['velocity'].tolist()
         assert all(len(row) == 17 for row in ball['segments'])
     assert [event['time'] for event in data['events'][1:]] == [
-        event.time for event in COMBINATION.table.events
+        event.time for event in COMBINATION.run.events
     ]
     cue = data['cue']
     radius = COMBINATION.scene.ball.radius
@@ -188,17 +188,17 @@ def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
     turns = {
         name: orientations(
             ball,
-            COMBINATION.table.duration,
+            COMBINATION.run.duration,
             np.array(view_data(COMBINATION, '')['balls'][i]['turns'][:4]),
         )
-        for i, (name, ball) in enumerate(COMBINATION.table.balls.items())
+        for i, (name, ball) in enumerate(COMBINATION.run.balls.items())
     }
     for time in (-0.05, 0.0, 0.013, 0.2118, 0.3, 0.9, 1.9, 4.3):
         page.run(f'({slide.format()})({time})')
         shown = page.run("['cue', '1', '8'].map((name) => view.state(name))")
         at = page.run('view.time')
         assert at == pytest.approx(time, abs=1e-9)
-        for (name, ball), state in zip(COMBINATION.table.balls.items(), shown, strict=True):
+        for (name, ball), state in zip(COMBINATION.run.balls.items(), shown, strict=True):
             truth = ball.at(max(at, 0.0))
             assert state['position'] == pytest.approx(truth.position, abs=1e-12)
             assert state['velocity'] == pytest.approx(truth.velocity, abs=1e-12)
@@ -235,7 +235,7 @@ def test_balls_are_drawn_where_they_are(page, tmp_path):
 def test_keys_and_mouse(page):
     page.run("document.getElementById('canvas').focus()")
     page.press('End')
-    assert page.run('view.time') == pytest.approx(COMBINATION.table.duration)
+    assert page.run('view.time') == pytest.approx(COMBINATION.run.duration)
     page.press('Home')
     begin = page.run('view.time')
     assert begin < 0
@@ -436,7 +436,7 @@ def test_a_phone_shows_all_balls_and_all_controls(page):
         for view in ('corner', 'top'):
             page.run(f"view.look('{view}')")
             area = page.run('view.freeArea()')
-            for name in COMBINATION.table.balls:
+            for name in COMBINATION.run.balls:
                 x, y, _ = page.run(f"view.project(view.state('{name}').position)")
                 assert area['left'] < x < area['right']
                 assert area['top'] < y < area['bottom']

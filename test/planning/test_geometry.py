@@ -127,7 +127,7 @@ def test_curved_candidates_pass_the_ball_in_the_way():
     )
     assert len(candidates.route) > 5
     free = [
-        predict(scene, Stroke.from_offsets(*each)).table.first_met.get('cue') != '1'
+        predict(scene, Stroke.from_offsets(*each)).first_contact != '1'
         for each in candidates.strokes
     ]
     assert np.mean(free) > 0.8

@@ -40,7 +40,7 @@ BUDGET = 4000
 
 def reached(scene, target, shot):
     """Whether a target is reached, found from the prediction alone."""
-    run, path = shot.table, shot.trajectory
+    run, path = shot.run, shot.trajectory
     if 'cue' in run.pocketed or run.off_table:
         return False
     if 'pot' in target:
@@ -248,9 +248,9 @@ def test_first_contact_is_legal():
     scene = table_with(cue=(0, -0.3), b8=(0.5, 0.2), b1=(0.1, 0.03))
     free = plan(scene, {'pot': '8'}, budget=BUDGET)
     bound = plan(scene, {'pot': '8'}, budget=BUDGET, constraints={'first_contact': '1'})
-    assert free.best.shot.table.first_met['cue'] == '8'
+    assert free.best.shot.run.first_met['cue'] == '8'
     for each in bound.ranking:
-        assert each.shot.table.first_met['cue'] == '1'
+        assert each.shot.run.first_met['cue'] == '1'
 
 
 def test_a_ball_that_is_met_during_the_strike_is_met_first():
@@ -389,7 +389,7 @@ def test_balls_to_keep_stay():
     kept = plan(SCENE, {'pot': 'any'}, constraints={'keep': '8'}, budget=BUDGET)
     assert kept.status == Status.OK
     for each in kept.ranking:
-        assert '8' not in each.shot.table.pocketed
+        assert '8' not in each.shot.run.pocketed
     with pytest.raises(ValueError, match='keep'):
         plan(SCENE, {'pot': '8'}, constraints={'keep': ['8']}, budget=500)
 
@@ -398,7 +398,7 @@ def test_one_of_several_balls_is_met_first():
     bound = plan(SCENE, {'pot': '8'}, budget=BUDGET, constraints={'first_contact': ['1', '8']})
     free = plan(SCENE, {'pot': '8'}, budget=BUDGET)
     assert bound.best.interval[1] >= free.best.interval[0]
-    assert bound.best.shot.table.first_met['cue'] in ('1', '8')
+    assert bound.best.shot.run.first_met['cue'] in ('1', '8')
 
 
 def test_a_time_limit_ends_the_search():
@@ -504,7 +504,7 @@ def test_a_second_hit_of_the_cue_is_a_foul():
     near = (2.0 * SCENE.ball.radius + 0.005) * np.sqrt(0.5)
     scene = table_with(cue=(1.0, 0.42), b8=(1.0 + near, 0.42 + near))
     stun = Stroke.from_offsets(0.0, 0.0, np.radians(8), np.radians(45), 2.0)
-    assert predict(scene, stun).table.pocketed == {'8': 'foot_left'}
+    assert predict(scene, stun).pocketed == {'8': 'foot_left'}
     target, noise = target_of(scene, {'pot': '8'}), NOISES['none']
     problem = problem_of(scene, target, limits_of(scene, None, noise), noise)
     assert not evaluate_strokes(problem, np.array([stun.offsets])).success.any()

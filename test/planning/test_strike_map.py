@@ -12,6 +12,7 @@ from billiard_shot.planning.strike_map import bounds_of, FEWEST, fit_cell, Maps
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 
@@ -49,7 +50,7 @@ def test_maps_agree_with_exact_strikes(centre):
     there = ~np.isnan(motions[:, 0])
     assert there.mean() > 0.9
     centre = np.array([0.0, 0.0, radius])
-    exact = strike_batch(model, *vectors_of(strokes[there]), centre, 1e-4).strikes
+    exact = strike_batch(Strokes(model, *vectors_of(strokes[there]), centre), 1e-4).rows
     found = motions[there] / strokes[there, 4:]
     for columns, name, scale in ((slice(0, 3), 'velocity', 1.0), (slice(3, 6), 'spin', radius)):
         error = scale * (found[:, columns] - exact[name] / strokes[there, 4:])

@@ -147,11 +147,11 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
     shot = predict(COMBINATION, stroke)
     array = display.shot_markers(shot, NOW)
     drawn(array)
-    moving = {name: each for name, each in shot.table.balls.items() if each.duration > 0.0}
+    moving = {name: each for name, each in shot.run.balls.items() if each.duration > 0.0}
     assert len(moving) > 1
     paths = named(array, 'paths')
     assert len(paths) == len(named(array, 'starts')) == len(moving)
-    assert len(named(array, 'ends')) == len(set(moving) - set(shot.table.pocketed))
+    assert len(named(array, 'ends')) == len(set(moving) - set(shot.run.pocketed))
     for path, trajectory in zip(paths, moving.values(), strict=True):
         points = corners(path)
         np.testing.assert_allclose(points[0], trajectory.at(0.0).position)

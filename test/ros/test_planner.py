@@ -163,7 +163,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
         alone.best.stroke.offsets
     )
     shot = predict(scene, stroke)
-    assert '8' in shot.table.pocketed
+    assert '8' in shot.run.pocketed
     assert conversions.vectors(best.trajectory.positions)[-1] == pytest.approx(
         shot.trajectory.final_position, abs=1e-3
     )

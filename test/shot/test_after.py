@@ -19,10 +19,10 @@ def test_shots_follow_each_other():
         if shot.status.refused:  # the cue would go through a ball
             continue
         after = shot.after()
-        gone = {*shot.table.pocketed, *shot.table.off_table} - {'cue'}
+        gone = {*shot.run.pocketed, *shot.run.off_table} - {'cue'}
         assert set(after.balls) == set(scene.balls) - gone | {'cue'}
         for name in set(after.balls) - {'cue'}:
-            assert np.allclose(after.balls[name], shot.table.final_position[name][:2])
+            assert np.allclose(after.balls[name], shot.run.final_position[name][:2])
         scene = after if len(after.balls) > 4 else first
 
 
@@ -31,7 +31,7 @@ def test_a_cue_ball_that_fell_is_in_hand():
     data['balls'] = {'cue': (1.0, 0.48), '1': (-0.635, 0.0)}
     scene = Scene.from_dict(data)
     shot = predict(scene, Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(0.115, 0.23), 2.0))
-    assert 'cue' in shot.table.pocketed
+    assert 'cue' in shot.run.pocketed
     x, y = shot.after().balls['cue']
     assert np.isclose(x, -0.25 * scene.table.length)
     assert 0.0 < abs(y) < 0.1  # beside the ball on the head spot

@@ -259,7 +259,7 @@ def test_the_trajectory_tells_of_a_hit_once():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [0.0612, 0]}})
     shot = predict(scene, Stroke.from_offsets(0, 0, elevation=0.05, azimuth=0, speed=1.5))
     told = [[e.time for e in events if e.kind is EventKind.CUE] for events in (
-        shot.trajectory.events, shot.table.events
+        shot.trajectory.events, shot.run.events
     )]  # fmt: skip
     assert told[0] == told[1] == [shot.double_hit]
 

@@ -22,7 +22,7 @@ def scene_of(**balls):
 
 def energy(scene, shot):
     """Of cue and balls after the strike [J]."""
-    first = shot.table.at(0.0)
+    first = shot.run.at(0.0)
     balls = sum(
         0.5 * scene.ball.mass * (s.velocity**2).sum()
         + 0.5 * scene.ball.inertia * (s.spin**2).sum()
@@ -35,7 +35,7 @@ def test_two_frozen_balls_leave_together():
     scene = scene_of(cue=(0.0, 0.0), one=(2 * R, 0.0))
     shot = predict(scene, LEVEL)
     alone = predict(scene_of(cue=(0.0, 0.0)), LEVEL)
-    first = shot.table.at(0.0)
+    first = shot.run.at(0.0)
     assert first['one'].velocity[0] > 1.0
     assert 0 < shot.velocity[0] < first['one'].velocity[0]
     assert shot.velocity[0] < alone.velocity[0]
@@ -95,7 +95,7 @@ def largest_step(gaps, angle, below):
 @pytest.mark.parametrize('gap', [0.0, 1e-6, 1e-3, 3e-3])
 def test_balls_begin_where_the_strike_leaves_them(gap):
     shot = predict(scene_of(cue=(0.0, 0.0), one=(2 * R + gap, 0.0)), LEVEL)
-    cue, one = (state.position for state in shot.table.at(0.0).values())
+    cue, one = (state.position for state in shot.run.at(0.0).values())
     assert (shot.position == [0.0, 0.0, R]).all()
     assert gap < cue[0] < gap + 3e-3, 'it has gone at least as far as to the other ball'
     assert one[0] > 2 * R + gap
@@ -164,7 +164,7 @@ def test_a_batch_gives_what_single_predictions_give():
         shot = predict(scene, stroke)
         assert (many.velocity[i] == shot.velocity).all()
         assert (many.final_position[i] == shot.trajectory.final_position).all()
-        assert many.table.first_met[i].tolist() == [1, 0]
+        assert many.run.first_met[i].tolist() == [1, 0]
         assert np.isfinite(many.final_position).all()
 
 
@@ -242,7 +242,7 @@ def test_balls_that_cannot_be_set_apart_begin_where_they_were(monkeypatch):
     stroke = Stroke.from_offsets(0, 0, elevation_deg=10, azimuth_deg=-70, speed=2)
     shot = predict(scene, stroke)
     assert shot.status is Status.BUDGET_EXCEEDED
-    first = shot.table.at(0.0)
+    first = shot.run.at(0.0)
     assert {name: tuple(state.position[:2]) for name, state in first.items()} == scene.balls
 
 
@@ -271,6 +271,6 @@ def test_only_the_cue_gives_balls_energy(seed):
         a, b, elevation_deg=elevation, azimuth_deg=azimuth, speed=10 ** rng.uniform(-1, 0.8)
     )
     shot = predict(scene_of(cue=(x, 0.1)), stroke)
-    for event in shot.table.events if shot.table else ():
+    for event in shot.run.events:
         gain = event.energy_after - event.energy_before
         assert event.kind is EventKind.CUE or gain <= 1e-9 * event.energy_before

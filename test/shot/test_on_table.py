@@ -43,13 +43,13 @@ def test_a_shot_is_a_strike_and_then_the_table():
             'one': BallState((0.2, 0.12, R)),
         },
     )
-    assert shot.table.final_position['one'] == pytest.approx(run.final_position['one'], abs=0.05)
-    assert shot.trajectory is shot.table.balls['cue']
+    assert shot.run.final_position['one'] == pytest.approx(run.final_position['one'], abs=0.05)
+    assert shot.trajectory is shot.run.balls['cue']
     assert EventKind.BALL in {event.kind for event in shot.trajectory.events}
-    assert shot.table.first_met == {'cue': 'one', 'one': 'cue'}
+    assert shot.run.first_met == {'cue': 'one', 'one': 'cue'}
     effects = {effect.name: effect for effect in effects_of(shot)}
     assert effects['ball_ball'].simulated
-    assert shot.message == f'first contact one; at rest after {shot.table.duration:.3g} s'
+    assert shot.message == f'first contact one; at rest after {shot.run.duration:.3g} s'
 
 
 def test_a_straight_pot():
@@ -58,8 +58,8 @@ def test_a_straight_pot():
     cue = place - 0.4 * line
     scene = scene_of(cue=tuple(cue), one=tuple(place))
     shot = predict(scene, stroke(math.atan2(line[1], line[0]), 1.5))
-    assert shot.table.pocketed['one'] == 'foot_left'
-    assert shot.table.at(20.0)['one'].motion == Motion.POCKETED
+    assert shot.run.pocketed['one'] == 'foot_left'
+    assert shot.run.at(20.0)['one'].motion == Motion.POCKETED
 
 
 def test_a_batch_gives_what_single_predictions_give():
@@ -70,9 +70,9 @@ def test_a_batch_gives_what_single_predictions_give():
         shot = predict(scene, one)
         assert many.status[i] == shot.status
         assert many.final_position[i] == pytest.approx(shot.trajectory.final_position, abs=1e-9)
-        for k, name in enumerate(many.table.names):
-            assert many.table.final_position[i, k] == pytest.approx(
-                shot.table.final_position[name], abs=1e-9
+        for k, name in enumerate(many.run.names):
+            assert many.run.final_position[i, k] == pytest.approx(
+                shot.run.final_position[name], abs=1e-9
             )
 
 
@@ -82,14 +82,15 @@ def test_off_the_table_is_an_outcome():
     shot = predict(scene, jump)
     assert shot.status == Status.OFF_TABLE
     assert shot.message.startswith('cue ball off the table; ')
-    assert shot.table.off_table == ('cue',)
+    assert shot.run.off_table == ('cue',)
 
 
 def test_a_refused_stroke_moves_nothing():
     scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
     shot = predict(scene, Stroke(normal=(1, 0, 0), velocity=(1, 0, 0)))
     assert shot.status == Status.MISS
-    assert shot.table is None
+    assert shot.run.duration == 0.0
+    assert shot.events == ()
     assert shot.trajectory.final_position == pytest.approx([-0.6, 0.1, R])
 
 
@@ -109,7 +110,7 @@ def test_where_the_cue_ball_cannot_be():
 def test_sensitivity_counts_the_cushions():
     scene = scene_of(cue=(0.0, 0.0))
     shot = predict(scene, stroke(0.4, 1.2))
-    assert shot.table.events
+    assert shot.run.events
     step = 1e-4
     ends = [
         predict(scene, stroke(0.4, 1.2 * (1 + s))).trajectory.final_position[:2]

@@ -74,8 +74,6 @@ def test_every_scene_has_every_attribute():
     )
     # On a table smaller hops count: they matter at cushions.
     table = predict(wide, stroke, DEFAULT_TOLERANCE * HOPS / HOPS_BEFORE_CUSHIONS)
-    assert cloth.table is None
-    assert table.table is not None
     assert (cloth.pocketed, cloth.off_table, cloth.first_contact) == ({}, (), None)
     assert not cloth.scratched
     assert [e.kind for e in cloth.events] == [e.kind for e in table.events]
@@ -183,12 +181,12 @@ def test_objects_say_what_they_are():
     assert repr(POOL) == 'Scene(1 ball on a table of 2.54 x 1.27 m, law bistiffness)'
     shot = straight_at_pocket(follow=True)
     assert repr(shot) == f'Shot(OK: {shot.message})'
-    assert 'one into foot left, cue into foot left' in repr(shot.table)
+    assert 'one into foot left, cue into foot left' in repr(shot.run)
     run = simulate('pool_table', {'cue': BallState((0, 0, R), (1, 0, 0))})
     assert repr(run).startswith('TableRun(OK, 1 ball, ')
     assert repr(run.at(0.0)['cue']).startswith('BallState(position=(0, 0, 0.0286), velocity=(1')
     assert repr(run.at([0.0, 1.0])['cue']) == 'BallState(at (2,) times)'
-    for thing in (POOL, stroke, shot, shot.table, shot.trajectory, shot.events[0]):
+    for thing in (POOL, stroke, shot, shot.run, shot.trajectory, shot.events[0]):
         assert len(repr(thing)) < 200
 
 

@@ -1,10 +1,10 @@
 """Balls on their way, for the tests of this folder."""
 
-from billiard_shot.records import as_rows, OBJECTS
 from billiard_shot.status import Status
-from billiard_shot.table.motion import Ball, Segment, start_ball
+from billiard_shot.table.initial_states import ball_starts
+from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import BallClothParams
-from billiard_shot.table.roll_out import roll_out
+from billiard_shot.table.simulate import run_with_events, TableTask
 from billiard_shot.table.trajectory import Trajectory
 
 POOL = BallClothParams(
@@ -24,9 +24,11 @@ POOL = BallClothParams(
 )
 
 
-def run(velocity, spin=(0, 0, 0), params=POOL, tolerance=1e-6, rows=200):
+def run(velocity, spin=(0, 0, 0), params=POOL, tolerance=1e-6):
     """Trajectory, status and error of a ball that starts at the origin."""
-    ball, segments = Ball(), OBJECTS.records(Segment, rows)
-    start_ball(ball, [0.0, 0.0, params.radius], list(map(float, velocity)), list(map(float, spin)))
-    status, error, _ = roll_out(params, ball, tolerance, segments, Ball(), 0.0)
-    return Trajectory(as_rows(Segment, segments[: ball.segments])), Status(status), error
+    starts = ball_starts(1, 1)
+    starts['position'], starts['velocity'] = (0.0, 0.0, params.radius), velocity
+    starts['spin'] = spin
+    ran = run_with_events(TableTask(params, ENDLESS, starts, tolerance))
+    status = Status(int(ran.tables['status'][0]))
+    return Trajectory(ran.segments), status, float(ran.balls['left_out'][0, 0])

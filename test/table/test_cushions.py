@@ -47,8 +47,7 @@ def test_han_is_for_balls_on_the_cloth():
     assert hit.position[2] > R
     found, expected = (after(run, 'cue', EventKind.CUSHION).velocity for run in (one, other))
     assert found == pytest.approx(expected)
-    trajectory = one.balls['cue']
-    context = EffectContext(HAN, ball.velocity, ball.spin, trajectory, one, False)
+    context = EffectContext(HAN, ball.velocity, ball.spin, one, False)
     assert '1 in the air, where `han` does not hold' in Cushion().evaluate(context).reason
 
 

@@ -35,7 +35,7 @@ def test_a_ball_that_hops_in_the_mouth_of_a_pocket_lands_on_its_shelf(up):
     assert run_of((0.03, 0.6372, R), (0.1, 0.0, up)).status is Status.OK
     stroke = Stroke.from_offsets(0, 0.5, elevation=0.15, azimuth=math.pi / 2, speed=0.3)
     shot = predict(SCENE, stroke, position=(0.03, NUMBERS.nose_half_width + 0.002))
-    assert shot.table.pocketed == {'cue': 'side_left'}
+    assert shot.run.pocketed == {'cue': 'side_left'}
 
 
 def test_a_ball_that_comes_down_behind_a_cushion_is_off_the_table():

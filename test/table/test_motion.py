@@ -74,7 +74,7 @@ def test_inertia_counts():
     ],
 )
 def test_endless_motion(change, velocity, spin, last):
-    path, status, _ = run(velocity, spin, POOL._replace(**change), rows=3000)
+    path, status, _ = run(velocity, spin, POOL._replace(**change))
     assert status == Status.NEVER_RESTS
     assert not path.comes_to_rest
     assert path.segments[-1].motion == last

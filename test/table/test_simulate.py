@@ -12,13 +12,10 @@ from tables import ENDLESS, play, POOL, R, random_states, state
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion
-from billiard_shot.table.run import events_from_columns, events_to_columns
 from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.trajectory import (
     BallState,
     EventKind,
-    segments_from_columns,
-    segments_to_columns,
 )
 
 TINY = 1e-18  # J
@@ -285,29 +282,6 @@ def test_events_name_the_balls_that_take_part_of_a_hundred():
     assert first.balls == ('ball 60', 'ball 61')
     assert run.first_met['ball 60'] == 'ball 61'
     assert {event.balls[0] for event in run.events if len(event.balls) == 1} <= set(run.names)
-
-
-def test_columns_hold_all_of_segments_and_events():
-    scene = Scene.load('nine_ball')
-    run = simulate(scene, break_of(scene, 8.0))
-    columns = segments_to_columns(run._segments)
-    assert columns.shape == (len(run._segments), 19)
-    assert segments_from_columns(columns.tolist()).tobytes() == run._segments.tobytes()
-    assert segments_from_columns([]).shape == (0,)
-    alone = segments_from_columns(columns[:, :18])
-    assert (alone['spin'] == run._segments['spin']).all()
-    assert not alone['ball'].any()
-    back = events_from_columns(events_to_columns(run._events).tolist())
-    assert back.rows.tobytes() == run._events.rows.tobytes()
-    assert back.balls() == run._events.balls()
-    run = simulate(
-        ENDLESS, {'cue': state(-0.3, 0, (2, 0, 0)), '1': state(0, 0), '2': state(2 * R, 0)}
-    )
-    assert [0, 1, 2] in events_from_columns(events_to_columns(run._events)).balls()
-    with pytest.raises(ValueError, match='must be'):
-        events_from_columns(np.zeros((2, 7)))
-    with pytest.raises(ValueError, match='must be'):
-        segments_from_columns(np.zeros((2, 20)))
 
 
 def test_rows_that_cannot_be_say_so_and_nothing_else():

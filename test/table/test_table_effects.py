@@ -26,9 +26,7 @@ def looks(scene, states, cue='cue'):
 
     def look(scene):
         run = simulate(scene, states)
-        return EffectContext(
-            scene, states[cue].velocity, states[cue].spin, run.balls[cue], run, False
-        )
+        return EffectContext(scene, states[cue].velocity, states[cue].spin, run, False)
 
     return look(scene), look
 

@@ -19,9 +19,9 @@ class Flight(EffectGate[EffectContext]):
         """EffectContext for a ball that rises, and not too little."""
         up = float(context.velocity[2])
         rise = f'the ball rises by {_rise(context, up)}'
-        if up > 0.0 and _flies(context.trajectory, first=True):
+        if up > 0.0 and _flies(context.run.balls[context.run.names[0]], first=True):
             return GateDecision(True, rise)
-        fliers = [name for name, ball in context.trajectories.items() if _flies(ball)]
+        fliers = [name for name, ball in context.run.balls.items() if _flies(ball)]
         if fliers:
             return GateDecision(
                 True, f'in an impact, a ball leaves the cloth: {", ".join(fliers)}'
@@ -45,12 +45,12 @@ class Bounce(EffectGate[EffectContext]):
         """Bounces that are not done at once."""
         bounces = sum(
             event.kind == EventKind.BOUNCE
-            for ball in context.trajectories.values()
+            for ball in context.run.balls.values()
             for event in ball.events
         )
         if bounces:
             return GateDecision(True, f'bounces until those that follow are too small: {bounces}')
-        if not any(map(_flies, context.trajectories.values())):
+        if not any(map(_flies, context.run.balls.values())):
             return GateDecision(False, 'there is no flight')
         again = context.scene.contacts.ball_table.restitution * max(
             float(context.velocity[2]), 0.0

@@ -44,7 +44,7 @@ class SpinDecay(EffectGate[EffectContext]):
     def evaluate(self, context: EffectContext) -> GateDecision:
         """EffectContext for a ball that spins about the vertical, on a cloth that slows it."""
         turning = [
-            name for name, ball in context.trajectories.items() if np.any(ball.rows['spin'][:, 2])
+            name for name, ball in context.run.balls.items() if np.any(ball.rows['spin'][:, 2])
         ]
         if turning and context.scene.cloth.spin_deceleration == 0.0:
             return GateDecision(False, 'the cloth does not slow spin about the vertical')

@@ -75,7 +75,7 @@ class BallBall(EffectGate[EffectContext]):
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """Events of two balls or more."""
-        if len(context.trajectories) == 1:
+        if len(context.run.balls) == 1:
             return GateDecision(False, 'there is no other ball')
         if _balls_in_strike(context):
             return GateDecision(True, TOGETHER)
@@ -165,4 +165,4 @@ def _slip(context: EffectContext, event: TableEvent) -> float:
 
 def _just_before(context: EffectContext, name: str, time: float) -> BallState:
     """State of a ball at the end of what it did before an event."""
-    return context.trajectories[name].at(np.nextafter(time, -np.inf))
+    return context.run.balls[name].at(np.nextafter(time, -np.inf))

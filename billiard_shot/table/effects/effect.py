@@ -18,7 +18,7 @@ from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableEvent, TableRun
-from billiard_shot.table.trajectory import EventKind, Trajectory
+from billiard_shot.table.trajectory import EventKind
 
 AUTO, OFF, ON = 'auto', 'off', 'on'
 N = TypeVar('N')
@@ -43,28 +43,18 @@ class EffectContext:
     scene: Scene
     velocity: NDArray[np.float64]  # of the ball that is struck, at first (3,) [m/s]
     spin: NDArray[np.float64]  # (3,) [rad/s]
-    trajectory: Trajectory  # of that ball
-    table: TableRun | None  # all that happens on the table, if there is more than that ball
+    run: TableRun  # of all balls, the struck one first
     struck_together: bool  # whether other balls or a cushion took part in the strike
-
-    @property
-    def trajectories(self) -> Mapping[str, Trajectory]:
-        """Of all balls."""
-        return self.table.balls if self.table else {'cue': self.trajectory}
 
     def that_do(self, motion: Motion) -> list[str]:
         """Names of the balls that are ever in a kind of motion."""
         return [
-            name
-            for name, ball in self.trajectories.items()
-            if np.any(ball.rows['motion'] == motion)
+            name for name, ball in self.run.balls.items() if np.any(ball.rows['motion'] == motion)
         ]
 
     def events(self, *kinds: EventKind) -> list[TableEvent]:
         """Events of some kinds on the table, in the order of time."""
-        return [
-            event for event in (self.table.events if self.table else ()) if event.kind in kinds
-        ]
+        return [event for event in self.run.events if event.kind in kinds]
 
 
 class GateDecision(NamedTuple):
