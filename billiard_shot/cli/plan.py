@@ -23,7 +23,6 @@ from billiard_shot.planning.limits import BALLS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.scene import Robot
-from billiard_shot.scene.fields import FORMER
 from billiard_shot.table.run import POCKET_NAMES
 
 PICTURE_TRIALS = 400  # noisy executions in a picture
@@ -100,9 +99,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     limits.add_argument('--keep', nargs='+', metavar='BALL', help='balls that must not be potted')
     for field in fields(Robot):
-        names = [field.name, *(field.metadata[key] for key in (FORMER,) if key in field.metadata)]
-        options = (f'--{name.replace("_", "-")}' for name in names)
-        limits.add_argument(*options, type=float, metavar='NUMBER', help=LIMITS[field.name])
+        option = f'--{field.name.replace("_", "-")}'
+        limits.add_argument(option, type=float, metavar='NUMBER', help=LIMITS[field.name])
     add_search_arguments(parser, NORMAL_BUDGET, '')
     parser.add_argument(
         '--time-limit', type=float, metavar='S', help='end the search after this time (s)'

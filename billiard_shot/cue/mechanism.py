@@ -53,8 +53,8 @@ class Axis:
     """
 
     RULES: ClassVar = (_range_of_an_axis,)
-    min: float = number('u', former='least')
-    max: float = number('u', former='most')
+    min: float = number('u')
+    max: float = number('u')
     speed: float = number('u/s', above=0)
     acceleration: float = number('u/s^2', above=0)
     jerk: float = number('u/s^3', above=0)
@@ -164,17 +164,13 @@ class Mechanism:
     azimuth: Axis = _axis(-math.pi, math.pi, 1.5, 4.0, 40.0)
     incline: Axis = _axis(0.40, 0.72, 0.1, 0.5, 5.0)
     stroke: Axis = _axis(0.0, 0.6, 6.0, 150.0, 15000.0)
-    incline_geometry: Incline = section(Incline, optional=True, former='triangle')
-    min_elevation: float = number(
-        'rad', minimum=0, maximum=math.pi / 2, default=0.0, former='least_elevation'
-    )
-    max_elevation: float = number(
-        'rad', minimum=0, maximum=math.pi / 2, default=1.2, former='most_elevation'
-    )
-    min_speed: float = number('m/s', above=0, default=0.05, former='least_speed')
-    max_force: float = number('N', above=0, default=100.0, former='force')
+    incline_geometry: Incline = section(Incline, optional=True)
+    min_elevation: float = number('rad', minimum=0, maximum=math.pi / 2, default=0.0)
+    max_elevation: float = number('rad', minimum=0, maximum=math.pi / 2, default=1.2)
+    min_speed: float = number('m/s', above=0, default=0.05)
+    max_force: float = number('N', above=0, default=100.0)
     reach: float = number('m', minimum=0, default=0.3)
-    axis_drop: float = number('m', minimum=0, default=0.08, former='drop')
+    axis_drop: float = number('m', minimum=0, default=0.08)
     steady_time: float = number('s', above=0, default=0.02)
     contact_time: float = number('s', above=0, default=0.002)
     travel_height: float = number('m', above=0, default=0.1)

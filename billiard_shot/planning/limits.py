@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.strikes import Array, wrapped
 from billiard_shot.scene import Noise, Robot, Scene
-from billiard_shot.scene.checks import read, with_present_keys
+from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import check_type, one_or_many
@@ -95,7 +95,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
     if constraints is None:
         constraints = {}
     check_type('constraints', constraints, Mapping)
-    data = dict(with_present_keys(Robot, constraints))
+    data = dict(constraints)
     mistakes: list[Mistake] = []
     chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALLS}
     known = asdict(scene.robot)

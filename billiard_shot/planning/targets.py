@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import math
 from typing import Any, TypeAlias
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, Mistake, refused
@@ -131,7 +130,6 @@ def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
         yield Mistake(('direction',), f'{hit.direction!r} is not allowed; it must not be zero')
 
 
-@former_attributes(within_deg='direction_tolerance_deg')
 @dataclass(frozen=True, slots=True)
 class Hit:
     """
@@ -155,9 +153,7 @@ class Hit:
     RULES = (_one_way_to_hit,)
     hit: str = name()
     direction: Point | None = point(nullable=True)
-    direction_tolerance_deg: float = number(
-        'degrees', above=0, maximum=180, default=5.0, former='within_deg'
-    )
+    direction_tolerance_deg: float = number('degrees', above=0, maximum=180, default=5.0)
     at: Point | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.005)
 

@@ -11,10 +11,9 @@ import copy
 import dataclasses
 import math
 from typing import Any, TypeVar
-import warnings
 
 from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, unknown
-from billiard_shot.scene.fields import DERIVED, Derived, FORMER, SECTION, TAKES
+from billiard_shot.scene.fields import DERIVED, Derived, SECTION, TAKES
 
 S = TypeVar('S')
 
@@ -59,7 +58,7 @@ def check(instance: Any, **given: Any) -> None:
 
 def read(kind: type[S], data: object) -> S:
     """
-    Read a dataclass of such fields from a mapping; a former key of a field gives a warning.
+    Read a dataclass of such fields from a mapping.
 
     Raises
     ------
@@ -67,36 +66,10 @@ def read(kind: type[S], data: object) -> S:
         With all mistakes, including those of its sections.
 
     """
-    found, mistakes = _read(kind, with_present_keys(kind, data))
+    found, mistakes = _read(kind, data)
     if mistakes:
         raise InputError(mistakes)
     return found
-
-
-def with_present_keys(kind: type, data: object, *, warn: bool = True) -> Any:
-    """
-    Replace former keys of a mapping, and of its sections, by the present ones.
-
-    `warn` tells the user which key is the new one. A former key beside its new one is kept: it is
-    then an unknown key.
-    """
-    if not isinstance(data, Mapping):
-        return data
-    fields = _inputs(kind)
-    present = {field.metadata[FORMER]: field.name for field in fields if FORMER in field.metadata}
-    sections = {f.name: f.metadata[SECTION] for f in fields if SECTION in f.metadata}
-    result: dict[Any, Any] = {}
-    for key, value in data.items():
-        name = key
-        if key in present and present[key] not in data:
-            name = present[key]
-            if warn:
-                text = f'{kind.__name__}: the key {key} is now called {name}'
-                warnings.warn(text, FutureWarning, stacklevel=2)
-        result[name] = (
-            with_present_keys(sections[name], value, warn=warn) if name in sections else value
-        )
-    return result
 
 
 def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import math
 from typing import Any, ClassVar
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import boolean, number, section
@@ -79,7 +78,6 @@ def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
         )
 
 
-@former_attributes(tip_radius='ferrule_radius', dome='tip_curvature_radius')
 @dataclass(frozen=True, slots=True)
 class Cue:
     """
@@ -115,13 +113,10 @@ class Cue:
         'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
     )
     ferrule_radius: float = number(
-        'm',
-        minimum=0,
-        derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS,
-        former='tip_radius',
+        'm', minimum=0, derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS
     )
     length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
-    tip_curvature_radius: float = number('m', minimum=0, default=0.0, former='dome')
+    tip_curvature_radius: float = number('m', minimum=0, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)

@@ -3,8 +3,7 @@ Fields with the values that they allow, for dataclasses that check themselves (s
 
 A field is declared by its type: `number`, `choice`, `boolean`, `places`, `section` ... A field
 with a `derived` value computes it from the other fields if none is given, and again whenever
-`dataclasses.replace` makes a new object: such a value is marked as `Derived`. A field that was
-renamed names its `former` key, which is still read.
+`dataclasses.replace` makes a new object: such a value is marked as `Derived`.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,7 +15,7 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, T
 from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
-TAKES, DERIVED, SECTION, FORMER = 'takes', 'derived', 'section', 'former'
+TAKES, DERIVED, SECTION = 'takes', 'derived', 'section'
 NUMBER = 'number'
 A_NAME = "a name, such as '8'"
 
@@ -45,21 +44,18 @@ def number(
     maximum: float | None = None,
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
-    former: str | None = None,
     published: tuple[float, float] | None = None,
 ) -> Any:
     """
     Field for a finite number [unit] within bounds.
 
     Without `default` the number is required, unless `derived` computes it from the other fields.
-    `former` is a former name of the field, `published` the range of published values.
+    `published` is the range of published values.
     """
     metadata: dict[str, Any] = {
         TAKES: _number_within(unit, above, minimum, maximum),
         NUMBER: Range(unit, above, minimum, maximum, published),
     }
-    if former:
-        metadata[FORMER] = former
     if derived:
         return dataclasses.field(default=None, metadata=metadata | {DERIVED: derived})
     value = dataclasses.MISSING if default is None else default
@@ -162,14 +158,11 @@ def point(*, nullable: bool = False) -> Any:
     return _field(convert, None if nullable else dataclasses.MISSING)
 
 
-def section(
-    kind: type, *, optional: bool = False, nullable: bool = False, former: str | None = None
-) -> Any:
+def section(kind: type, *, optional: bool = False, nullable: bool = False) -> Any:
     """
     Field for a dataclass of such fields.
 
     An `optional` section is made of its defaults if it is missing; a `nullable` one is then None.
-    `former` is a former name of the field.
     """
 
     def convert(value: object) -> Any:
@@ -178,8 +171,6 @@ def section(
         return value
 
     metadata: dict[str, Any] = {TAKES: convert, SECTION: kind}
-    if former:
-        metadata[FORMER] = former
     if nullable:
         return dataclasses.field(default=None, metadata=metadata)
     factory: Any = kind if optional else dataclasses.MISSING

@@ -1,6 +1,6 @@
 """Inheritance of scenes: `like: pool` takes all values that are not given from scene `pool`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,7 @@ from billiard_shot.scene.yaml_file import read_yaml
 LIKE = 'like'
 
 
-def resolved(
-    data: object,
-    folder: Path,
-    update: Callable[[object], object],
-    descent: tuple[Path, ...] = (),
-) -> object:
+def resolved(data: object, folder: Path, descent: tuple[Path, ...] = ()) -> object:
     """
     Complete a scene with the values of the scene that its key `like` names.
 
@@ -26,8 +21,6 @@ def resolved(
         Content of the scene's file; `like` in it names a bundled scene or a file.
     folder : Path
         Folder that file names are relative to.
-    update : callable
-        Replaces the former keys in the content of each file, before two are merged.
     descent : tuple of Path
         Files that inherit from this one, from which it must not inherit.
 
@@ -37,14 +30,13 @@ def resolved(
         If there is no such scene, or it cannot be read.
 
     """
-    data = update(data)
     if not isinstance(data, Mapping) or LIKE not in data:
         return data
     try:
         path = find_scene(str(data[LIKE]), folder).resolve()
         if path in descent:
             raise ValueError(f'{data[LIKE]!r} is not allowed; that scene inherits from this one')
-        other = resolved(read_yaml(path), path.parent, update, (*descent, path))
+        other = resolved(read_yaml(path), path.parent, (*descent, path))
     except ValueError as error:
         raise InputError([Mistake((LIKE,), str(error))]) from error
     return merged(other, {key: value for key, value in data.items() if key != LIKE})

@@ -10,7 +10,6 @@ from typing import Any, ClassVar, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
@@ -55,7 +54,6 @@ def _limits_in_order(robot: Any) -> Iterator[Mistake]:
             )
 
 
-@former_attributes(azimuth_range_deg='azimuth_half_range_deg')
 @dataclass(frozen=True, slots=True)
 class Robot:
     """
@@ -82,9 +80,7 @@ class Robot:
     elevation_min_deg: float = number('degrees', minimum=0, maximum=90, default=0.0)
     elevation_max_deg: float = number('degrees', minimum=0, maximum=90, default=85.0)
     azimuth_deg: float = number('degrees', minimum=-360, maximum=360, default=0.0)
-    azimuth_half_range_deg: float = number(
-        'degrees', minimum=0, maximum=180, default=180.0, former='azimuth_range_deg'
-    )
+    azimuth_half_range_deg: float = number('degrees', minimum=0, maximum=180, default=180.0)
     offset_max: float = number('ball radii', above=0, maximum=0.99, default=0.5)
 
     def __post_init__(self) -> None:

@@ -3,14 +3,13 @@
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, InitVar
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
 from numpy.typing import ArrayLike
 
 from billiard_shot.scene.bundled import find_scene, scene_names
-from billiard_shot.scene.checks import check, fill_in, read, with_present_keys, write
+from billiard_shot.scene.checks import check, fill_in, read, write
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
 from billiard_shot.scene.errors import InputError, Mistake, TWICE
@@ -139,7 +138,7 @@ class Scene:
         mistakes = list(document.mistakes)
         twice = {mistake.path for mistake in mistakes}
         try:
-            scene = read(cls, resolved(document.data, folder, partial(with_present_keys, cls)))
+            scene = read(cls, resolved(document.data, folder))
         except InputError as error:
             # The reader of the file has already reported duplicate keys, with their lines.
             mistakes += (

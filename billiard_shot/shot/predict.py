@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
 from billiard_shot.shot.clearance import surroundings_of
@@ -94,7 +93,6 @@ def predict(
     )
 
 
-@former_attributes(rest='final_position')
 @dataclass(frozen=True, slots=True, eq=False)
 class BatchResult:
     """Predictions of n strokes; row by row what `predict` gives."""

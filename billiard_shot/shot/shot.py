@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import CollisionResult, Phase, read_log
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
@@ -36,7 +35,6 @@ class Impact:
     phases: tuple[Phase, ...]  # in order: the active contacts, and how it stood at the end
 
 
-@former_attributes(jump='discontinuity')
 @dataclass(frozen=True, eq=False)
 class Shot:
     """

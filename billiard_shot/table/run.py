@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
@@ -93,7 +92,6 @@ class EventLog(NamedTuple):
         return members
 
 
-@former_attributes(rest='final_position')
 @dataclass(frozen=True, eq=False)
 class TableRun:
     """A simulated table. Numbers are in SI units and the frame `table`."""

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.records import as_rows
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.parameters import rows_of_parameters
 from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
@@ -298,7 +297,6 @@ def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchReco
     )
 
 
-@former_attributes(rest='final_position')
 @dataclass(frozen=True, eq=False)
 class TableBatch:
     """Runs of many tables; row by row what `simulate` gives. Balls in the order of `names`."""

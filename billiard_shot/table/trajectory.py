@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.table import motion
 from billiard_shot.table.motion import Cause, Motion
 
@@ -91,7 +90,6 @@ class Event:
     position: NDArray[np.float64]
 
 
-@former_attributes(rest='final_position', rests='comes_to_rest')
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """

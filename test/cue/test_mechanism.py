@@ -134,25 +134,3 @@ def test_settings_are_checked(tmp_path):
     assert Mechanism.load('') == Mechanism()
     assert Mechanism.load(ROOT / 'config' / 'mechanism.yaml') == Mechanism()
     assert len(Mechanism().axes) == len(JOINTS)
-
-
-def test_former_keys_of_a_file_are_read_with_a_warning(tmp_path):
-    path = tmp_path / 'mine.yaml'
-    path.write_text(
-        'drop: 0.09\ntriangle: {arm: 0.301}\n'
-        'stroke: {least: 0, most: 0.5, speed: 5, acceleration: 100, jerk: 9000}\n'
-    )
-    with pytest.warns(FutureWarning) as warned:
-        mechanism = Mechanism.load(path)
-    assert [str(each.message) for each in warned] == [
-        'Mechanism: the key drop is now called axis_drop',
-        'Mechanism: the key triangle is now called incline_geometry',
-        'Axis: the key least is now called min',
-        'Axis: the key most is now called max',
-    ]
-    assert mechanism.axis_drop == 0.09
-    assert mechanism.incline_geometry.arm == 0.301
-    assert mechanism.stroke == Axis(0.0, 0.5, 5.0, 100.0, 9000.0)
-    path.write_text('drop: 0.09\naxis_drop: 0.08\n')
-    with pytest.raises(ValueError, match='drop: unknown key; the nearest known one is axis_drop'):
-        Mechanism.load(path)

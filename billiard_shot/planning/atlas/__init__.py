@@ -5,7 +5,6 @@ from billiard_shot.planning.atlas.file import append, begin, load_atlas
 from billiard_shot.planning.atlas.layouts import Layout, layouts_of
 from billiard_shot.planning.atlas.maps import Atlas, Map
 from billiard_shot.planning.atlas.request import AtlasRequest
-from billiard_shot.renamed import former_members
 
 __all__ = [
     'append',
@@ -19,7 +18,3 @@ __all__ = [
     'LayoutResult',
     'layouts_of',
 ]
-
-__getattr__ = former_members(
-    __name__, Place='Layout', PlaceChance='LayoutResult', places_of='layouts_of'
-)

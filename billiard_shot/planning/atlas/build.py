@@ -16,7 +16,6 @@ from billiard_shot.planning.plan import plan
 from billiard_shot.planning.runner import SupportsSubmit
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import Pot
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 
@@ -26,7 +25,6 @@ Offsets: TypeAlias = tuple[float, float, float, float, float]
 AHEAD = 256
 
 
-@former_attributes(place='layout')
 @dataclass(frozen=True, slots=True)
 class LayoutResult:
     """

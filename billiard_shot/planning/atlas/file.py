@@ -16,7 +16,7 @@ from billiard_shot.planning.atlas.layouts import Layout
 from billiard_shot.planning.atlas.maps import Atlas
 from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
 from billiard_shot.scene import Scene
-from billiard_shot.scene.checks import read, with_present_keys, write
+from billiard_shot.scene.checks import read, write
 from billiard_shot.scene.errors import InputError
 from billiard_shot.status import Status
 
@@ -106,8 +106,7 @@ def _head_of(path: Path, lines: list[bytes]) -> dict[str, Any]:
         raise ValueError(f'{path} exists but is not an atlas file') from None
     if known[0] != FORMAT:
         raise ValueError(f'{path}: atlas: {known[0]!r} is not allowed; it must be {FORMAT}')
-    # a file may have been written with former keys of a scene
-    return {**head, 'scene': with_present_keys(Scene, head['scene'], warn=False)}
+    return dict(head)
 
 
 def _differences(there: Any, wanted: Any, *keys: str) -> Iterator[str]:

@@ -13,11 +13,9 @@ from billiard_shot.planning.atlas.build import LayoutResult
 from billiard_shot.planning.atlas.layouts import grid, layouts_of
 from billiard_shot.planning.atlas.request import AtlasRequest
 from billiard_shot.planning.targets import Point
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Scene
 
 
-@former_attributes(chances='results', doubt='mean_half_width')
 @dataclass(frozen=True, slots=True)
 class Map:
     """
@@ -53,7 +51,6 @@ class Map:
         return _mean([0.5 * (high - low) for low, high in intervals])
 
 
-@former_attributes(chances='results')
 @dataclass(frozen=True, slots=True)
 class Atlas:
     """A request, and the results of the layouts that are done, in any order."""

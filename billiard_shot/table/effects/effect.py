@@ -14,7 +14,6 @@ from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.renamed import former_attributes
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableEvent, TableRun
@@ -25,7 +24,6 @@ N = TypeVar('N')
 L = TypeVar('L', bound='EffectContext', contravariant=True)
 
 
-@former_attributes(wanted='called_for')
 @dataclass(frozen=True, slots=True)
 class Effect:
     """A physical effect in one shot; `reason` is one line of plain text."""
