@@ -95,6 +95,7 @@ setup(
             'cue_model = billiard_shot.ros.cue_model:main',
             'table_sim = billiard_shot.ros.table_sim:main',
             'table_display = billiard_shot.ros.table_display:main',
+            'table_tracker = billiard_shot.ros.table_tracker:main',
             'player = billiard_shot.ros.player:main',
             'predict_shot = billiard_shot.ros.predict_shot:main',
             'robot = billiard_shot.ros.robot:main',

@@ -13,7 +13,7 @@ import yaml
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.urdf import urdf_of
 
-PROGRAMS = {'player', 'predict_shot', 'robot'}  # that people start, and that end
+PROGRAMS = {'player', 'predict_shot', 'robot', 'table_tracker'}  # that people start
 pytestmark = pytest.mark.skipif(not FILE.exists(), reason='needs a source checkout')
 
 

@@ -257,7 +257,7 @@ TABLE_SIM = (
     Parameter(
         'rate',
         30.0,
-        'Rate at which table_state is published.',
+        'Rate at which the balls are published.',
         unit='Hz',
         limits=(1.0, 1000.0),
         read_only=True,
@@ -270,6 +270,29 @@ TABLE_SIM = (
         read_only=True,
         former='haste',
     ),
+    Parameter(
+        'camera',
+        False,
+        'Whether to publish `detections` of a camera instead of table_state; needs vision_msgs.',
+        read_only=True,
+    ),
+    Parameter(
+        'detection_noise',
+        0.0005,
+        'Standard deviation of a detected position, in each direction.',
+        unit='m',
+        limits=(1e-6, 0.1),
+    ),
+    Parameter(
+        'detection_loss', 0.0, 'Fraction of the detections that are lost.', limits=(0.0, 1.0)
+    ),
+    Parameter(
+        'detection_swap',
+        0.0,
+        'Fraction of the pictures in which two balls have the name of the other one.',
+        limits=(0.0, 1.0),
+    ),
+    Parameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
 )
 
 TABLE_DISPLAY = (

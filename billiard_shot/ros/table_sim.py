@@ -3,10 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
+from typing import Any
 
 from billiard_shot_msgs.msg import Strike, TableState
+from geometry_msgs.msg import Point
+import numpy as np
 from rclpy.node import Node
-from std_msgs.msg import String
+from rclpy.publisher import Publisher
+from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from billiard_shot import predict
@@ -28,7 +32,8 @@ class TableSim(Node):
     (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
     strike is ignored while balls still move. If a strike is not solved, the balls stay. Balls that
     have left the table count as pocketed. The state is published at the rate of a camera, also
-    while nothing changes.
+    while nothing changes. With the parameter `camera`, the node publishes `detections`
+    (vision_msgs/msg/Detection3DArray) with errors instead, for the node `table_tracker`.
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back. Its parameters are `cue_parameters.TABLE_SIM`.
@@ -43,7 +48,15 @@ class TableSim(Node):
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
-        self._table = self.create_publisher(TableState, 'table_state', LATCHED)
+        self._random = np.random.default_rng(self.get_parameter('seed').value)
+        self._table: Publisher[Any] | None = None
+        self._camera: Publisher[Any] | None = None
+        if self.get_parameter('camera').value:
+            from vision_msgs.msg import Detection3DArray
+
+            self._camera = self.create_publisher(Detection3DArray, 'detections', 10)
+        else:
+            self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._reset()
         steady_timer(self, 1.0 / self.get_parameter('rate').value, self._see)
@@ -107,15 +120,66 @@ class TableSim(Node):
             self._motions = {}
 
     def _publish(self) -> None:
-        self._table.publish(
-            conversions.table_message(
-                self._balls,
-                self._gone,
-                self._motions,
-                self._snapshot,
-                parameters.table_header(self),
+        header = parameters.table_header(self)
+        if self._camera:
+            places = {name: each for name, each in self._balls.items() if name not in self._gone}
+            noise, loss, swap = (
+                self.get_parameter(f'detection_{name}').value for name in ('noise', 'loss', 'swap')
             )
-        )
+            self._camera.publish(
+                detections_message(places, noise, loss, swap, self._random, header)
+            )
+        if self._table:
+            self._table.publish(
+                conversions.table_message(
+                    self._balls, self._gone, self._motions, self._snapshot, header
+                )
+            )
+
+
+def detections_message(
+    places: Mapping[str, tuple[float, float, float]],
+    noise: float,
+    loss: float,
+    swap: float,
+    random: np.random.Generator,
+    header: Header,
+) -> Any:
+    """
+    Make the message of a camera (vision_msgs/msg/Detection3DArray) that errs.
+
+    Parameters
+    ----------
+    places : mapping of str to (x, y, z)
+        Centres of the balls [m].
+    noise : float
+        Standard deviation of each coordinate [m].
+    loss : float
+        Probability that a ball is not detected.
+    swap : float
+        Probability that two balls have the name of the other one.
+    random : Generator
+    header : Header
+        Frame of the table, and time of the picture.
+
+    """
+    from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
+
+    labels = list(places)
+    if len(labels) > 1 and random.random() < swap:
+        i, k = random.choice(len(labels), 2, replace=False)
+        labels[i], labels[k] = labels[k], labels[i]
+    message = Detection3DArray(header=header)
+    for label, place in zip(labels, places.values(), strict=True):
+        if random.random() < loss:
+            continue
+        result = ObjectHypothesisWithPose()
+        result.hypothesis.class_id, result.hypothesis.score = label, 1.0
+        x, y, z = (place + random.normal(0.0, noise, 3)).tolist()
+        result.pose.pose.position = Point(x=x, y=y, z=z)
+        result.pose.covariance = (noise**2 * np.diag([1.0, 1, 1, 0, 0, 0])).ravel()
+        message.detections.append(Detection3D(header=header, results=[result]))
+    return message
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -11,7 +11,7 @@ from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.msg import Status as StatusMessage
 
 from billiard_shot import Status
-from billiard_shot.ros import cue_parameters, parameters, plan_parameters
+from billiard_shot.ros import cue_parameters, parameters, plan_parameters, table_parameters
 from billiard_shot.table.motion import Motion
 
 
@@ -37,6 +37,7 @@ def test_status_constants_are_the_status_enum():
         ('cue_sim', cue_parameters.CUE_SIM),
         ('table_sim', cue_parameters.TABLE_SIM),
         ('table_display', cue_parameters.TABLE_DISPLAY),
+        ('table_tracker', table_parameters.TABLE_TRACKER),
     ],
 )
 def test_parameter_files_hold_the_defaults(node, declared):

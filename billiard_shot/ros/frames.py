@@ -1,0 +1,114 @@
+"""Positions in other frames, from the transforms on `/tf` and `/tf_static`."""
+
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from billiard_shot.ros.conversions import seconds
+
+Array = NDArray[np.float64]
+
+MAX_APART = 0.1
+"""Longest time between a transform that changes and the position that it transforms [s]."""
+
+STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""QoS of `/tf_static`, whose publishers are latched."""
+
+
+class FrameError(LookupError):
+    """A position cannot be transformed; the message says why."""
+
+
+class Frames:
+    """
+    The latest transforms between frames.
+
+    tf2_ros is not used, because PyPI does not have it. It interpolates transforms; a camera that
+    moves needs transforms at its rate here.
+
+    Parameters
+    ----------
+    node : Node
+        Node that listens. Without the package tf2_msgs it hears nothing.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._latest: dict[str, tuple[TransformStamped, bool]] = {}  # by child; whether static
+        self.missing = ''
+        try:
+            from tf2_msgs.msg import TFMessage
+        except ImportError:
+            self.missing = 'the package tf2_msgs is missing'
+            return
+        node.create_subscription(TFMessage, '/tf', lambda message: self.hear(message, False), 100)
+        node.create_subscription(
+            TFMessage, '/tf_static', lambda message: self.hear(message, True), STATIC
+        )
+
+    def hear(self, message: Any, is_static: bool) -> None:
+        """Take transforms (tf2_msgs/msg/TFMessage)."""
+        for each in message.transforms:
+            self._latest[each.child_frame_id] = each, is_static
+
+    def between(self, frame: str, root: str, time: float) -> tuple[Array, Array]:
+        """
+        Rotation (3, 3) and translation (3,) [m] from a frame to another one.
+
+        Parameters
+        ----------
+        frame, root : str
+            A point p in `frame` is at R p + t in `root`.
+        time : float
+            Time of the point [s]; 0 if it has none.
+
+        Raises
+        ------
+        FrameError
+            If the frames are not connected, or if a transform that changes is too old or too new.
+
+        """
+        up, down = self._to_top(frame, time), self._to_top(root, time)
+        if up[0] != down[0]:
+            why = self.missing or f'no transform connects {up[0]!r} and {down[0]!r}'
+            raise FrameError(f'frame {frame!r} is not known in {root!r}: {why}')
+        (_, r, t), (_, r0, t0) = up, down
+        return r0.T @ r, r0.T @ (t - t0)
+
+    def _to_top(self, frame: str, time: float) -> tuple[str, Array, Array]:
+        """Topmost frame above a frame, and the rotation and translation to it."""
+        rotation, translation = np.eye(3), np.zeros(3)
+        passed = {frame}
+        while frame in self._latest:
+            step, is_static = self._latest[frame]
+            apart = abs(seconds(step.header.stamp) - time)
+            if not is_static and time and apart > MAX_APART:
+                raise FrameError(
+                    f'the transform of {frame!r} must be within {MAX_APART:g} s of the position, '
+                    f'got {apart:.3g} s'
+                )
+            turn, way = step.transform.rotation, step.transform.translation
+            r = _matrix(turn.x, turn.y, turn.z, turn.w)
+            rotation, translation = r @ rotation, r @ translation + (way.x, way.y, way.z)
+            frame = step.header.frame_id
+            if frame in passed:
+                raise FrameError(f'the transforms of {frame!r} form a circle')
+            passed.add(frame)
+        return frame, rotation, translation
+
+
+def _matrix(x: float, y: float, z: float, w: float) -> Array:
+    """Rotation matrix (3, 3) of a quaternion of any length but 0; identity if it is 0."""
+    length = x * x + y * y + z * z + w * w
+    s = 2.0 / length if length else 0.0
+    return np.array(
+        [
+            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+        ]
+    )

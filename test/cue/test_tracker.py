@@ -1,0 +1,190 @@
+"""Properties of the tracker: detections with errors, losses, wrong names, and motion."""
+
+import math
+
+import numpy as np
+import pytest
+
+from billiard_shot.cue.sightings import moved
+from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
+
+RADIUS = 0.0286
+PERIOD = 1 / 30
+TOLERANCE = 1e-3
+"""Default of the driver's parameter `table_tolerance` [m]."""
+
+PLACES = {'cue': (-0.4, 0.1), '8': (0.5, 0.2), '3': (0.5, 0.2 + 2 * RADIUS), '9': (0.0, -0.3)}
+"""The 3 and the 8 are frozen."""
+
+
+class Camera:
+    """Detects balls with errors; a tracker sees every picture."""
+
+    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=()):
+        self.random = np.random.default_rng(seed)
+        self.noise, self.loss, self.swap = noise, loss, swap
+        self.places, self.time = dict(PLACES), 100.0
+        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets)
+
+    def picture(self):
+        self.time += PERIOD
+        names = list(self.places)
+        labels = list(names)
+        if len(names) > 1 and self.random.random() < self.swap:
+            i, k = self.random.choice(len(names), 2, replace=False)
+            labels[i], labels[k] = labels[k], labels[i]
+        variance = self.noise**2
+        seen = [
+            Detection(
+                label,
+                tuple((self.places[name] + self.random.normal(0.0, self.noise, 2)).tolist()),
+                (variance, 0.0, variance),
+            )
+            for name, label in zip(names, labels, strict=True)
+            if self.random.random() >= self.loss
+        ]
+        self.random.shuffle(seen)
+        self.tracker.update(seen, self.time)
+
+    def watch(self, seconds):
+        for _ in range(round(seconds / PERIOD)):
+            self.picture()
+        return self.balls()
+
+    def balls(self):
+        return self.tracker.balls(self.time)
+
+
+@pytest.mark.parametrize('noise', [0.13e-3, 0.5e-3, 2.3e-3])
+def test_the_estimate_of_a_resting_ball_has_the_stated_uncertainty(noise):
+    """After 2 s the errors of 25 runs have the covariance that the tracker states."""
+    errors = []
+    for seed in range(25):
+        balls = Camera(noise, seed).watch(2.0)
+        assert set(balls) == set(PLACES)
+        for name, ball in balls.items():
+            assert ball.is_seen
+            assert not ball.is_moving
+            (xx, xy, yy) = ball.covariance
+            assert math.sqrt(xx) == pytest.approx(noise / math.sqrt(60), rel=0.3)
+            assert xy == 0.0
+            error = np.subtract(ball.position, PLACES[name])
+            errors += (error / np.sqrt([xx, yy])).tolist()
+    assert np.std(errors) == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize('noise', [0.13e-3, 0.5e-3])
+def test_fifty_of_fifty_shots_are_played_and_moved_balls_noticed(noise):
+    """A plan is made after 1 s, its balls are compared for 5 s, then one ball is moved 3 mm."""
+    played = noticed = 0
+    for seed in range(50):
+        camera = Camera(noise, 1000 + seed, loss=0.05, swap=0.02)
+        planned = camera.watch(1.0)
+        said = ''
+        for _ in range(150):
+            camera.picture()
+            said = said or moved(planned, camera.balls(), TOLERANCE)
+        played += not said
+        name = list(PLACES)[seed % len(PLACES)]
+        heading = camera.random.uniform(-math.pi, math.pi)
+        if name in ('3', '8'):
+            heading = -math.pi / 2 if name == '8' else math.pi / 2  # away from each other
+        x, y = camera.places[name]
+        camera.places[name] = x + 3e-3 * math.cos(heading), y + 3e-3 * math.sin(heading)
+        noticed += any(
+            (camera.picture(), moved(planned, camera.balls(), TOLERANCE))[1] for _ in range(30)
+        )
+    assert (played, noticed) == (50, 50)
+
+
+def test_wrong_names_and_losses_change_no_place():
+    """A tenth of the pictures have swapped names, a fifth of the detections are lost."""
+    camera = Camera(0.5e-3, 5, loss=0.2, swap=0.1)
+    camera.watch(1.0)
+    for _ in range(300):
+        camera.picture()
+        balls = camera.balls()
+        assert set(balls) == set(PLACES)
+        for name, ball in balls.items():
+            assert math.dist(ball.position, PLACES[name]) < 1e-3
+            assert not ball.is_moving
+
+
+def test_balls_that_are_exchanged_are_exchanged():
+    camera = Camera(0.5e-3, 6)
+    camera.watch(2.0)
+    camera.places['9'], camera.places['cue'] = camera.places['cue'], camera.places['9']
+    balls = camera.watch(3.0)
+    assert math.dist(balls['9'].position, PLACES['cue']) < 1e-3
+    assert math.dist(balls['cue'].position, PLACES['9']) < 1e-3
+
+
+def test_a_ball_that_is_hidden_is_not_seen_but_stays_where_it_was():
+    camera = Camera(0.5e-3, 7)
+    camera.watch(1.0)
+    place = camera.places.pop('9')
+    before = camera.time
+    ball = camera.watch(2.0)['9']
+    assert not ball.is_seen
+    assert ball.time == pytest.approx(before)
+    assert math.dist(ball.position, place) < 1e-3
+    assert not camera.tracker.pocketed
+    camera.places['9'] = place
+    assert camera.watch(0.1)['9'].is_seen
+
+
+@pytest.mark.parametrize('speed', [0.05, 0.5, 5.0])
+def test_a_ball_that_moves_is_moving_until_it_rests(speed):
+    camera = Camera(0.5e-3, 8)
+    camera.watch(1.0)
+    states = []
+    for _ in range(20):
+        x, y = camera.places['cue']
+        camera.places['cue'] = x + speed * PERIOD, y - 0.3 * speed * PERIOD
+        camera.picture()
+        states.append(camera.balls()['cue'].is_moving)
+    assert not any(states[:1])
+    assert all(states[8:]), states
+    ball = camera.watch(0.5)['cue']
+    assert not ball.is_moving
+    assert math.dist(ball.position, camera.places['cue']) < 1e-3
+    assert all(not each.is_moving for each in camera.balls().values())
+
+
+def test_a_single_wrong_detection_moves_nothing():
+    """One ball far off, one spurious ball, one detection of two balls at one place."""
+    camera = Camera(0.5e-3, 9)
+    before = camera.watch(1.0)
+    variance = camera.noise**2
+    for name, position in (('cue', (0.3, 0.3)), ('8', (-0.39, 0.1)), ('new', (0.1, 0.1))):
+        camera.time += PERIOD
+        camera.tracker.update([Detection(name, position, (variance, 0.0, variance))], camera.time)
+        assert not moved(before, camera.balls(), TOLERANCE), name
+        camera.watch(0.2)
+    assert set(camera.watch(1.0)) == set(PLACES)
+
+
+def test_a_ball_lost_as_it_rolls_into_a_pocket_is_pocketed():
+    pocket = (1.2, 0.6, 0.06)
+    camera = Camera(0.5e-3, 10, pockets=[pocket])
+    camera.watch(1.0)
+    for share in np.linspace(0.0, 0.95, 20):
+        start, end = np.array(PLACES['8']), np.array(pocket[:2])
+        camera.places['8'] = tuple((start + share * (end - start)).tolist())
+        camera.picture()
+    del camera.places['8']
+    balls = camera.watch(1.0)
+    assert camera.tracker.pocketed == {'8'}
+    assert set(balls) == set(PLACES) - {'8'}
+    camera.places['8'] = (0.3, 0.3)
+    assert '8' in camera.watch(1.0)
+    assert not camera.tracker.pocketed
+
+
+def test_reset_forgets_all_balls():
+    camera = Camera(0.5e-3, 11)
+    camera.watch(1.0)
+    camera.tracker.reset()
+    assert not camera.balls()
+    del camera.places['8']
+    assert set(camera.watch(1.0)) == set(PLACES) - {'8'}
