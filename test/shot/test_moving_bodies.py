@@ -108,3 +108,36 @@ def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
         errors.append(np.abs(found - wanted).max())
     assert np.median(errors) < 0.002
     assert max(errors) < 0.02
+
+
+def directions(rng, count):
+    """Directions of the lower half sphere, and normals near the opposite ones, (count, 3) each."""
+    axes = rng.normal(size=(count, 3))
+    axes[:, 2] = -np.abs(axes[:, 2])
+    axes /= np.linalg.norm(axes, axis=1)[:, np.newaxis]
+    normals = rng.uniform(-0.5, 0.5, (count, 3)) - axes
+    return axes, normals / np.linalg.norm(normals, axis=1)[:, np.newaxis]
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_no_ratio_of_masses_or_stiffnesses_makes_energy(seed):
+    """Cue, end and ball, tip and cloth: with ratios from 0.0001 to 10,000."""
+    rng, pool = np.random.default_rng(seed), model_of(Scene.load('pool'))
+    ball, (cue, end, stiffness) = pool.surface, 10.0 ** rng.uniform(-4.0, 4.0, 3)
+    model = pool._replace(
+        cue_mass=ball.mass * cue,
+        inverse_end_mass=1.0 / (ball.mass * end) if seed % 2 else 0.0,
+        friction=tuple(rng.uniform(0.0, 1.0, 2).tolist()),
+        restitution=tuple(rng.uniform(0.05, 1.0, 2).tolist()),
+        stiffness=(stiffness, 1.0),
+    )
+    axes, normals = directions(rng, 40)
+    place = np.tile([0.0, 0.0, ball.radius], (40, 1, 1))
+    still, speed = np.zeros((40, 1, 3)), 10.0 ** rng.uniform(-1.0, 1.0, 40)
+    begin = Meeting(place, still, still, place[:, 0] + tip_reach(model) * normals, speed)
+    met = meet(model, axes, begin, np.full(40, 1e-9))
+    assert (met.status == Status.OK).all()
+    energy = 0.5 * model.cue_mass * met.after.speed**2
+    energy += 0.5 * ball.mass * (met.after.velocity**2).sum(axis=(1, 2))
+    energy += 0.5 * ball.inertia * (met.after.spin**2).sum(axis=(1, 2))
+    assert (energy <= 0.5 * model.cue_mass * speed**2 * (1.0 + 1e-9)).all()
