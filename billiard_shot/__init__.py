@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.planning.shots import DirectShots, shots
+    from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
@@ -54,6 +55,8 @@ __all__ = [
     'DirectShots',
     'candidates',
     'CandidateStrokes',
+    'predict_within_noise',
+    'NoisyBatch',
     'invert_strike',
 ]
 
@@ -87,6 +90,8 @@ _HOMES = {
     'shots': 'planning.shots',
     'candidates': 'planning.candidate_strokes',
     'CandidateStrokes': 'planning.candidate_strokes',
+    'predict_within_noise': 'planning.within_noise',
+    'NoisyBatch': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
 }

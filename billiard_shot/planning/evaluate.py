@@ -11,14 +11,16 @@ from billiard_shot.planning.score import Goal, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.model import tip_reach
+from billiard_shot.shot.neighbours import neighbours_of
 from billiard_shot.shot.on_table import others_in, put_on_table
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import refusals, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
+from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.motion import Segment
-from billiard_shot.table.simulate import BatchRecording, run_recorded
+from billiard_shot.table.simulate import BatchRecording, run_recorded, TableTask
 from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
@@ -111,6 +113,17 @@ def simulate_strokes(
 
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
+    task, strikes = start_strokes(problem, strokes, motions)
+    usable = np.isin(strikes['status'], USABLE_STATUSES)
+    if rules is not None:
+        task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
+    return run_recorded(task._replace(rules=rules, fast_rebounds=fast_rebounds)), usable
+
+
+def start_strokes(
+    problem: Problem, strokes: Array, motions: Array | None
+) -> tuple[TableTask, NDArray[np.void]]:
+    """Strike the ball; return the tables as that leaves them, and the strikes (n,) Strike."""
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
     tolerance = TOLERANCE
@@ -132,8 +145,12 @@ def simulate_strokes(
         rows['status'][mapped] = refusals(asked.some(np.flatnonzero(mapped)))
     strikes = played._replace(rows=rows)
     strikes, task = put_on_table(asked, strikes, problem.table, others_in(scene), tolerance)
-    usable = np.isin(strikes.rows['status'], USABLE_STATUSES)
-    if rules is not None:
-        task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
-    task = task._replace(rules=rules, fast_rebounds=fast_rebounds)
-    return run_recorded(task), usable
+    return task, strikes.rows
+
+
+def is_alone(problem: Problem) -> bool:
+    """Whether no neighbour takes part in strikes: maps do not include neighbours."""
+    places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
+    table = layout_of(problem.model.surface, problem.table)
+    _, near = neighbours_of(table, problem.model, places)
+    return not near

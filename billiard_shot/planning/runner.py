@@ -12,12 +12,10 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes
+from billiard_shot.planning.evaluate import evaluate_strokes, is_alone, Outcomes
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
-from billiard_shot.shot.neighbours import neighbours_of
-from billiard_shot.table.geometry import layout_of
 
 T = TypeVar('T')
 
@@ -63,10 +61,7 @@ class Runner:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas))
-        places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
-        table = layout_of(problem.model.surface, problem.table)
-        _, near = neighbours_of(table, problem.model, places)
-        self._alone = not near  # maps do not include neighbours that take part in a strike
+        self._alone = is_alone(problem)
         self._executor = executor
         self._work = partial(evaluate_strokes, problem)
         self._progress, self._cancel = progress, cancel

@@ -1,0 +1,145 @@
+"""predict_within_noise(): many strokes, as accurate as the errors of the player call for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot import machine_code
+from billiard_shot.planning.evaluate import is_alone, start_strokes
+from billiard_shot.planning.limits import limits_of
+from billiard_shot.planning.noises import noise_of
+from billiard_shot.planning.problem import Problem, problem_of
+from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps, MOTION
+from billiard_shot.planning.strikes import Array
+from billiard_shot.planning.targets import Rest
+from billiard_shot.scene import Noise, Scene, SceneLike
+from billiard_shot.scene.values import as_floats
+from billiard_shot.shot.on_table import names_of
+from billiard_shot.shot.stroke import playable_offsets
+from billiard_shot.status import Status
+from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST, run_many, TableBatch
+from billiard_shot.table.words import count_in_words
+
+NO_TARGET = Rest(rest=(0.0, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class NoisyBatch:
+    """
+    Predictions of n strokes at the accuracy of a player's errors.
+
+    Attributes
+    ----------
+    velocity, spin : (n, 3) float arrays
+        Of the cue ball at the end of the strike [m/s] and [rad/s].
+    status : (n,) uint16 array
+        Status, as `predict` gives it; but the accuracy of a stroke is not checked.
+    mapped : (n,) bool array
+        Whether the strike comes from a map, see `predict_within_noise`; else it is solved.
+    double_hit : (n,) bool array
+        Whether the cue hit the ball again.
+    run : TableBatch
+        All balls.
+
+    """
+
+    velocity: NDArray[np.float64]
+    spin: NDArray[np.float64]
+    status: NDArray[np.uint16]
+    mapped: NDArray[np.bool_]
+    double_hit: NDArray[np.bool_]
+    run: TableBatch
+
+    def __repr__(self) -> str:
+        return f'NoisyBatch({count_in_words(self.status, "stroke")})'
+
+
+def predict_within_noise(
+    scene: SceneLike,
+    offsets: ArrayLike,
+    noise: str | Noise | Mapping[str, Any] | None = None,
+    workers: int | None = None,
+) -> NoisyBatch:
+    """
+    Predict many strokes at once, as accurately as the errors of the player call for.
+
+    Where at least 48 strokes are alike, their strikes come from a polynomial that was fitted to
+    exact strikes, if held-out strikes agree with it within a fifth of the player's errors. Other
+    strikes are solved. Rebounds of lying balls are interpolated: 95 % of them err by less than
+    0.5 % of the ball's speed. Trajectories err by at most the displacement that the error of the
+    azimuth causes over 2 m, or 1 mm. Single strokes can differ from `predict`, whose answer is
+    exact; shares of many strokes agree, see docs/batches.md.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+    offsets : (n, 5) array_like
+        As of `predict_batch`.
+    noise : str, Noise or mapping, optional
+        As of `plan`.
+    workers : int, optional
+        Threads; by default as many as there are cores.
+
+    Raises
+    ------
+    ValueError
+        If an argument makes no sense.
+
+    """
+    scene = Scene.load(scene)
+    rows = as_floats(offsets)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise ValueError(f'offsets must be of shape (n, 5), got {rows.shape}')
+    strokes = playable_offsets(rows)
+    spread = noise_of(scene, noise)
+    if len(strokes) > INTERPRETED_AT_MOST:
+        machine_code.require()
+    problem = problem_of(scene, NO_TARGET, limits_of(scene, None, spread), spread)
+    motions = _motions(problem, strokes, workers)
+
+    def start(part: slice) -> Any:
+        return start_strokes(problem, strokes[part], motions[part])
+
+    parts = in_threads(start, len(strokes), workers) or [start(slice(0, 0))]
+    tasks = [task for task, _ in parts]
+    strikes = np.concatenate([rows for _, rows in parts])
+    task = tasks[0]._replace(
+        starts=np.concatenate([each.starts for each in tasks]),
+        cues=tasks[0].cues
+        and tasks[0].cues._replace(rows=np.concatenate([each.cues.rows for each in tasks])),
+        fast_rebounds=True,
+    )
+    run = run_many(task, names_of(scene), workers)
+    status = strikes['status'].astype(np.uint16)
+    played = status < Status.MISS
+    ended = np.isin(status, (Status.OK, Status.INFINITE_SEQUENCE)) & (run.status != Status.OK)
+    status[ended] = run.status[ended]
+    return NoisyBatch(
+        velocity=strikes['velocity'],
+        spin=strikes['spin'],
+        status=status,
+        mapped=np.isfinite(motions[:, 0]) & played,
+        double_hit=played & ((strikes['hits'] > 1) | (run.cue_hits > 0)),
+        run=run,
+    )
+
+
+def _motions(problem: Problem, strokes: Array, workers: int | None) -> Array:
+    """Map strokes to motions (n, MOTION), see `Maps.motions`; NaN where they are to be solved."""
+    maps = Maps(problem.model, bounds_of(problem.sigmas))
+    playable = np.isfinite(strokes).all(axis=1)
+    found = np.full((len(strokes), MOTION), np.nan)
+    if not maps.applies or not is_alone(problem) or not playable.any():
+        return found
+    missing = maps.missing(strokes[playable])
+
+    def fit(part: slice) -> list[Any]:
+        return [(cell, fit_cell(problem.model, cell)) for cell in missing[part]]
+
+    for cells in in_threads(fit, len(missing), workers):
+        maps.fits.update(cells)
+    found[playable] = maps.motions(strokes[playable])
+    return found
