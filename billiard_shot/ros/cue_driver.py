@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.duration import Duration
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
@@ -55,6 +56,10 @@ INACTIVE = 'the node is not active: activate it'
 
 REMINDER_PERIOD = 8.0
 """Time after which the node logs again why it is not ready [s]."""
+
+
+FAREWELL = 0.5
+"""Longest time that an ending driver waits until the mechanism has received the stop [s]."""
 
 
 class CueDriver(LifecycleNode):
@@ -227,13 +232,15 @@ class CueDriver(LifecycleNode):
 
     def leave(self) -> None:
         """
-        Withdraw the publisher of commands.
+        Stop the mechanism, and withdraw the publisher of commands.
 
-        A process that a signal ends does not withdraw it, and rclpy no longer publishes anything.
-        A new driver would see this driver until its lease expires, 20 s later, and would report
-        it as a second driver. No other publisher is withdrawn, because in another process the end
-        of a publisher can deadlock with an announcement (Fast DDS 3.2).
+        The end of a process does not withdraw it. A new driver would see this driver until its
+        lease expires, 20 s later, and would report it as a second driver. No other publisher is
+        withdrawn, because in another process the end of a publisher can deadlock with an
+        announcement (Fast DDS 3.2).
         """
+        self._controller.disarm(steady_time(), 'the driver ends')
+        self._actuation.wait_for_all_acked(Duration(seconds=FAREWELL))
         self.destroy_publisher(self._actuation)
 
     # --- inputs and requests --------------------------------------------------------------------

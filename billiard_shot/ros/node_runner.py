@@ -7,14 +7,16 @@ import gc
 import os
 import signal
 import sys
+import threading
 from typing import Any, TypeVar
 
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
 from rclpy.timer import Timer
 
 from billiard_shot import machine_code, predict, Scene, Stroke
@@ -40,9 +42,6 @@ QoS of `joint_states`: a strike is measured from a series of only a few messages
 
 At this depth no message is lost if the reader or writer pauses for half a second, at up to 1 kHz.
 """
-
-SPIN_TIMEOUT = 1.0
-"""Longest wait in one spin [s], because a signal may arrive just before the wait begins."""
 
 PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""
@@ -149,62 +148,51 @@ def run(
     """
     Make a node and run it until SIGINT or SIGTERM; then call `leave` and exit with code 0.
 
-    If a callback raises an exception, call `survive` and go on; without `survive`, the node ends.
-    After a bad parameter, print one line and exit with code 1.
+    The middleware still works while `leave` runs. If a callback raises an exception, call
+    `survive` and go on; without `survive`, the node ends. After a bad parameter, print one line
+    and exit with code 1.
     """
-    received: list[int] = []
-    starting = True
-    node: N | None = None
-
-    def end(number: int, _: object) -> None:
-        received.append(number)
-        if starting:
-            # Compiled code is being loaded by callbacks from C, and an exception must not pass
-            # through C. Nothing has been started yet that would have to be ended.
-            os._exit(0)
-        # Not KeyboardInterrupt: if it passes through code made by exec, which NumPy and numba
-        # contain, Python ends as if it had not been caught.
-        sys.exit(0)
-
-    def report_lost(lost: Any) -> None:
-        # If a signal interrupts a finalizer, Python drops the exception; `received` ends the node.
-        if not isinstance(lost.exc_value, SystemExit):
-            sys.__unraisablehook__(lost)
-
-    sys.unraisablehook = report_lost
+    ending = threading.Event()
+    executor: Executor | None = None
+    received, written = os.pipe()
+    os.set_blocking(written, False)
+    signal.set_wakeup_fd(written)
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, end)
+        signal.signal(number, lambda *_: None)
+
+    def end_after_signal() -> None:
+        os.read(received, 1)
+        ending.set()
+        if executor is None:
+            os._exit(0)  # nothing has been started yet that would have to be ended
+        executor.create_task(lambda: None)  # ends the wait
+
+    threading.Thread(target=end_after_signal, daemon=True).start()
     try:
-        with initialized(args):
+        with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
+            node = make()
+            executor = SingleThreadedExecutor()
+            executor.add_node(node)
+            # Objects created so far are permanent. Searching all of numba for garbage would stop
+            # the node for a third of a second from time to time.
+            gc.collect()
+            gc.freeze()
             try:
-                executor = SingleThreadedExecutor()
-                node = make()
-                starting = False
-                executor.add_node(node)
-                # Objects created so far are permanent. Searching all of numba for garbage would
-                # stop the node for a third of a second from time to time.
-                gc.collect()
-                gc.freeze()
-                while rclpy.ok() and not received:
+                while not ending.is_set():
                     try:
-                        executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+                        executor.spin_once()
+                    except ExternalShutdownException:
+                        break
                     except Exception as error:
-                        if survive is None or not rclpy.ok() or received:
+                        if survive is None:
                             raise
                         survive(node, error)
-            except ExternalShutdownException:
-                pass
-            except Exception:
-                # A signal may surface as an error of the code that was being executed.
-                if rclpy.ok() and not received:
-                    raise
             finally:
-                if node:
-                    leave(node)
+                leave(node)
     except ParameterException as error:
         sys.exit(f'{name}: {error}')
     finally:
-        if received:
+        if ending.is_set():
             # rclpy is shut down. On Jazzy the middleware sometimes crashes when Python exits.
             sys.stdout.flush()
             sys.stderr.flush()

@@ -288,6 +288,29 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
     cell.processes['cue_driver'].kill()
     cell.stands_still()
     cell.player.wait_for_rest()
+    restart_driver(cell)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
+@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
+def test_a_driver_that_a_signal_ends_stops_the_mechanism(cell, state, number):
+    """Before, no stop was sent, and joints moved on until the time-out of the mechanism."""
+    cell.begin(cell.goal(f'ended {state.name} {number}'))
+    if state is State.AIMING:
+        assert cell.player.until(cell.moving, PATIENCE)
+    else:
+        cell.reach(State.AIMED)
+        assert cell.call('cue_driver/arm').success
+        cell.reach(state)
+    driver = cell.processes['cue_driver']
+    driver.send_signal(number)
+    assert driver.wait(timeout=PATIENCE) == 0
+    assert cell.stands_still().silence is None, 'commanded'
+    cell.player.wait_for_rest()
+    restart_driver(cell)
+
+
+def restart_driver(cell):
     cell.player.states.clear()
     cell.start('cue_driver')
     assert cell.player.until(lambda: cell.player.states, PATIENCE)
