@@ -4,11 +4,19 @@ from dataclasses import dataclass
 import math
 import time
 
-STEP_BACK = 0.01
+MAX_CORRECTION = 0.01
 """Largest step back that counts as a correction of a clock that is being synchronised [s]."""
 
+MAX_LEAD = 1.0
+"""
+Largest advance of the clock beyond that of the steady clock in one reading [s].
+
+A simulator that runs ten times faster than real time, and publishes its time ten times a second,
+stays below it.
+"""
+
 RECOVERY = 2.0
-"""Time after a jump back before the clock is trusted again [s]."""
+"""Time after a jump before the clock is trusted again [s]."""
 
 
 def steady_time() -> float:
@@ -22,7 +30,7 @@ def steady_time() -> float:
 @dataclass(slots=True)
 class ClockWatch:
     """
-    Compares a clock with a steady clock: it must advance, and must not jump back.
+    Compares a clock with a steady clock: it must advance, and must not jump.
 
     Parameters
     ----------
@@ -34,25 +42,28 @@ class ClockWatch:
 
     name: str
     timeout: float
-    _time: float = math.nan  # last reading of the clock
+    time: float = math.nan  # last reading of the clock
     _advanced: float = -math.inf  # steady time at which the clock last advanced
-    _back: float = 0.0  # size of the last jump back
-    _jumped: float = -math.inf  # steady time of the last jump back
+    _jump: float = 0.0  # size of the last jump; below 0: back
+    _jumped: float = -math.inf  # steady time of the last jump
 
     def update(self, time: float, now: float) -> None:
         """Take a reading of the clock [s] at the steady time `now` [s]."""
-        if time < self._time - STEP_BACK:
-            self._back, self._jumped = self._time - time, now
-        if time != self._time:
+        step = time - self.time
+        lead = step - (now - self._advanced)
+        if step < -MAX_CORRECTION or (lead > MAX_LEAD and self.time != 0.0):
+            self._jump, self._jumped = step, now
+        if step != 0.0:
             self._advanced = now
-        self._time = time
+        self.time = time
 
     def problem(self, now: float) -> str:
         """Return why the clock is not to be trusted; '' if it is, or if it was never read."""
-        if self._time == 0.0:
+        if self.time == 0.0:
             return f'{self.name}: has not started: no message received on /clock (use_sim_time)'
         if now - self._jumped <= RECOVERY:
-            return f'{self.name}: jumped back by {self._back:.3g} s'
-        if math.isfinite(self._time) and now - self._advanced > self.timeout:
+            way = 'back' if self._jump < 0.0 else 'ahead'
+            return f'{self.name}: jumped {way} by {abs(self._jump):.3g} s'
+        if math.isfinite(self.time) and now - self._advanced > self.timeout:
             return f'{self.name}: has stood still for {now - self._advanced:.3g} s'
         return ''

@@ -7,7 +7,7 @@ The controller acts on messages at once; it checks for time-outs and progress at
 After a pause without calls, it trusts no message from before the pause.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Hashable, Sequence
 from dataclasses import replace
 import math
 
@@ -89,6 +89,7 @@ class Controller:
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
         self.clock = ClockWatch('ROS clock', settings.max_pause)
+        self.missing_joints = ''
         self.other_drivers = ''
         self.command: Command | None = None
         self.mechanism = mechanism
@@ -125,20 +126,27 @@ class Controller:
 
     # --- inputs ---------------------------------------------------------------------------------
 
-    def receive_estop(self, pressed: bool, written: float, now: float) -> None:
+    def receive_estop(
+        self, pressed: bool, written: float, now: float, publisher: Hashable = None
+    ) -> None:
         """Take the state of the emergency stop; if pressed, stop even if the message is old."""
         self._notice_pause(now)
-        self.estop.record_value(pressed, written, now)
+        self.estop.record(pressed, written, now, publisher)
         if pressed and self.state is not State.ESTOP:
             self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
 
-    def receive_interlock(self, safe: bool, written: float, now: float) -> None:
+    def receive_interlock(
+        self, safe: bool, written: float, now: float, publisher: Hashable = None
+    ) -> None:
         """Take the state of the interlock; if not safe, stop even if the message is old."""
         self._notice_pause(now)
-        self.interlock.record_value(safe, written, now)
-        if not safe:
-            self.interlock.value = False
+        self.interlock.record(safe, written, now, publisher)
         self._watch_interlock(now)
+
+    def receive_publishers(self, estop: Container[Hashable], interlock: Container[Hashable]) -> None:
+        """Take the living publishers of both safety inputs, named as in the calls above."""
+        self.estop.keep(estop)
+        self.interlock.keep(interlock)
 
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Take measured joint positions (6,) [m, rad] and velocities [per s]."""
@@ -207,12 +215,12 @@ class Controller:
         if problem:
             raise RefusedError(Outcome.TABLE_DIFFERS, problem)
         shot = prepare(self.mechanism, self._scene, goal.plan)
-        expires = now + goal.remaining
+        expires, expiry = now + goal.remaining, self.clock.time + goal.remaining
         now = clock()
         self._notice_pause(now)
         aim = aim_trajectory(self.mechanism, self.position, shot.aimed)
         self._execution = Execution(
-            shot, expires, StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id)
+            shot, expires, expiry, StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id)
         )
         decision = self._event(Event.AIM, now, f'shot {goal.plan.shot_id!r}')
         if not decision.accepted:
@@ -374,7 +382,7 @@ class Controller:
 
     def _give_up(self, now: float, execution: Execution) -> bool:
         """End the goal if it has expired or a ball has moved; return whether it has ended."""
-        if now > execution.expires:
+        if execution.has_expired(now, self.clock.time):
             self._event(Event.EXPIRE, now, 'the goal has expired', Outcome.EXPIRED)
             return True
         problem = self._moved(execution)
@@ -421,7 +429,7 @@ class Controller:
             else 'no goal'
             if execution is None
             else 'the goal has expired'
-            if now > execution.expires
+            if execution.has_expired(now, self.clock.time)
             else self._moved(execution),
         }
         decision = decide(
@@ -437,7 +445,10 @@ class Controller:
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
-        return self.joints.stale(now) or self._implausible_joint()
+        stale = self.joints.stale(now)
+        if stale and self.missing_joints:
+            return f'{stale} (without {self.missing_joints})'
+        return stale or self._implausible_joint()
 
     def _implausible_joint(self) -> str:
         """Return which joint cannot be where it was measured; '' if all can."""

@@ -76,10 +76,19 @@ class Result:
 
 @dataclass(slots=True, eq=False)
 class Execution:
-    """A goal that is being executed; times are those of the controller's clock [s]."""
+    """
+    A goal that is being executed.
+
+    Times are those of the controller's clock, but `expiry` is that of the clock of goals [s].
+    """
 
     shot: PreparedShot
     expires: float
+    expiry: float
     detector: StrikeDetector
     armed_until: float = -math.inf
     fire_at: float = math.inf
+
+    def has_expired(self, now: float, time: float) -> bool:
+        """Whether the goal has expired, at the times [s] of both clocks."""
+        return now > self.expires or time > self.expiry

@@ -1,6 +1,7 @@
 """Inputs of the controller that must be repeated: their values, and whether they are fresh."""
 
-from dataclasses import dataclass
+from collections.abc import Container, Hashable
+from dataclasses import dataclass, field
 import math
 
 
@@ -70,27 +71,67 @@ class Heartbeat:
 
 
 @dataclass(slots=True)
-class HeartbeatInput(Heartbeat):
+class _Voice(Heartbeat):
+    """What one publisher of an input said last."""
+
+    value: bool | None = None
+
+
+@dataclass(slots=True)
+class HeartbeatInput:
     """
-    Boolean input that must be repeated.
+    Boolean input that every one of its publishers must repeat, and that all must call safe.
 
     Parameters
     ----------
+    name : str
+    timeout : float
+        Longest allowed age of the last message of each publisher [s].
     safe : bool
         The value that allows motion.
 
     """
 
-    safe: bool = True
-    value: bool | None = None
+    name: str
+    timeout: float
+    safe: bool
+    _voices: dict[Hashable, _Voice] = field(default_factory=dict)
+    _valid_from: float = -math.inf
 
-    def record_value(self, value: bool, written: float, now: float) -> None:
-        """Record a message with a value, unless the message is ignored."""
-        if self.record(written, now):
-            self.value = value
+    def record(self, value: bool, written: float, now: float, publisher: Hashable = None) -> None:
+        """Record a message of a publisher; if it is not safe, even an ignored one counts."""
+        voice = self._voices.get(publisher)
+        if voice is None:
+            voice = _Voice(self.name, self.timeout, _valid_from=self._valid_from)
+            self._voices[publisher] = voice
+        if voice.record(written, now) or value is not self.safe:
+            voice.value = value
+
+    def keep(self, publishers: Container[Hashable]) -> None:
+        """Forget the publishers that no longer exist."""
+        self._voices = {name: each for name, each in self._voices.items() if name in publishers}
+
+    def forget(self, until: float) -> None:
+        """Treat all messages written before the time `until` as not fresh."""
+        self._valid_from = until
+        for each in self._voices.values():
+            each.forget(until)
+
+    def take_over(self, before: 'HeartbeatInput') -> None:
+        """Distrust the messages that `before` does not trust."""
+        self._valid_from = before._valid_from
 
     def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""
-        if stale := self.stale(now):
-            return stale
-        return '' if self.value is self.safe else f'{self.name}: is {str(self.value).lower()}'
+        if not self._voices:
+            return Heartbeat(self.name, self.timeout, _valid_from=self._valid_from).stale(now)
+        problems = [
+            each.stale(now)
+            or ('' if each.value is self.safe else f'{self.name}: is {str(each.value).lower()}')
+            for each in self._voices.values()
+        ]
+        found = [each for each in problems if each]
+        if not found:
+            return ''
+        several = f' (one of {len(problems)} publishers)' if len(problems) > 1 else ''
+        return found[0] + several

@@ -47,11 +47,30 @@ def test_jumping_back(clock):
     assert clock.problem(1.1 + RECOVERY) == ''
 
 
-def test_corrections_and_jumps_ahead_are_allowed(clock):
+def test_jumping_ahead(clock):
+    clock.update(3701.0, 1.02)
+    assert clock.problem(1.02) == 'ROS clock: jumped ahead by 3.6e+03 s'
+    clock.update(3701.1 + RECOVERY, 1.1 + RECOVERY)
+    assert clock.problem(1.1 + RECOVERY) == ''
+
+
+def test_corrections_pauses_and_the_first_time_are_no_jumps(clock):
     clock.update(100.995, 1.02)
     assert clock.problem(1.02) == ''
-    clock.update(500.0, 1.04)
-    assert clock.problem(1.04) == ''
+    clock.update(130.995, 31.02)  # this process was suspended
+    assert clock.problem(31.02) == ''
+    started = ClockWatch('ROS clock', 0.25)
+    started.update(0.0, 1.0)
+    started.update(1.7e9, 1.02)
+    assert started.problem(1.02) == ''
+
+
+def test_a_quick_simulator_is_no_jump():
+    """Ten times faster than real time, with ten messages a second."""
+    watch = ClockWatch('ROS clock', 0.25)
+    for step in range(500):
+        watch.update(1.0 + float(step // 5), 0.02 * step)
+        assert watch.problem(0.02 * step) == ''
 
 
 @pytest.mark.skipif(not hasattr(time, 'CLOCK_BOOTTIME'), reason='Linux alone has this clock')

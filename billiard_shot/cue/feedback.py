@@ -1,0 +1,80 @@
+"""Measured joints, from messages that may have some of the joints, or positions alone."""
+
+from collections.abc import Sequence
+import math
+
+import numpy as np
+
+from billiard_shot.cue.joint_trajectory import Array
+
+
+class JointFeedback:
+    """
+    Collects messages until every joint has been measured again.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the joints in messages, in the order of `mechanism.JOINTS`.
+
+    """
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._names = tuple(names)
+        count = len(self._names)
+        self._position, self._velocity = np.full(count, math.nan), np.full(count, math.nan)
+        self._time = np.full(count, -math.inf)
+        self._open = set(range(count))  # joints that are still missing
+
+    @property
+    def missing(self) -> str:
+        """Names of the joints that have not been measured since the last complete set."""
+        return ', '.join(self._names[i] for i in sorted(self._open))
+
+    def update(
+        self,
+        names: Sequence[str],
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        time: float,
+    ) -> tuple[Array, Array] | None:
+        """
+        Take a message; return positions and velocities once all joints have been measured again.
+
+        Where a velocity is missing or NaN, as joint_state_broadcaster of ros2_control sends it if
+        the mechanism does not measure velocities, it is the mean velocity since the joint was
+        measured before.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Joints of the message, in any order; other joints are ignored.
+        positions, velocities : sequence of float
+            As long as `names`, or empty [m, rad; per s].
+        time : float
+            Time of the measurement on any steady clock [s].
+
+        Returns
+        -------
+        tuple of two (6,) float arrays, or None
+
+        """
+        for name, position, velocity in zip(
+            names, positions, velocities or (math.nan,) * len(positions), strict=False
+        ):
+            if name not in self._names:
+                continue
+            i = self._names.index(name)
+            elapsed = time - self._time[i]
+            if math.isnan(velocity) and 0.0 < elapsed < math.inf:
+                velocity = (position - self._position[i]) / elapsed
+            elif math.isnan(velocity):
+                velocity = self._velocity[i]
+            known = not math.isnan(velocity) or math.isnan(position)
+            self._position[i], self._velocity[i], self._time[i] = position, velocity, time
+            if known:
+                self._open.discard(i)
+        if self._open:
+            return None
+        self._open = set(range(len(self._names)))
+        return self._position.copy(), self._velocity.copy()
