@@ -7,7 +7,7 @@ The controller acts on messages at once; it checks for time-outs and progress at
 After a pause without calls, it trusts no message from before the pause.
 """
 
-from collections.abc import Callable, Container, Hashable, Sequence
+from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import replace
 import math
 
@@ -32,7 +32,8 @@ from billiard_shot.cue.safety import (
     MOVING,
     State,
 )
-from billiard_shot.cue.sightings import Balls, moved
+from billiard_shot.cue.sightings import Balls
+from billiard_shot.cue.table_watch import TableWatch
 from billiard_shot.scene import Scene
 
 OVERRUN = 0.1
@@ -89,7 +90,7 @@ class Controller:
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
         self.clock = ClockWatch('ROS clock', settings.max_pause)
-        self.missing_joints = ''
+        self.missing_joints = self.controller_problem = ''
         self.other_drivers = ''
         self.command: Command | None = None
         self.mechanism = mechanism
@@ -97,9 +98,11 @@ class Controller:
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
         self._registry = GoalRegistry(settings.max_goal_validity)
-        self._balls: Balls | None = None
-        self.position = self._velocity = np.full(len(JOINTS), math.nan)
+        self.table = TableWatch(settings)
+        self.position = self.velocity = np.full(len(JOINTS), math.nan)
         self._last_tick = math.inf
+        self._has_heard = False
+        self.deaf_since = math.inf  # end of a pause, if nothing written later has been received
         self._execution: Execution | None = None
         self._begin = 0.0  # of the current trajectory
         self._number = 0  # of the last command
@@ -107,9 +110,15 @@ class Controller:
         self._near = settings.aim_tolerance * np.array(ranges)
 
     @property
-    def table_problem(self) -> str:
+    def max_pause(self) -> float:
+        """Longest time between two ticks after which the inputs are still trusted [s]."""
+        return self._settings.max_pause
+
+    def table_problem(self, now: float) -> str:
         """Reason why the positions of the balls are not known; '' if they are known."""
-        return '' if self._balls is not None else 'table_state: no valid message received'
+        if self.state in MOVING:
+            return self.table.stale_while_aimed(self.clock.time, now)
+        return self.table.stale(self.clock.time, now)
 
     @property
     def shot_id(self) -> str:
@@ -121,7 +130,7 @@ class Controller:
         if self.mechanism_fault(now):
             return None
         geometry, length = self.mechanism.incline_geometry, float(self.position[INCLINE])
-        rate = float(self._velocity[INCLINE]) / geometry.length_per_elevation(length)
+        rate = float(self.velocity[INCLINE]) / geometry.length_per_elevation(length)
         return geometry.elevation(length), rate
 
     # --- inputs ---------------------------------------------------------------------------------
@@ -130,7 +139,7 @@ class Controller:
         self, pressed: bool, written: float, now: float, publisher: Hashable = None
     ) -> None:
         """Take the state of the emergency stop; if pressed, stop even if the message is old."""
-        self._notice_pause(now)
+        self._hear(written, now)
         self.estop.record(pressed, written, now, publisher)
         if pressed and self.state is not State.ESTOP:
             self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
@@ -139,21 +148,23 @@ class Controller:
         self, safe: bool, written: float, now: float, publisher: Hashable = None
     ) -> None:
         """Take the state of the interlock; if not safe, stop even if the message is old."""
-        self._notice_pause(now)
+        self._hear(written, now)
         self.interlock.record(safe, written, now, publisher)
         self._watch_interlock(now)
 
-    def receive_publishers(self, estop: Container[Hashable], interlock: Container[Hashable]) -> None:
+    def receive_publishers(
+        self, estop: Container[Hashable], interlock: Container[Hashable]
+    ) -> None:
         """Take the living publishers of both safety inputs, named as in the calls above."""
         self.estop.keep(estop)
         self.interlock.keep(interlock)
 
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Take measured joint positions (6,) [m, rad] and velocities [per s]."""
-        self._notice_pause(now)
+        self._hear(written, now)
         if not self.joints.record(written, now):
             return
-        self.position, self._velocity = position, velocity
+        self.position, self.velocity = position, velocity
         if self.state in MOVING and (problem := self._implausible_joint()):
             self.fail(now, problem)
         elif self.state is State.FIRING and self._execution:
@@ -174,9 +185,16 @@ class Controller:
         if names and self.state is not State.FAULT:
             self.fail(now, self.other_drivers)
 
-    def receive_table(self, balls: Balls | None) -> None:
-        """Take the balls on the table; None if they are no longer known."""
-        self._balls = balls
+    def receive_table(self, balls: Balls, written: float, stamp_now: float, now: float) -> None:
+        """Take the balls on the table, as `TableWatch.record` does."""
+        self._hear(written, now)
+        self.table.record(balls, written, stamp_now, now)
+
+    def reject_table(self, reason: str, now: float) -> None:
+        """Know the balls no longer, because a message about them was not valid."""
+        self.table.reject(reason)
+        if self._execution and self.state in BEFORE_STROKE:
+            self._give_up(now, self._execution)
 
     # --- requests -------------------------------------------------------------------------------
 
@@ -209,10 +227,9 @@ class Controller:
         if moving := self._moving_joint():
             raise RefusedError(Outcome.NOT_READY, moving)
         self._registry.check(goal)
-        if self._balls is None:
-            raise RefusedError(Outcome.TABLE_UNKNOWN, self.table_problem)
-        problem = moved(goal.plan.balls, self._balls, self._settings.table_tolerance)
-        if problem:
+        if problem := self.table_problem(now):
+            raise RefusedError(Outcome.TABLE_UNKNOWN, problem)
+        if problem := self.table.moved(goal.plan.balls):
             raise RefusedError(Outcome.TABLE_DIFFERS, problem)
         shot = prepare(self.mechanism, self._scene, goal.plan)
         expires, expiry = now + goal.remaining, self.clock.time + goal.remaining
@@ -265,7 +282,7 @@ class Controller:
         self.estop.take_over(before.estop)
         self.interlock.take_over(before.interlock)
         self.joints.take_over(before.joints)
-        self.position, self._velocity = before.position, before._velocity
+        self.position, self.velocity = before.position, before.velocity
         if before.state in LATCHED:
             self.state, self.reason = before.state, before.reason
             self._stop()
@@ -305,10 +322,19 @@ class Controller:
         if pause <= self._settings.max_pause:
             return
         self._last_tick = now
-        for each in (self.estop, self.interlock, self.joints):
+        if self._has_heard:
+            self.deaf_since = now
+        for each in (self.estop, self.interlock, self.joints, self.table.heartbeat):
             each.forget(now + RECOVERY)
         outcome = Outcome.DISARMED if self.state in BEFORE_STROKE else Outcome.FAULT
         self._event(Event.INTERRUPTED, now, f'this process did not run for {pause:.3g} s', outcome)
+
+    def _hear(self, written: float, now: float) -> None:
+        """Note that a message has been received."""
+        self._notice_pause(now)
+        self._has_heard = True
+        if written > self.deaf_since:
+            self.deaf_since = math.inf
 
     def _aim(self, now: float, execution: Execution) -> None:
         off = np.abs(self.position - execution.shot.aimed) / self._near
@@ -340,13 +366,13 @@ class Controller:
             and settled
             and self._event(Event.FIRE, now, 'striking').accepted
         ):
-            self._start(execution.shot.stroke.trajectory, now)
+            self._start(execution.shot.stroke.trajectory, now, execution.shot.stroke.home)
 
     def _brake(self, now: float, execution: Execution) -> None:
         overdue = now - self._begin - execution.shot.stroke.stop
         if overdue < 0.0:
             return
-        if execution.detector.strike and self._velocity[STROKE] <= 0.01:
+        if execution.detector.strike and self.velocity[STROKE] <= 0.01:
             self._event(Event.BRAKED, now, 'drawing back')
         elif overdue > self._settings.motion_timeout:
             self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
@@ -381,14 +407,12 @@ class Controller:
             )
 
     def _give_up(self, now: float, execution: Execution) -> bool:
-        """End the goal if it has expired or a ball has moved; return whether it has ended."""
-        if execution.has_expired(now, self.clock.time):
-            self._event(Event.EXPIRE, now, 'the goal has expired', Outcome.EXPIRED)
-            return True
-        problem = self._moved(execution)
-        if problem:
-            self._event(Event.EXPIRE, now, problem, Outcome.TABLE_MOVED)
-        return bool(problem)
+        """End the goal if its conditions do not hold any more; return whether it has ended."""
+        for outcome, problem in self._goal_problems(now, execution):
+            if problem:
+                self._event(Event.EXPIRE, now, problem, outcome)
+                return True
+        return False
 
     # --- decisions ------------------------------------------------------------------------------
 
@@ -428,9 +452,9 @@ class Controller:
             if goal_valid
             else 'no goal'
             if execution is None
-            else 'the goal has expired'
-            if execution.has_expired(now, self.clock.time)
-            else self._moved(execution),
+            else next(
+                (problem for _, problem in self._goal_problems(now, execution) if problem), ''
+            ),
         }
         decision = decide(
             self.state, event, {name for name, problem in problems.items() if not problem}
@@ -440,11 +464,17 @@ class Controller:
             return decision
         return replace(decision, reason=f'{decision.reason} ({why})')
 
-    def _moved(self, execution: Execution) -> str:
-        return moved(execution.shot.plan.balls, self._balls or {}, self._settings.table_tolerance)
+    def _goal_problems(self, now: float, execution: Execution) -> Iterator[tuple[Outcome, str]]:
+        """Yield why a goal is no longer valid, or '', with the outcome that it has then."""
+        expired = execution.has_expired(now, self.clock.time)
+        yield Outcome.EXPIRED, 'the goal has expired' if expired else ''
+        yield Outcome.TABLE_STALE, self.table.stale_while_aimed(self.clock.time, now)
+        yield Outcome.TABLE_MOVED, self.table.moved_while_aimed(execution.shot.plan.balls)
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
+        if self.controller_problem:
+            return self.controller_problem
         stale = self.joints.stale(now)
         if stale and self.missing_joints:
             return f'{stale} (without {self.missing_joints})'
@@ -453,7 +483,7 @@ class Controller:
     def _implausible_joint(self) -> str:
         """Return which joint cannot be where it was measured; '' if all can."""
         for name, unit, axis, position, velocity in zip(
-            JOINTS, UNITS, self.mechanism.axes, self.position, self._velocity, strict=True
+            JOINTS, UNITS, self.mechanism.axes, self.position, self.velocity, strict=True
         ):
             if not (math.isfinite(position) and math.isfinite(velocity)):
                 return f'joint_states: {name} is at {position} with velocity {velocity}'
@@ -475,7 +505,7 @@ class Controller:
     def _moving_joint(self) -> str:
         """Return which joint still moves; '' if all are at rest, where a trajectory must begin."""
         for name, unit, axis, velocity in zip(
-            JOINTS, UNITS, self.mechanism.axes, self._velocity, strict=True
+            JOINTS, UNITS, self.mechanism.axes, self.velocity, strict=True
         ):
             if abs(velocity) > RESTING * axis.speed:
                 return f'{name} still moves, at {velocity:.3g} {unit}/s'
@@ -494,8 +524,8 @@ class Controller:
             f'{self._settings.motion_timeout:g} s ago'
         )
 
-    def _start(self, trajectory: JointTrajectory, now: float) -> None:
+    def _start(self, trajectory: JointTrajectory, now: float, whole: float = 0.0) -> None:
         self._number += 1
         self._begin = now
-        self.command = Command(self._number, trajectory)
+        self.command = Command(self._number, trajectory, whole)
         self._tell_command(self.command)

@@ -31,6 +31,13 @@ class Settings:
         Largest error of each joint, relative to its range.
     brake_tolerance : float
         Largest distance by which the stroke may overrun its planned end [m].
+    table_timeout : float
+        Longest time since a message about the balls and, before aiming, since the last detection
+        of each ball [s].
+    unseen_timeout : float
+        Longest time since the last detection of each ball while a shot is aimed [s].
+    stamp_tolerance : float
+        Largest lead of the time of a detection ahead of the clock [s].
     table_tolerance : float
         Largest distance of a ball from its planned place [m].
 
@@ -45,6 +52,9 @@ class Settings:
     motion_timeout: float = 2.0
     aim_tolerance: float = 2e-4
     brake_tolerance: float = 0.005
+    table_timeout: float = 1.0
+    unseen_timeout: float = 10.0
+    stamp_tolerance: float = 0.1
     table_tolerance: float = 0.001
 
     @property
@@ -58,11 +68,14 @@ class Command:
     """
     Command for the mechanism: follow a trajectory, or stop.
 
-    Every new command has the next `number`; a repeated command keeps its number.
+    Every new command has the next `number`; a repeated command keeps its number. Until the time
+    `whole` [s] the trajectory must not be cut: it is a stroke, which brakes before the cloth and
+    draws the cue back.
     """
 
     number: int
     trajectory: JointTrajectory | None  # None: stop
+    whole: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -59,9 +59,9 @@ class JointFeedback:
         tuple of two (6,) float arrays, or None
 
         """
-        for name, position, velocity in zip(
-            names, positions, velocities or (math.nan,) * len(positions), strict=False
-        ):
+        if len(velocities) == 0:
+            velocities = (math.nan,) * len(positions)
+        for name, position, velocity in zip(names, positions, velocities, strict=False):
             if name not in self._names:
                 continue
             i = self._names.index(name)

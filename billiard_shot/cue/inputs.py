@@ -108,8 +108,10 @@ class HeartbeatInput:
             voice.value = value
 
     def keep(self, publishers: Container[Hashable]) -> None:
-        """Forget the publishers that no longer exist."""
-        self._voices = {name: each for name, each in self._voices.items() if name in publishers}
+        """Forget the publishers that no longer exist; one without an id stays."""
+        self._voices = {
+            name: each for name, each in self._voices.items() if not name or name in publishers
+        }
 
     def forget(self, until: float) -> None:
         """Treat all messages written before the time `until` as not fresh."""

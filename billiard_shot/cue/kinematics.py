@@ -107,3 +107,12 @@ def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:
     At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation.
     """
     return min(max(min_travel_height(mechanism), *heights), mechanism.base_z.max)
+
+
+def home(mechanism: Mechanism) -> Array:
+    """Joints (6,) of a mechanism at rest above the centre of the table, at the travel height."""
+    low, high = np.array([(axis.min, axis.max) for axis in mechanism.axes]).T
+    joints = np.clip(0.0, low, high)
+    joints[BASE_Z] = travel_pivot_height(mechanism, mechanism.base_z.min)
+    joints[INCLINE] = 0.5 * (low + high)[INCLINE]
+    return joints

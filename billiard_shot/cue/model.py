@@ -5,7 +5,8 @@ Each frame is connected to the one before it by a joint: `table`, the bridge (`b
 trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
 and the cue (`stroke`). The tip is fixed to the cue, with +x along the stroke. The incline turns
 about its pivot by the elevation of the cue. The length of its actuator, the joint `incline`, is
-not part of the chain, because the actuator closes a kinematic loop.
+not part of the chain, because the actuator closes a kinematic loop. It moves a frame of its own,
+`incline_actuator`, which carries nothing.
 """
 
 from collections.abc import Sequence
@@ -24,6 +25,9 @@ Triple = tuple[float, float, float]
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue', 'tip')
 """Frames of the chain after that of the table, in their order."""
+
+ACTUATOR = 'incline_actuator'
+"""Frame that the actuator of the incline moves along x."""
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = (X, Y, Z, Z, Y, X)
@@ -81,6 +85,11 @@ def frame_names(frame: str) -> tuple[str, ...]:
     """Names of all frames, the table's first; the prefix of `cell1/table` is added to all."""
     prefix = frame[: frame.rfind('/') + 1]
     return (frame, *(prefix + name for name in FRAMES))
+
+
+def actuator_frame(frame: str) -> str:
+    """Name of the frame of the incline's actuator, if the frame of the table is `frame`."""
+    return frame[: frame.rfind('/') + 1] + ACTUATOR
 
 
 def tip_offset(mechanism: Mechanism) -> Triple:
@@ -155,8 +164,10 @@ def transforms(
     for name, value in zip(JOINTS, values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f'{name}: position {value} is not finite')
-    values[INCLINE] = mechanism.incline_geometry.elevation(values[INCLINE])
+    length = values[INCLINE]
+    values[INCLINE] = mechanism.incline_geometry.elevation(length)
     frames = frame_names(frame)
+    level = (0.0, 0.0, 0.0, 1.0)
     found = []
     for i, (joint, axis) in enumerate(zip(JOINTS, AXES, strict=True)):
         angle, distance = (values[i], 0.0) if joint in REVOLUTE else (0.0, values[i])
@@ -169,9 +180,8 @@ def transforms(
                 (x, y, z, math.cos(0.5 * angle)),
             )
         )
-    found.append(
-        Transform(frames[-2], frames[-1], np.array(tip_offset(mechanism)), (0.0, 0.0, 0.0, 1.0))
-    )
+    found.append(Transform(frames[INCLINE], actuator_frame(frame), length * np.array(X), level))
+    found.append(Transform(frames[-2], frames[-1], np.array(tip_offset(mechanism)), level))
     return tuple(found)
 
 

@@ -62,7 +62,7 @@ class Condition(StrEnum):
     ESTOP_FRESH = 'estop is fresh, and not pressed'
     INTERLOCK_FRESH = 'interlock is fresh, and safe'
     ARM_VALID = 'armed for no longer than the time-out'
-    GOAL_VALID = 'the goal has not expired, and no ball has moved'
+    GOAL_VALID = 'the goal has not expired, and every ball is known to lie at its place'
     MECHANISM_HEALTHY = 'joint_states is fresh, and its numbers are valid'
     ALONE = 'no other node commands the mechanism'
     CLOCK_RUNS = 'the clock advances, and has not jumped back'

@@ -156,7 +156,7 @@ def health(controller: Controller, life: str, now: float) -> dict[str, str]:
         'estop': controller.estop.problem(now),
         'interlock': controller.interlock.problem(now),
         'mechanism': controller.mechanism_fault(now),
-        'table': controller.table_problem,
+        'table': controller.table_problem(now),
         'clock': controller.clock.problem(now),
         'other drivers': controller.other_drivers,
     }
@@ -217,37 +217,11 @@ def table_message(
 # --- joints -------------------------------------------------------------------------------------
 
 
-def command_name(driver: str, number: int) -> str:
-    """Name of a command, for `header.frame_id` of a trajectory: its driver and its number."""
-    return f'{driver}/{number}'
-
-
-def command_of(message: JointTrajectory) -> tuple[str, int]:
-    """
-    Driver and number of a command.
-
-    Raises
-    ------
-    ValueError
-        If the message does not contain them.
-
-    """
-    driver, _, number = message.header.frame_id.rpartition('/')
-    if not driver or not number.isdecimal():
-        raise ValueError(
-            f'header.frame_id: {message.header.frame_id!r} is not allowed; it must '
-            'be the name of the driver, a slash, and the number of the command'
-        )
-    return driver, int(number)
-
-
 def trajectory_message(
-    trajectory: joint_trajectory.JointTrajectory, names: Sequence[str], stamp: Time, command: str
+    trajectory: joint_trajectory.JointTrajectory, names: Sequence[str], header: Header
 ) -> JointTrajectory:
-    """Message of a trajectory that begins at `stamp`; `command` is its `command_name`."""
-    message = JointTrajectory(
-        header=Header(stamp=stamp, frame_id=command), joint_names=list(names)
-    )
+    """Message of a trajectory; its stamp identifies the command."""
+    message = JointTrajectory(header=header, joint_names=list(names))
     rows = zip(
         trajectory.times,
         trajectory.positions,
@@ -267,7 +241,7 @@ def trajectory_message(
     return message
 
 
-def stop_message(position: Joints, names: Sequence[str], command: str) -> JointTrajectory:
+def stop_message(position: Joints, names: Sequence[str], frame: str) -> JointTrajectory:
     """
     Zero command: stop at once.
 
@@ -276,7 +250,7 @@ def stop_message(position: Joints, names: Sequence[str], command: str) -> JointT
     """
     known = np.isfinite(position).all()
     return JointTrajectory(
-        header=Header(frame_id=command),
+        header=Header(frame_id=frame),
         joint_names=list(names),
         points=[
             JointTrajectoryPoint(
@@ -335,18 +309,12 @@ def joints_message(
     )
 
 
-def joints_of(message: JointState, names: Sequence[str]) -> tuple[Joints, Joints] | None:
-    """Positions and velocities of the joints `names`; None if the message lacks any of them."""
-    where = {name: i for i, name in enumerate(message.name)}
-    if not all(name in where for name in names) or not (
-        len(message.position) == len(message.velocity) == len(message.name)
-    ):
-        return None
-    order = [where[name] for name in names]
-    return np.array(message.position)[order], np.array(message.velocity)[order]
-
-
 # --- pieces -------------------------------------------------------------------------------------
+
+
+def time_of(nanoseconds: int) -> Time:
+    """Message of a ROS time [ns]."""
+    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 
 
 def _duration(seconds: float) -> Duration:

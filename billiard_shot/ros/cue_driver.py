@@ -4,36 +4,38 @@ from collections.abc import Callable, Mapping, Sequence
 import math
 import traceback
 from typing import Any, TypeAlias
-import uuid
 
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Strike, TableState
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
-from rclpy.action import ActionServer, CancelResponse
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.duration import Duration
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import machine_code
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result
+from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.measurement import Strike as MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.safety import Decision, State
+from billiard_shot.cue.safety import BEFORE_STROKE, Decision, MOVING, State
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros.command_topic import CommandTopic
+from billiard_shot.ros.controller_client import ControllerClient
 from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.node_runner import (
+    BURST,
+    EndError,
     EVERY_STATE,
     JOINT_STATES,
     LATCHED,
@@ -43,7 +45,13 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     warm_up,
 )
-from billiard_shot.ros.writing_time import nanoseconds, stamped, written
+from billiard_shot.ros.writing_time import (
+    nanoseconds,
+    publisher_of,
+    publishers_of,
+    stamped,
+    written,
+)
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
@@ -54,12 +62,14 @@ UNCONFIGURED = (
 )
 INACTIVE = 'the node is not active: activate it'
 
+REST_PERIOD = 0.1
+"""Time between two ticks while nothing moves [s]."""
+
 REMINDER_PERIOD = 8.0
 """Time after which the node logs again why it is not ready [s]."""
 
-
-FAREWELL = 0.5
-"""Longest time that an ending driver waits until the mechanism has received the stop [s]."""
+DEAF_TIME = 2.0
+"""Time after a pause of this process within which the node must hear something [s]."""
 
 
 class CueDriver(LifecycleNode):
@@ -69,19 +79,24 @@ class CueDriver(LifecycleNode):
     Publishes:
 
     - `~/incline_angle` (std_msgs/msg/Float64), the commanded elevation in radians;
-    - `~/actuation` (trajectory_msgs/msg/JointTrajectory), the current command. It is repeated,
-      because the mechanism stops when commands cease. `header.frame_id` contains the driver and
-      the number of the command;
+    - if its parameter `interface` is `topic`, `~/actuation` (trajectory_msgs/msg/JointTrajectory),
+      the current command. It is repeated, because the mechanism stops when commands cease;
     - `~/state` (billiard_shot_msgs/msg/CueState), latched;
     - `~/strike` (billiard_shot_msgs/msg/Strike), the measured strike;
     - the elevation of the cue as a joint in `joint_states`, and `/diagnostics`.
 
+    If `interface` is `follow_joint_trajectory`, it sends its commands as goals of that action to
+    the controller of its parameter `controller` (`ControllerClient`).
+
     Services: `~/arm` (billiard_shot_msgs/srv/Arm), which names the shot, `~/disarm` and
-    `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to
-    `joint_states`, `table_state`, and to `estop` (true means stop) and `interlock` (true means
-    safe), std_msgs/msg/Bool. These two must be repeated: silence stops the cue, and so do messages
-    that were written too long ago. Another node that publishes commands is a fault.
-    Its parameters are `cue_parameters.CUE_DRIVER`. They can be set while the node is unconfigured.
+    `~/clear_fault` (std_srvs/srv/Trigger). Subscribes to `joint_states`, `table_state`, and to
+    `estop` (true means stop) and `interlock` (true means safe), std_msgs/msg/Bool. These two must
+    be repeated by every publisher: silence stops the cue, and so do messages that were written too
+    long ago. Another node that publishes commands is a fault.
+
+    All of them exist while the node is configured, and `/diagnostics` always. Goals are rejected
+    while the node is not active. Its parameters are `cue_parameters.CUE_DRIVER`. They can be set
+    while the node is unconfigured.
     """
 
     def __init__(self) -> None:
@@ -98,67 +113,28 @@ class CueDriver(LifecycleNode):
             ),
         )
         set_niceness(self, self.get_parameter('niceness').value)
-        self._decision_time = self.get_clock().now()
-        self._table: TableState | None = None
+        self._decided = 0  # ROS time of the last decision [ns]
         self._reminded = -math.inf  # time of the last log that the node is not ready
         self._goal: GoalHandle | None = None
         self._ended: Future[Result] | None = None
-        self._command = JointTrajectory()
         self._angle = Float64()
-        topic = {
-            name: self.get_parameter(f'{name}_topic').value for name in ('incline', 'actuation')
-        }
-        self._incline = self.create_lifecycle_publisher(Float64, topic['incline'], 10)
-        self._actuation = self.create_lifecycle_publisher(JointTrajectory, topic['actuation'], 1)
-        self._state = self.create_publisher(CueState, '~/state', EVERY_STATE)
-        self._strike = self.create_publisher(Strike, '~/strike', 10)
         self._last_strike = Strike()
-        self._joints = self.create_publisher(JointState, 'joint_states', 10)
+        self._commands: CommandTopic | ControllerClient | None = None
+        self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         try:
-            self._controller = self._configure()
+            self._controller = self._make_controller()
         except (ValueError, OSError) as error:
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
-
-        # Deep queues: the stop may be pressed in one message and released in the next. Messages
-        # that waited are not fresh.
-        self.create_subscription(Bool, 'estop', self._on_estop, SAFETY_INPUT)
-        self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT)
-        self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES)
-        self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
-        self.create_service(
-            Arm,
-            '~/arm',
-            _answering(
-                lambda request: (
-                    self._refused('arm') or self._controller.arm(request.shot_id, steady_time())
-                )
-            ),
-        )
-        self.create_service(
-            Trigger,
-            '~/disarm',
-            _answering(lambda _: self._controller.disarm(steady_time(), 'disarmed by service')),
-        )
-        self.create_service(
-            Trigger,
-            '~/clear_fault',
-            _answering(lambda _: self._refused('clear') or self._controller.clear(steady_time())),
-        )
-        steady_timer(self, self.get_parameter('period').value, self._tick)
-        steady_timer(self, 1.0, self._publish_diagnostics)
-        steady_timer(self, 1.0, self._load_machine_code)
-        self._server = ActionServer(
-            self, ExecuteShot, 'execute_shot', self._execute, cancel_callback=self._cancel
-        )
+        steady_timer(self, 1.0, self._look_after)
         if self.get_parameter('autostart').value and self.trigger_configure() is SUCCESS:
             self.trigger_activate()
 
     # --- lifecycle ------------------------------------------------------------------------------
 
-    def _configure(self) -> Controller:
+    def _make_controller(self) -> Controller:
         """
-        Apply the parameters, and make a controller.
+        Make a controller with the current parameters.
 
         Raises
         ------
@@ -166,20 +142,12 @@ class CueDriver(LifecycleNode):
             If parameters contradict each other, or if a file that they name can no longer be read.
 
         """
-
-        def value(name: str) -> Any:
-            return self.get_parameter(name).value
-
-        self._names, self._incline_joint = value('joint_names'), value('incline_joint')
-        scene = cue_parameters.guided_scene(value('scene'))
-        self._name = uuid.uuid4().hex[:8]  # a new name, because the numbers of commands start over
-        warm_up(self, scene, other_balls=True, compiles=False)
         return Controller(
-            Mechanism.load(value('mechanism')),
-            scene,
+            Mechanism.load(self.get_parameter('mechanism').value),
+            cue_parameters.guided_scene(self.get_parameter('scene').value),
             cue_parameters.settings_of(self),
             on_state=self._tell_state,
-            on_command=self._publish_command,
+            on_command=self._send_command,
             on_strike=self._tell_strike,
             on_result=self._finish,
         )
@@ -188,19 +156,97 @@ class CueDriver(LifecycleNode):
         """Start over with the current parameters; a latched state stays."""
         before = self._controller
         try:
-            self._controller = self._configure()
+            self._controller = self._make_controller()
+            self._make_interfaces()
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
+            self._controller = before
             return TransitionCallbackReturn.FAILURE
+        warm_up(
+            self,
+            cue_parameters.guided_scene(self.get_parameter('scene').value),
+            other_balls=True,
+            compiles=False,
+        )
         self._controller.take_over(before)
-        if self._table:  # it is latched, and is not sent again
-            self._on_table(self._table)
         self._inactive = INACTIVE
         self._tell_state()
         return super().on_configure(state)
 
+    def _make_interfaces(self) -> None:
+        """
+        Make publishers, subscriptions, services and the action server.
+
+        Raises
+        ------
+        ValueError
+            If the interface of the controller is not installed.
+
+        """
+
+        def value(name: str) -> Any:
+            return self.get_parameter(name).value
+
+        names, self._incline_joint = value('joint_names'), value('incline_joint')
+        commands: CommandTopic | ControllerClient
+        if value('interface') == cue_parameters.TOPIC:
+            commands = CommandTopic(self, value('actuation_topic'), names, value('frame'))
+        else:
+            accelerations = self._controller.mechanism.accelerations
+            commands = ControllerClient(self, value('controller'), names, accelerations)
+        self._commands = commands
+        self._feedback = JointFeedback(names)
+        self._last_seen = 0  # stamp of the last table_state [ns]
+        publishers = [
+            self.create_publisher(kind, topic, qos)
+            for kind, topic, qos in (
+                (Float64, value('incline_topic'), 10),
+                (CueState, '~/state', EVERY_STATE),
+                (Strike, '~/strike', 10),
+                (JointState, 'joint_states', 10),
+            )
+        ]
+        self._incline, self._state, self._strike, self._joints = publishers
+        subscriptions = [
+            self.create_subscription(kind, topic, heard, qos)
+            for kind, topic, heard, qos in (
+                (Bool, 'estop', self._on_estop, SAFETY_INPUT),
+                (Bool, 'interlock', self._on_interlock, SAFETY_INPUT),
+                (JointState, 'joint_states', self._on_joints, JOINT_STATES),
+                (TableState, 'table_state', self._on_table, LATCHED),
+            )
+        ]
+        services = [
+            self.create_service(kind, name, _answering(act), qos_profile=BURST)
+            for kind, name, act in (
+                (Arm, '~/arm', self._arm),
+                (Trigger, '~/disarm', self._disarm),
+                (Trigger, '~/clear_fault', self._clear),
+            )
+        ]
+        server = ActionServer(
+            self,
+            ExecuteShot,
+            'execute_shot',
+            self._execute,
+            goal_callback=self._may_accept,
+            cancel_callback=self._cancel,
+        )
+        self._timer = steady_timer(self, self._period, self._tick)
+        self._destroy = [
+            lambda: self.destroy_timer(self._timer),
+            server.destroy,
+            *(lambda each=each: self.destroy_service(each) for each in services),
+            *(lambda each=each: self.destroy_subscription(each) for each in subscriptions),
+            *(lambda each=each: self.destroy_publisher(each) for each in publishers),
+            commands.close,
+        ]
+
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Allow parameters to be set."""
+        """Withdraw all interfaces, and allow parameters to be set."""
+        self._commands = None
+        for destroy in self._destroy:
+            destroy()
         self._inactive = UNCONFIGURED
         return super().on_cleanup(state)
 
@@ -234,47 +280,62 @@ class CueDriver(LifecycleNode):
         """
         Stop the mechanism, and withdraw the publisher of commands.
 
-        The end of a process does not withdraw it. A new driver would see this driver until its
-        lease expires, 20 s later, and would report it as a second driver. No other publisher is
-        withdrawn, because in another process the end of a publisher can deadlock with an
-        announcement (Fast DDS 3.2).
+        No other publisher is withdrawn, because in another process the end of a publisher can
+        deadlock with an announcement (Fast DDS 3.2).
         """
-        self._controller.disarm(steady_time(), 'the driver ends')
-        self._actuation.wait_for_all_acked(Duration(seconds=FAREWELL))
-        self.destroy_publisher(self._actuation)
+        if self._commands:
+            self._controller.disarm(steady_time(), 'the driver ends')
+            self._commands.flush()
+            self._commands.close()
 
-    # --- inputs and requests --------------------------------------------------------------------
+    # --- inputs ---------------------------------------------------------------------------------
 
     def _on_estop(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        self._controller.receive_estop(message.data, written(info, now), now)
+        self._controller.receive_estop(message.data, written(info, now), now, publisher_of(info))
 
     def _on_interlock(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        self._controller.receive_interlock(message.data, written(info, now), now)
+        self._controller.receive_interlock(
+            message.data, written(info, now), now, publisher_of(info)
+        )
 
     def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
-        joints = conversions.joints_of(message, self._names)
+        now = steady_time()
+        time = min(written(info, now), stamped(message.header.stamp, self.get_clock(), now))
+        joints = self._feedback.update(message.name, message.position, message.velocity, time)
+        self._controller.missing_joints = self._feedback.missing
         if joints:
-            now = steady_time()
-            stamp = stamped(message.header.stamp, self.get_clock(), now)
-            self._controller.receive_joints(*joints, min(written(info, now), stamp), now)
+            self._controller.receive_joints(*joints, time, now)
 
-    def _on_table(self, message: TableState) -> None:
-        seen, now = nanoseconds(message.header.stamp), self.get_clock().now().nanoseconds
-        last = nanoseconds(self._table.header.stamp) if self._table else seen
-        if 0 < seen < last <= now:  # else the clock was set
-            older = 1e-9 * (last - seen)
+    def _on_table(self, message: TableState, info: Mapping[str, Any]) -> None:
+        seen, clock = nanoseconds(message.header.stamp), self.get_clock().now().nanoseconds
+        if 0 < seen < self._last_seen <= clock:  # else the clock was set
+            older = 1e-9 * (self._last_seen - seen)
             self.get_logger().warning(f'ignored a table_state {older:.3g} s older than the last')
             return
+        self._last_seen = seen
+        now = steady_time()
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
-            self._controller.receive_table(sightings_of(message.balls, message.header.stamp))
-            self._table = message
+            balls = sightings_of(message.balls, message.header.stamp)
         except ValueError as error:
             self.get_logger().error(f'table_state: {error}; the table is not known any more')
-            self._controller.receive_table(None)
-            self._table = None
+            self._controller.reject_table(f'table_state: {error}', now)
+        else:
+            self._controller.receive_table(balls, written(info, now), 1e-9 * clock, now)
+
+    # --- requests -------------------------------------------------------------------------------
+
+    def _arm(self, request: Arm.Request) -> Decision:
+        return self._refused('arm') or self._controller.arm(request.shot_id, steady_time())
+
+    def _disarm(self, _: Trigger.Request) -> Decision:
+        return self._controller.disarm(steady_time(), 'disarmed by service')
+
+    def _clear(self, _: Trigger.Request) -> Decision:
+        self._count_publishers()
+        return self._refused('clear') or self._controller.clear(steady_time())
 
     def _refused(self, name: str) -> Decision | None:
         """Return the refusal of a request if the node is not active; None if it is active."""
@@ -282,16 +343,20 @@ class CueDriver(LifecycleNode):
             return None
         return Decision(False, self._controller.state, f'{name}: {self._inactive}')
 
+    def _may_accept(self, _: ExecuteShot.Goal) -> GoalResponse:
+        if not self._inactive:
+            return GoalResponse.ACCEPT
+        self.get_logger().warning(f'rejected a goal: {self._inactive}')
+        return GoalResponse.REJECT
+
     async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
-        self._decision_time = self.get_clock().now()
-        now = self._decision_time.to_msg()
+        now = self.get_clock().now()
+        self._decided = now.nanoseconds
         try:
-            if self._inactive:
-                raise RefusedError(Outcome.NOT_READY, self._inactive)
-            self._controller.execute(
-                conversions.shot_goal_of(goal.request, now, self.get_parameter('frame').value),
-                steady_time,
+            request = conversions.shot_goal_of(
+                goal.request, now.to_msg(), self.get_parameter('frame').value
             )
+            self._controller.execute(request, steady_time)
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
             return _aborted(goal, error.outcome, str(error))
@@ -311,71 +376,81 @@ class CueDriver(LifecycleNode):
         return conversions.result_of(result, self._last_strike)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
-        if goal is not self._goal or self._controller.state not in (
-            State.AIMING,
-            State.AIMED,
-            State.ARMED,
-        ):
+        if goal is not self._goal or self._controller.state not in BEFORE_STROKE:
             return CancelResponse.REJECT
         self._controller.disarm(steady_time(), 'canceled', Outcome.CANCELED)
         return CancelResponse.ACCEPT
 
-    # --- outputs --------------------------------------------------------------------------------
+    # --- periodic work --------------------------------------------------------------------------
+
+    @property
+    def _period(self) -> float:
+        """Time between two ticks in the current state [s]."""
+        period: float = self.get_parameter('period').value
+        rest = min(REST_PERIOD, 0.4 * self._controller.max_pause)
+        return period if self._controller.state in MOVING else max(period, rest)
 
     def _tick(self) -> None:
+        assert self._commands
         now = steady_time()
-        self._decision_time = self.get_clock().now()
-        self._controller.receive_clock(1e-9 * self._decision_time.nanoseconds, now)
-        self._controller.receive_other_drivers(self._other_drivers(), now)
-        self._controller.tick(now)
-        if self._controller.command:
-            self._actuation.publish(self._command)
+        self._decided = self.get_clock().now().nanoseconds
+        controller = self._controller
+        controller.receive_clock(1e-9 * self._decided, now)
+        controller.receive_other_drivers(
+            [] if self._inactive else self._commands.other_drivers(), now
+        )
+        controller.controller_problem = self._commands.problem
+        controller.tick(now)
+        if controller.command and not self._inactive:
+            self._commands.repeat()
             self._incline.publish(self._angle)
-        elevation = self._controller.measured_elevation(now)
+        elevation = controller.measured_elevation(now)
         if elevation:
             angle, rate = map(np.atleast_1d, elevation)
             stamp = self.get_clock().now().to_msg()
             self._joints.publish(
                 conversions.joints_message([self._incline_joint], angle, rate, stamp)
             )
-
-    def _publish_command(self, command: Command) -> None:
-        """
-        Publish a new command, which `_tick` repeats.
-
-        A trajectory has the stamp of the decision. So if this process is paused between the
-        decision and the publication, the mechanism sees that the command is old.
-        """
-        name = conversions.command_name(self._name, command.number)
-        if command.trajectory is None:
-            self._command = conversions.stop_message(self._controller.position, self._names, name)
-        else:
-            self._command = conversions.trajectory_message(
-                command.trajectory, self._names, self._decision_time.to_msg(), name
+        if now - controller.deaf_since > DEAF_TIME and any(
+            self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')
+        ):
+            raise EndError(
+                f'nothing has been received for {DEAF_TIME:g} s since this process paused'
             )
+
+    def _look_after(self) -> None:
+        """Do the work of every second."""
+        if self._commands:
+            self._count_publishers()
+        if self._controller.state is State.DISARMED:
+            machine_code.load()  # the code that other nodes have compiled
+        self._publish_diagnostics()
+
+    def _count_publishers(self) -> None:
+        self._controller.receive_publishers(
+            *(
+                publishers_of(self, self.resolve_topic_name(name))
+                for name in ('estop', 'interlock')
+            )
+        )
+
+    # --- outputs --------------------------------------------------------------------------------
+
+    def _send_command(self, command: Command) -> None:
+        if command.trajectory is not None:
             self._angle.data = self._controller.mechanism.incline_geometry.elevation(
                 float(command.trajectory.positions[-1, INCLINE])
             )
-        self._actuation.publish(self._command)
-
-    def _other_drivers(self) -> list[str]:
-        """Names of other nodes that publish commands; empty while the driver is not active."""
-        topic = self._actuation.topic_name
-        if self._inactive or self.count_publishers(topic) < 2:
-            return []
-        # A publisher is discovered a little earlier than the name of its node.
-        nodes = [
-            f'{each.node_namespace.rstrip("/")}/{each.node_name}'.replace(
-                '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_', 'its name is not known yet'
+        if self._commands:
+            self._commands.send(
+                command, self._decided, self._controller.position, self._controller.velocity
             )
-            for each in self.get_publishers_info_by_topic(topic)
-        ]
-        own = self.get_fully_qualified_name()
-        if own in nodes:
-            nodes.remove(own)
-        return nodes
 
     def _tell_state(self) -> None:
+        if not self._commands:
+            return
+        self._timer.timer_period_ns = round(1e9 * self._period)
+        self._timer.reset()
         message = self._state_message()
         self._state.publish(message)
         self.get_logger().info(f'{self._controller.state.name}: {message.reason}')
@@ -393,11 +468,6 @@ class CueDriver(LifecycleNode):
 
     def _state_message(self) -> CueState:
         return conversions.state_message(self._controller, self.get_clock().now().to_msg())
-
-    def _load_machine_code(self) -> None:
-        """Begin to load the code that other nodes have compiled, while nothing moves."""
-        if self._controller.state is State.DISARMED:
-            machine_code.load()
 
     def _publish_diagnostics(self) -> None:
         now = steady_time()

@@ -1,6 +1,8 @@
 """The node `cue_model`: publishes the robot model and the transforms of the mechanical cue."""
 
 from collections.abc import Sequence
+import math
+from time import monotonic
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.node import Node
@@ -9,10 +11,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
 from billiard_shot.cue import model
+from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.urdf import urdf_of
-from billiard_shot.ros import cue_conversions, cue_parameters, parameters
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
+from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros.node_runner import LATCHED, run
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -41,7 +44,9 @@ class CueModel(Node):
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._frame = self.get_parameter('frame').value
-        self._message: JointState | None = None
+        self._feedback = JointFeedback(self._names)
+        self._period = 1.0 / self.get_parameter('rate').value
+        self._published = -math.inf
         description = self.create_publisher(String, 'robot_description', LATCHED)
         description.publish(
             String(
@@ -58,23 +63,17 @@ class CueModel(Node):
         else:
             self._transforms = self.create_publisher(TFMessage, '/tf', TRANSFORMS)
             self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
-            steady_timer(self, 1.0 / self.get_parameter('rate').value, self._publish)
         self.get_logger().info('ready: describes the mechanical cue')
 
     def _on_joints(self, message: JointState) -> None:
-        if set(self._names) <= set(message.name):
-            self._message = message
-
-    def _publish(self) -> None:
-        """Publish the transforms for the last joints, once per message."""
-        message, self._message = self._message, None
-        if message is None:
+        """Publish the transforms, unless the last ones are quite new."""
+        now = monotonic()
+        joints = self._feedback.update(message.name, message.position, message.velocity, now)
+        if joints is None or now - self._published < self._period:
             return
-        joints = cue_conversions.joints_of(message, self._names)
+        self._published = now
         try:
-            found = (
-                () if joints is None else model.transforms(self._mechanism, joints[0], self._frame)
-            )
+            found = model.transforms(self._mechanism, joints[0], self._frame)
         except ValueError as error:
             self.get_logger().warning(f'no transforms: {error}', throttle_duration_sec=5.0)
             return

@@ -89,6 +89,15 @@ def _topic_parameter(name: str, default: str, description: str) -> Parameter:
     return Parameter(name, default, description, check=_topic, read_only=True)
 
 
+def _interface(name: str) -> None:
+    if name not in (TOPIC, FOLLOW_JOINT_TRAJECTORY):
+        raise ValueError(
+            f'interface must be {TOPIC!r} or {FOLLOW_JOINT_TRAJECTORY!r}, got {name!r}'
+        )
+
+
+TOPIC, FOLLOW_JOINT_TRAJECTORY = 'topic', 'follow_joint_trajectory'
+
 CUE_DRIVER = (
     TABLE_FRAME,
     SCENE,
@@ -99,7 +108,24 @@ CUE_DRIVER = (
     _topic_parameter(
         'incline_topic', '~/incline_angle', 'Topic of the commanded elevation of the cue.'
     ),
-    _topic_parameter('actuation_topic', '~/actuation', 'Topic of the commanded trajectories.'),
+    Parameter(
+        'interface',
+        TOPIC,
+        'How the mechanism is commanded: `topic`, a trajectory on `actuation_topic`, or '
+        '`follow_joint_trajectory`, goals to the `controller`.',
+        check=_interface,
+        read_only=True,
+    ),
+    _topic_parameter(
+        'actuation_topic',
+        '~/actuation',
+        'Topic of the commanded trajectories, if `interface` is `topic`.',
+    ),
+    _topic_parameter(
+        'controller',
+        'joint_trajectory_controller/follow_joint_trajectory',
+        'Action of the controller, if `interface` is `follow_joint_trajectory`.',
+    ),
     NICENESS,
     Parameter(
         'period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1), read_only=True
@@ -160,6 +186,32 @@ CUE_DRIVER = (
         'faults.',
         unit='m',
         limits=(1e-4, 0.02),
+    ),
+    Parameter(
+        'table_timeout',
+        1.0,
+        'Longest time since a message on `table_state` and, before aiming, since the last '
+        'detection of each ball.',
+        unit='s',
+        limits=(0.05, 5.0),
+        read_only=True,
+    ),
+    Parameter(
+        'unseen_timeout',
+        10.0,
+        'Longest time since the last detection of each ball while a shot is aimed, because the '
+        'cue hides balls.',
+        unit='s',
+        limits=(0.05, 60.0),
+        read_only=True,
+    ),
+    Parameter(
+        'stamp_tolerance',
+        0.1,
+        'Largest lead of the time of a detection ahead of the clock.',
+        unit='s',
+        limits=(0.0, 1.0),
+        read_only=True,
     ),
     Parameter(
         'table_tolerance',

@@ -5,37 +5,40 @@ import math
 from time import monotonic
 from typing import Any
 
-import numpy as np
 from rclpy.node import Node
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
-from billiard_shot.cue.kinematics import travel_pivot_height
-from billiard_shot.cue.mechanism import BASE_Z, INCLINE, Mechanism
+from billiard_shot.cue.joint_trajectory import JointTrajectory
+from billiard_shot.cue.kinematics import home
+from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.simulated import SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness, steady_timer
-from billiard_shot.ros.writing_time import written
+from billiard_shot.ros.writing_time import nanoseconds, publisher_of, written
 
 CATCH_UP = 0.25
 """Longest time that is simulated after an interruption [s]; for the rest, the mechanism pauses."""
+
+
+REST_RATE = 20.0
+"""Rate at which joint_states is published at rest [Hz]."""
 
 
 class CueSim(Node):
     """
     Node that moves as commanded on the topic of its parameter `actuation_topic`.
 
-    That topic has the type trajectory_msgs/msg/JointTrajectory; `header.frame_id` contains the
-    driver and the number of the command. A trajectory is followed from its first arrival on, as
-    long as it is repeated with the same number at least every `command_timeout` seconds. A single
-    point at stamp 0 with zero velocities is a command to stop. Trajectories are refused if they
-    are older than `command_timeout`, if their number is lower than an earlier one, or if they come
-    from a second driver while the first one still commands.
-    Publishes `joint_states` (sensor_msgs/msg/JointState). Faults are parameters that can be set at
-    any time. Its parameters are `cue_parameters.CUE_SIM`.
+    That topic has the type trajectory_msgs/msg/JointTrajectory; `header.stamp` identifies the
+    command. A trajectory is followed from its first arrival on, as long as it is repeated with the
+    same stamp at least every `command_timeout` seconds. A single point at stamp 0 with zero
+    velocities is a command to stop. Trajectories are refused if they are older than
+    `command_timeout`, if they are older than an earlier one, or if they come from a second
+    publisher while the first one still commands.
+    Publishes `joint_states` (sensor_msgs/msg/JointState), less often at rest. Faults are
+    parameters that can be set at any time. Its parameters are `cue_parameters.CUE_SIM`.
 
     If this process pauses, the mechanism pauses too. Every simulated step is published. The node
     stands for a machine with its own processor, which a busy desktop computer does not delay.
@@ -48,28 +51,30 @@ class CueSim(Node):
         mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._names = self.get_parameter('joint_names').value
         self._command_timeout = self.get_parameter('command_timeout').value
-        self._period = 1.0 / self.get_parameter('rate').value
+        rate = self.get_parameter('rate').value
+        self._fast, self._slow = 1.0 / rate, 1.0 / min(rate, REST_RATE)
+        self._period = self._slow
         self._now, self._behind, self._ran = 0.0, 0.0, monotonic()
         self._mechanism = SimulatedMechanism(
             mechanism,
             cue_parameters.imperfections_of(self),
             self._command_timeout,
-            _home(mechanism),
+            home(mechanism),
             self._now,
             self.get_parameter('seed').value,
         )
         self._set_faults()
         self.add_post_set_parameters_callback(lambda _: self._set_faults())
-        self._driver, self._number = '', 0
+        self._driver, self._stamp = b'', 0  # of the last trajectory
         self._trajectory: JointTrajectory | None = None
         self._last_command = -math.inf  # time of the last accepted command
         self._accepted = 0  # number of trajectories so far
-        self._refused: str | None = None  # name of the last refused command
+        self._refused: tuple[bytes, int] | None = None  # the last refused command
         self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
         self.create_subscription(
             JointTrajectoryMessage, self.get_parameter('actuation_topic').value, self._command, 1
         )
-        steady_timer(self, self._period, self._move)
+        self._timer = steady_timer(self, self._period, self._move)
         self.get_logger().info('ready: a simulated mechanism')
 
     def _set_faults(self) -> None:
@@ -77,25 +82,25 @@ class CueSim(Node):
         self._mechanism.faults = cue_parameters.faults_of(self)
 
     def _command(self, message: JointTrajectoryMessage, info: Mapping[str, Any]) -> None:
-        try:
-            driver, number = conversions.command_of(message)
-            if conversions.is_stop(message):
-                if driver == self._driver:
-                    self._number = max(number, self._number)
-            else:
-                steady = monotonic()
-                trajectory = self._accept(message, driver, number, steady - written(info, steady))
-                self._last_command = self._now
-                self._mechanism.command(trajectory, self._accepted, self._now)
-        except ValueError as error:
-            if message.header.frame_id != self._refused:  # log it once, not at every repetition
-                self.get_logger().error(f'ignored a command: {error}')
-            self._refused = message.header.frame_id
-        if conversions.is_stop(message):  # obeyed from every driver, with every number
+        if conversions.is_stop(message):  # obeyed from every driver
             self._mechanism.stop(self._now)
+            return
+        driver, stamp = publisher_of(info), nanoseconds(message.header.stamp)
+        steady = monotonic()
+        try:
+            trajectory = self._accept(message, driver, stamp, steady - written(info, steady))
+        except ValueError as error:
+            if (driver, stamp) != self._refused:  # log it once, not at every repetition
+                self.get_logger().error(f'ignored a command: {error}')
+            self._refused = driver, stamp
+            return
+        self._move()  # at rest, the last step may be long ago
+        self._set_period(self._fast)
+        self._last_command = self._now
+        self._mechanism.command(trajectory, self._accepted, self._now)
 
     def _accept(
-        self, message: JointTrajectoryMessage, driver: str, number: int, age: float
+        self, message: JointTrajectoryMessage, driver: bytes, stamp: int, age: float
     ) -> JointTrajectory:
         """
         Return the trajectory of a command that was written `age` seconds ago.
@@ -108,33 +113,36 @@ class CueSim(Node):
         """
         if age > self._command_timeout:
             raise ValueError(
-                f'command {number} was written {age:.3g} s ago, more than '
-                f'{self._command_timeout:g} s'
+                f'it was written {age:.3g} s ago, more than {self._command_timeout:g} s'
             )
         if driver != self._driver and self._now - self._last_command <= self._command_timeout:
-            raise ValueError(
-                f'driver {driver}: the mechanism is commanded by driver {self._driver}'
-            )
-        if driver == self._driver and number < self._number:
-            raise ValueError(f'command {number} arrived after command {self._number}')
-        if self._trajectory and (driver, number) == (self._driver, self._number):
+            raise ValueError('another driver commands the mechanism')
+        if self._trajectory and (driver, stamp) == (self._driver, self._stamp):
             return self._trajectory
-        delay = 1e-9 * (self.get_clock().now() - Time.from_msg(message.header.stamp)).nanoseconds
-        if delay > self._command_timeout:
+        now = self.get_clock().now().nanoseconds
+        if driver == self._driver and stamp < self._stamp <= now:  # else the clock was set
+            raise ValueError('a later command has arrived before')
+        if 1e-9 * (now - stamp) > self._command_timeout:
             raise ValueError(
-                f'command {number} was decided {delay:.3g} s ago, more than '
-                f'{self._command_timeout:g} s'
+                f'header.stamp: {1e-9 * (now - stamp):.3g} s ago is not allowed; it must be at '
+                f'most {self._command_timeout:g} s ago'
             )
         self._trajectory = conversions.trajectory_of(message, self._names)
-        self._driver, self._number = driver, number
+        self._driver, self._stamp = driver, stamp
         self._accepted += 1
         return self._trajectory
+
+    def _set_period(self, period: float) -> None:
+        if period != self._period:
+            self._period = period
+            self._timer.timer_period_ns = round(1e9 * period)
+            self._timer.reset()
 
     def _clocks(self) -> tuple[float, Time]:
         """Read the steady clock [s] and the ROS clock; repeat if interrupted between the two."""
         while True:
             now, ros_now = monotonic(), self.get_clock().now()
-            if monotonic() - now < self._period:
+            if monotonic() - now < self._fast:
                 return now, ros_now
 
     def _move(self) -> None:
@@ -166,15 +174,8 @@ class CueSim(Node):
             )
             self.get_logger().info(f'{cause}; at rest after {stop.braking:.3f} s')
         self._mechanism.stops.clear()
-
-
-def _home(mechanism: Mechanism) -> Array:
-    """Joints at the start: above the centre of the table, at the height of travel."""
-    low, high = np.array([(axis.min, axis.max) for axis in mechanism.axes]).T
-    home = np.clip(0.0, low, high)
-    home[BASE_Z] = travel_pivot_height(mechanism, mechanism.base_z.min)
-    home[INCLINE] = 0.5 * (low + high)[INCLINE]
-    return home
+        if self._mechanism.stopped:
+            self._set_period(self._slow)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -29,19 +29,25 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of latched state topics: slow subscribers must not miss a state."""
 
-SAFETY_INPUT = QoSProfile(depth=10)
+SAFETY_INPUT = QoSProfile(depth=100)
 """
-QoS of `estop` and `interlock`: a short press of a button is not lost if the driver pauses.
+QoS of `estop` and `interlock`.
 
-A queued message does not become fresh: its age counts from the time of writing.
+A short press of a button is not lost if the driver pauses, as long as the publisher keeps the
+message: its own depth, 10 by default, counts from the press to the end of the pause. A queued
+message does not become fresh: its age counts from the time of writing.
 """
 
-JOINT_STATES = QoSProfile(depth=500)
+JOINT_STATES = QoSProfile(depth=100)
 """
 QoS of `joint_states`: a strike is measured from a series of only a few messages.
 
-At this depth no message is lost if the reader or writer pauses for half a second, at up to 1 kHz.
+At this depth no message is lost if the reader or writer pauses for half a second, at up to 200 Hz.
+A deeper queue would delay all messages if more arrive than the driver can read.
 """
+
+BURST = QoSProfile(depth=1000)
+"""QoS of services: of requests that are sent at the same time, none is lost up to this number."""
 
 PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""
@@ -114,6 +120,10 @@ def wait_for_machine_code(node: Node) -> None:
     machine_code.require(report)
 
 
+class EndError(RuntimeError):
+    """Ends the node with exit code 1, so that a launch starts it again; the message says why."""
+
+
 class CompiledNotice:
     """Timer callback that logs once that the library is compiled."""
 
@@ -149,11 +159,12 @@ def run(
     Make a node and run it until SIGINT or SIGTERM; then call `leave` and exit with code 0.
 
     The middleware still works while `leave` runs. If a callback raises an exception, call
-    `survive` and go on; without `survive`, the node ends. After a bad parameter, print one line
-    and exit with code 1.
+    `survive` and go on; without `survive`, the node ends. If a callback raises EndError, or after
+    a bad parameter, print one line and exit with code 1.
     """
     ending = threading.Event()
     executor: Executor | None = None
+    code: int | None = None
     received, written = os.pipe()
     os.set_blocking(written, False)
     signal.set_wakeup_fd(written)
@@ -183,6 +194,10 @@ def run(
                         executor.spin_once()
                     except ExternalShutdownException:
                         break
+                    except EndError as error:
+                        node.get_logger().fatal(str(error))
+                        code = 1
+                        break
                     except Exception as error:
                         if survive is None:
                             raise
@@ -192,8 +207,8 @@ def run(
     except ParameterException as error:
         sys.exit(f'{name}: {error}')
     finally:
-        if ending.is_set():
+        if code is not None or ending.is_set():
             # rclpy is shut down. On Jazzy the middleware sometimes crashes when Python exits.
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(0)
+            os._exit(code or 0)

@@ -1,19 +1,21 @@
 """The node `table_display`: shows the table, the current balls, and the mechanical cue."""
 
 from collections.abc import Sequence
+import math
+from time import monotonic
 
 from billiard_shot_msgs.msg import TableState
-from builtin_interfaces.msg import Time
 import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
+from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.ros import cue_conversions, cue_parameters, parameters, table_markers
+from billiard_shot.ros import cue_parameters, parameters, table_markers
 from billiard_shot.ros.conversions import check_frame
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
+from billiard_shot.ros.node_runner import LATCHED, run
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -41,19 +43,17 @@ class TableDisplay(Node):
         self._cue = self.create_publisher(MarkerArray, '~/cue', LATCHED)
         parameters.declare(self, cue_parameters.TABLE_DISPLAY)
         self.add_post_set_parameters_callback(lambda _: self._show())
-        self._joints = self._shown = np.full(6, np.nan)
-        self._moved = Time()  # stamp of the joints
+        self._shown, self._shown_at = np.full(6, np.nan), -math.inf
         self._show()
         self.create_subscription(TableState, 'table_state', self._show_balls, LATCHED)
         self.create_subscription(JointState, 'joint_states', self._on_joints, 50)
-        steady_timer(self, CUE_PERIOD, self._show_cue)
         self.get_logger().info('ready: shows the table')
 
     def _show(self) -> None:
         """Show the scene of the parameters."""
         scene = Scene.load(self.get_parameter('scene').value)
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
-        self._names = self.get_parameter('joint_names').value
+        self._feedback = JointFeedback(self.get_parameter('joint_names').value)
         self._radius = scene.ball.radius
         self._table.publish(table_markers.table_markers(scene, parameters.table_header(self)))
         balls = {name: (x, y, self._radius) for name, (x, y) in scene.balls.items()}
@@ -72,20 +72,18 @@ class TableDisplay(Node):
         self._balls.publish(table_markers.ball_markers(balls, self._radius, header))
 
     def _on_joints(self, message: JointState) -> None:
-        joints = cue_conversions.joints_of(message, self._names)
-        if joints:
-            self._joints, _ = joints
-            self._moved = message.header.stamp
-
-    def _show_cue(self) -> None:
-        if np.array_equal(self._joints, self._shown, equal_nan=True) or (
-            np.abs(self._joints - self._shown).max() < MIN_CHANGE
-        ):
+        """Show the cue if it has moved, unless it was shown just now."""
+        now = monotonic()
+        found = self._feedback.update(message.name, message.position, message.velocity, now)
+        if found is None or now - self._shown_at < CUE_PERIOD:
             return
-        self._shown = self._joints
+        joints, _ = found
+        if np.abs(joints - self._shown).max() < MIN_CHANGE:
+            return
+        self._shown, self._shown_at = joints, now
         try:
-            header = parameters.table_header(self, self._moved)
-            self._cue.publish(table_markers.cue_markers(self._mechanism, self._joints, header))
+            header = parameters.table_header(self, message.header.stamp)
+            self._cue.publish(table_markers.cue_markers(self._mechanism, joints, header))
         except ValueError as error:
             self.get_logger().warning(f'cue not shown: {error}', throttle_duration_sec=5.0)
 

@@ -1,4 +1,4 @@
-"""Time at which a message was written, on the steady clock of the receiving process."""
+"""When a message was written, on the steady clock of the receiving process, and by whom."""
 
 from collections.abc import Mapping
 import math
@@ -7,6 +7,7 @@ from typing import Any
 
 from builtin_interfaces.msg import Time as TimeMessage
 from rclpy.clock import Clock
+from rclpy.node import Node
 
 
 def written(info: Mapping[str, Any], now: float) -> float:
@@ -29,6 +30,19 @@ def written(info: Mapping[str, Any], now: float) -> float:
     """
     source = info['source_timestamp']
     return now - 1e-9 * (time.time_ns() - source) if source else -math.inf
+
+
+def publisher_of(info: Mapping[str, Any]) -> bytes:
+    """Id that the middleware gives to the publisher of a message; empty if it gives none."""
+    return (info.get('publisher_gid') or {}).get('data', b'')
+
+
+def publishers_of(node: Node, topic: str) -> dict[bytes, str]:
+    """Ids of the publishers of a topic, with the names of their nodes."""
+    return {
+        bytes(each.endpoint_gid): f'{each.node_namespace.rstrip("/")}/{each.node_name}'
+        for each in node.get_publishers_info_by_topic(topic)
+    }
 
 
 def nanoseconds(stamp: TimeMessage) -> int:

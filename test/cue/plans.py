@@ -1,6 +1,7 @@
 """Shots for the mechanical cue, its plans and goals, and a bench to run a controller on."""
 
 from collections.abc import Callable
+from dataclasses import replace
 import math
 
 from hypothesis import strategies as st
@@ -62,9 +63,9 @@ def plan_of(shot, ball=(0.0, 0.0), shot_id='shot', others=None):
     )
 
 
-def sightings(places):
+def sightings(places, time=0.0):
     """Balls that lie exactly at places (x, y)."""
-    return {name: Sighting(place) for name, place in places.items()}
+    return {name: Sighting(place, time=time) for name, place in places.items()}
 
 
 class Bench:
@@ -91,7 +92,9 @@ class Bench:
             on_strike=self.strikes.append,
             on_result=self.results.append,
         )
-        self.controller.receive_table(sightings({'cue': (0.0, 0.0)}))
+        self.balls = {'cue': (0.0, 0.0)}  # what the camera sees; None: it has ended
+        self.camera_delay = 0.0
+        self.hidden_since = None  # time since which no ball is detected
         self.run(0.1)
 
     def send(self, command):
@@ -119,10 +122,22 @@ class Bench:
             self.controller.receive_estop(self.estop, self.now, self.now)
         if self.interlock is not None:
             self.controller.receive_interlock(self.interlock, self.now, self.now)
-        self.controller.receive_clock(self.now + self.clock_offset, self.now)
+        time = self.now + self.clock_offset
+        self.controller.receive_clock(time, self.now)
+        if self.balls is not None:
+            detected = time if self.hidden_since is None else self.hidden_since
+            seen = {
+                name: replace(ball, is_seen=self.hidden_since is None)
+                for name, ball in sightings(self.balls, detected - self.camera_delay).items()
+            }
+            self.controller.receive_table(seen, self.now, time, self.now)
         self.controller.tick(self.now)
         if self.controller.command:
             self.send(self.controller.command)
+
+    def hide(self):
+        """Detect no ball from now on."""
+        self.hidden_since = self.now + self.clock_offset
 
     def reach(self, state, seconds=10.0):
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason

@@ -67,7 +67,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.controller = Controller(
             MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note
         )
-        self.controller.receive_table(self.table)
+        self.blind, self.seen = False, -np.inf  # whether the camera has ended; its last message
         self.pass_time(0.02)
 
     # --- the judge ------------------------------------------------------------------------------
@@ -96,6 +96,7 @@ class AnyEvents(RuleBasedStateMachine):
             assert self.now - self.armed_at <= SETTINGS.arm_timeout + 1e-9
             assert self.now <= self.ordered_until
             assert self.table == self.ordered.balls
+            assert self.now - self.seen <= SETTINGS.table_timeout
         self.mechanism.command(command, self.now)
 
     # --- what happens ---------------------------------------------------------------------------
@@ -110,7 +111,15 @@ class AnyEvents(RuleBasedStateMachine):
                 self.controller.receive_joints(
                     *self.mechanism.measured(self.now), self.now, self.now
                 )
+            if not self.blind:
+                self.look()
+            self.controller.receive_clock(self.now, self.now)
             self.controller.tick(self.now)
+
+    def look(self):
+        self.seen = self.now
+        balls = {name: replace(ball, time=self.now) for name, ball in self.table.items()}
+        self.controller.receive_table(balls, self.now, self.now, self.now)
 
     def say(self, name, value, written=None):
         written = self.now if written is None else written
@@ -163,9 +172,8 @@ class AnyEvents(RuleBasedStateMachine):
     @rule()
     def all_is_well(self):
         self.says = {'estop': False, 'interlock': True}
-        self.deaf = False
+        self.deaf = self.blind = False
         self.table = TABLES[0]
-        self.controller.receive_table(self.table)
         self.pass_time(max(0.02, self.resumed + RECOVERY + 0.1 - self.now), 0.05)
         self.controller.clear(self.now)
 
@@ -176,7 +184,11 @@ class AnyEvents(RuleBasedStateMachine):
     @rule(table=st.sampled_from(TABLES))
     def balls_lie(self, table):
         self.table = table
-        self.controller.receive_table(table)
+        self.look()
+
+    @rule(blind=st.booleans())
+    def camera(self, blind):
+        self.blind = blind
 
     @rule(
         plan=st.sampled_from(PLANS),
@@ -249,6 +261,7 @@ TROUBLE = st.sampled_from(
         'interlock',
         'table',
         'deaf',
+        'blind',
         'off',
         'time',
     ]
@@ -287,6 +300,9 @@ class Eager(AnyEvents):
             self.balls_lie(TABLES[1])
         elif kind == 'deaf':
             self.deaf = True
+        elif kind == 'blind':
+            self.blind = True
+            self.pass_time(1.2, 0.05)
         elif kind in ('estop', 'interlock'):
             self.says[kind] = None
             self.say(kind, kind == 'estop')

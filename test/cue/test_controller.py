@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given, settings
 import numpy as np
-from plans import Bench, contact_of, plan_of, SHOTS, sightings
+from plans import Bench, contact_of, plan_of, SHOTS
 import pytest
 
 from billiard_shot.cue.execution import Settings
@@ -214,7 +214,7 @@ def test_a_goal_that_has_expired_on_its_own_clock_is_not_fired(bench):
     bench.run(left - 0.5)
     assert bench.controller.state is State.DISARMED
     assert bench.results[-1].outcome is Outcome.EXPIRED
-    assert not bench.controller.arm(bench.now).accepted
+    assert not bench.arm().accepted
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -307,11 +307,67 @@ def test_a_goal_expires_while_it_waits(bench):
 @pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
 def test_a_ball_that_moves_disarms(bench, state):
     in_state(bench, state)
-    bench.controller.receive_table(sightings({'cue': (0.0, 0.002)}))
+    bench.balls = {'cue': (0.0, 0.002)}
     bench.run(0.02)
     assert bench.controller.state is State.DISARMED
     assert bench.results[-1].outcome is Outcome.TABLE_MOVED
     assert 'lies 2 mm from its planned place' in bench.results[-1].message
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+def test_a_camera_that_ends_is_noticed(state):
+    """Before, the driver fired on a picture of any age."""
+    bench = Bench(settings=Settings(settle_time=4.0))
+    in_state(bench, state)
+    bench.balls = None
+    bench.run(1.1)
+    assert bench.controller.state is State.DISARMED
+    assert bench.results[-1].outcome is Outcome.TABLE_STALE
+    assert 'table_state: no message for' in bench.results[-1].message
+    with pytest.raises(RefusedError, match='table_state: no message for') as caught:
+        bench.send_goal(SHOT, 'again')
+    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+
+
+def test_a_repeated_picture_gets_old(bench):
+    """The message is new, but the detection that it tells of is not."""
+    bench.camera_delay = 3600.0
+    bench.run(0.02)
+    with pytest.raises(
+        RefusedError, match=r"ball 'cue' was last detected 3\.6e\+03 s ago"
+    ) as caught:
+        bench.send_goal(SHOT)
+    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+
+
+def test_a_detection_in_the_future_is_refused(bench):
+    bench.camera_delay = -0.2
+    bench.run(0.02)
+    with pytest.raises(RefusedError, match=r'must be at most 0\.1 s ahead of now, got 0\.2 s'):
+        bench.send_goal(SHOT)
+
+
+def test_the_cue_hides_the_ball_for_a_while():
+    """A ball counts as lying where it was seen last, but not for ever."""
+    bench = Bench(settings=Settings(unseen_timeout=6.0, arm_timeout=60.0, settle_time=30.0))
+    in_state(bench, State.ARMED)
+    bench.hide()
+    bench.run(5.9)
+    assert bench.controller.state is State.ARMED, bench.controller.reason
+    bench.run(0.2)
+    assert bench.results[-1].outcome is Outcome.TABLE_STALE
+    with pytest.raises(RefusedError, match='was last detected'):
+        bench.send_goal(SHOT, 'hidden')
+
+
+def test_a_ball_that_has_moved_while_it_was_hidden(bench):
+    in_state(bench, State.AIMED)
+    bench.hide()
+    bench.run(0.5)
+    bench.camera_delay, bench.hidden_since = 0.0, None
+    bench.balls = {'cue': (0.0, 0.003)}
+    bench.run(0.02)
+    assert bench.results[-1].outcome is Outcome.TABLE_MOVED
 
 
 def test_refusals_before_anything_moves(bench):
@@ -321,9 +377,11 @@ def test_refusals_before_anything_moves(bench):
         return caught.value.outcome
 
     plan = plan_of(SHOT)
-    bench.controller.receive_table(sightings({'cue': (0.1, 0.0)}))
+    bench.balls = {'cue': (0.1, 0.0)}
+    bench.run(0.02)
     assert refused(ShotGoal(plan, 60.0)) is Outcome.TABLE_DIFFERS
-    bench.controller.receive_table(sightings({'cue': (0.0, 0.0)}))
+    bench.balls = {'cue': (0.0, 0.0)}
+    bench.run(0.02)
     assert refused(ShotGoal(plan, -1.0)) is Outcome.ALREADY_EXPIRED
     fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
     assert refused(ShotGoal(fast, 60.0)) is Outcome.SPEED_OUT_OF_LIMITS
@@ -358,7 +416,7 @@ def test_an_arm_for_another_shot_is_refused(bench):
 
 def test_table_unknown():
     bench = Bench()
-    bench.controller._balls = None
+    bench.controller.reject_table('table_state: wrong', bench.now)
     with pytest.raises(RefusedError) as caught:
         bench.send_goal(SHOT)
     assert caught.value.outcome is Outcome.TABLE_UNKNOWN

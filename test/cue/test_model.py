@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 import math
+from pathlib import Path
 import xml.etree.ElementTree as ET
 
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+import yaml
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
@@ -91,7 +93,7 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
     joints = joint_positions(mechanism, fractions)
     tip = forward_kinematics(mechanism, joints)
     positions = dict(zip(JOINTS, joints, strict=True))
-    positions['incline_angle'] = mechanism.incline_geometry.elevation(positions.pop('incline'))
+    positions['incline_angle'] = mechanism.incline_geometry.elevation(positions['incline'])
     poses = poses_of(urdf_of(mechanism), positions)
     np.testing.assert_allclose(poses['tip'][:3, 3], tip.position, atol=1e-12)
     np.testing.assert_allclose(poses['tip'][:3, :3], rotation_of(tip.quaternion), atol=1e-12)
@@ -124,7 +126,7 @@ def test_limits_are_those_of_the_mechanism(mechanism):
     limits = [
         joint.find('limit').attrib
         for joint in ET.fromstring(urdf_of(mechanism)).findall('joint')
-        if joint.get('type') != 'fixed'
+        if joint.get('type') != 'fixed' and joint.get('name') != 'incline'
     ]
     assert [
         (
@@ -199,7 +201,7 @@ def test_frames_of_two_robots_have_different_names(frame, prefix):
     links = [
         link.get('name') for link in ET.fromstring(urdf_of(Mechanism(), frame)).findall('link')
     ]
-    assert sorted(links) == sorted(names)
+    assert sorted(links) == sorted([*names, f'{prefix}incline_actuator'])
 
 
 def test_the_command_prints_the_model(capsys, tmp_path):
@@ -227,3 +229,34 @@ def test_the_command_prints_the_model(capsys, tmp_path):
 def test_masses_are_checked():
     with pytest.raises(ValueError, match=r'mass: 0 is not allowed; .* above 0 \(kg\)'):
         Part(mass=0, length=1, width=1, height=1)
+
+
+@MECHANISMS
+def test_ros2_control_commands_joints_of_the_model(mechanism):
+    """Every commanded joint is in the URDF, and starts at rest within its range."""
+    robot = ET.fromstring(urdf_of(mechanism))
+    limits = {joint.get('name'): joint.find('limit') for joint in robot.findall('joint')}
+    control = robot.find('ros2_control')
+    assert control.find('hardware/plugin').text == 'mock_components/GenericSystem'
+    joints = control.findall('joint')
+    assert [joint.get('name') for joint in joints] == list(JOINTS)
+    for joint, axis in zip(joints, mechanism.axes, strict=True):
+        limit = limits[joint.get('name')]
+        assert [float(limit.get(end)) for end in ('lower', 'upper')] == [axis.min, axis.max]
+        assert [each.get('name') for each in joint.findall('command_interface')] == ['position']
+        states = {each.get('name'): each for each in joint.findall('state_interface')}
+        assert set(states) == {'position', 'velocity'}
+        start = float(states['position'].find("param[@name='initial_value']").text)
+        assert axis.min <= start <= axis.max
+
+
+def test_the_controllers_have_the_joints_of_the_model():
+    file = Path(__file__).resolve().parents[2] / 'config' / 'controllers.yaml'
+    settings = yaml.safe_load(file.read_text())
+    controller = settings['/**/joint_trajectory_controller']['ros__parameters']
+    assert controller['joints'] == list(JOINTS)
+    assert set(controller['state_interfaces']) == {'position', 'velocity'}
+    manager = settings['/**/controller_manager']['ros__parameters']
+    assert manager['joint_trajectory_controller']['type'] == (
+        'joint_trajectory_controller/JointTrajectoryController'
+    )

@@ -1,5 +1,7 @@
 """The scene `robot_table`: a pool table at which the mechanical cue plays."""
 
+from plans import sightings
+
 from billiard_shot import plan, Scene, Status
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
@@ -33,6 +35,6 @@ def test_the_mechanism_can_play_what_is_planned():
                 tip.quaternion,
                 stroke.speed,
                 tip.elevation,
-                dict(SCENE.balls),
+                sightings(SCENE.balls),
             ),
         )

@@ -11,7 +11,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64, String
+from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
@@ -87,7 +87,6 @@ class Cell:
         )
         self.count = 0  # of goals, for their names
         self.ended = None  # future of the result of the last goal
-        self.estop = self.player.create_publisher(Bool, 'estop', 10)
         self.services = {
             name: PatientCaller(self.player, Trigger, f'{space}/{name}')
             for name in (
@@ -121,6 +120,11 @@ class Cell:
         if shot_id is None:
             shot_id = self.player.states[-1].shot_id
         return self.services['cue_driver/arm'].call(Arm.Request(shot_id=shot_id))
+
+    @property
+    def estop(self):
+        """The publisher of the emergency stop, which goes on saying that it is released."""
+        return self.player._safety['estop']
 
     @property
     def state(self):

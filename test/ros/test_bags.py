@@ -35,9 +35,9 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.cue_conversions import joints_of
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.player import play_shot
 from billiard_shot.ros.table_markers import cue_markers
@@ -141,7 +141,8 @@ def recording(bag, topics):
 
 def shows_its_rest(latest):
     """Whether the cue stands still, and table_display has shown it where it is."""
-    joints = joints_of(latest[f'{SPACE}/joint_states'], JOINTS)
+    last = latest[f'{SPACE}/joint_states']
+    joints = JointFeedback(JOINTS).update(last.name, last.position, last.velocity, 0.0)
     if joints is None:  # of other joints
         return False
     positions, velocities = joints

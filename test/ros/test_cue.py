@@ -119,6 +119,7 @@ def test_what_it_publishes(cell):
     command = cell.commands[-1]
     assert command.joint_names == list(JOINTS)
     assert all(len(point.velocities) == len(JOINTS) for point in command.points)
+    assert cell.player.until(lambda: cell.angles, PATIENCE)
     assert cell.angles[-1].data == pytest.approx(0.2, abs=1e-9)
     cell.diagnostics.clear()
     assert cell.player.until(lambda: cell.diagnostics, PATIENCE)
@@ -135,7 +136,13 @@ def test_what_it_publishes(cell):
         'clock': 'ok',
         'other drivers': 'ok',
     }
-    measured = [each for each in cell.joints if each.name == ['incline_angle']]
+
+    def measured_angles():
+        return [each for each in cell.joints if each.name == ['incline_angle']]
+
+    cell.joints.clear()
+    assert cell.player.until(measured_angles, PATIENCE)
+    measured = measured_angles()
     assert measured[-1].position[0] == pytest.approx(0.2, abs=math.radians(0.02))
     cell.call('cue_driver/disarm')
     assert cell.player.until(ended.done, PATIENCE)
@@ -240,9 +247,9 @@ def test_deactivate_disarms(cell):
     assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == Outcome.DISARMED
     cell.stands_still()
-    refused = cell.begin(cell.goal('inactive'))
-    assert cell.player.until(refused.done, PATIENCE)
-    assert refused.result().result.outcome == Outcome.NOT_READY
+    sent = cell.player.execute_shot.send_goal_async(cell.goal('inactive'))
+    assert cell.player.until(sent.done, PATIENCE)
+    assert not sent.result().accepted
     assert 'not active' in cell.arm().message
     assert transition(Transition.TRANSITION_CLEANUP).success
     assert transition(Transition.TRANSITION_CONFIGURE).success
@@ -300,7 +307,7 @@ def test_a_driver_that_a_signal_ends_stops_the_mechanism(cell, state, number):
         assert cell.player.until(cell.moving, PATIENCE)
     else:
         cell.reach(State.AIMED)
-        assert cell.call('cue_driver/arm').success
+        assert cell.arm().success
         cell.reach(state)
     driver = cell.processes['cue_driver']
     driver.send_signal(number)

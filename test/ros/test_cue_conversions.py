@@ -13,7 +13,6 @@ from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from billiard_shot import Scene, Stroke
@@ -77,7 +76,7 @@ def test_goals_that_make_no_sense():
 
 def test_a_trajectory_survives_the_round_trip():
     trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
-    message = conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
+    message = conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
     assert all(point.velocities for point in message.points)
     order = [3, 1, 0, 2, 5, 4]
     message.joint_names = [message.joint_names[i] for i in order]
@@ -94,7 +93,7 @@ def test_invalid_trajectories_are_refused():
     trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
 
     def refused(change):
-        message = conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
+        message = conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
         change(message)
         with pytest.raises(ValueError, match=r'joint_names|points') as caught:
             conversions.trajectory_of(message, JOINTS)
@@ -110,37 +109,14 @@ def test_invalid_trajectories_are_refused():
 
 
 def test_zero_command():
-    stop = conversions.stop_message(np.arange(6.0), JOINTS, 'driver/8')
+    stop = conversions.stop_message(np.arange(6.0), JOINTS, 'table')
     assert conversions.is_stop(stop)
     assert list(stop.points[0].velocities) == [0.0] * 6
-    assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS, 'driver/9'))
+    assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS, 'table'))
     trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
     assert not conversions.is_stop(
-        conversions.trajectory_message(trajectory, JOINTS, Time(sec=3), 'driver/7')
+        conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
     )
-
-
-def test_commands_are_named():
-    name = conversions.command_name('driver', 7)
-    stop = conversions.stop_message(np.arange(6.0), JOINTS, name)
-    assert conversions.command_of(stop) == ('driver', 7)
-    for wrong in ('', 'driver', 'driver/', '/7', 'driver/-7', 'driver/x'):
-        stop.header.frame_id = wrong
-        with pytest.raises(ValueError, match=r'header\.frame_id: .* is not allowed'):
-            conversions.command_of(stop)
-
-
-def test_joints_are_picked_by_name():
-    position, velocity = np.arange(6.0), np.arange(6.0) + 10
-    message = conversions.joints_message(JOINTS, position, velocity, Time())
-    message.name.insert(0, 'another')
-    message.position.insert(0, 99.0)
-    message.velocity.insert(0, 99.0)
-    found = conversions.joints_of(message, JOINTS)
-    np.testing.assert_array_equal(found, (position, velocity))
-    assert conversions.joints_of(JointState(name=['another'], position=[1.0]), JOINTS) is None
-    message.velocity.pop()
-    assert conversions.joints_of(message, JOINTS) is None
 
 
 def test_a_measured_strike_is_the_stroke_that_was_played():

@@ -1,0 +1,136 @@
+"""The driver commands a controller of ros2_control, and nothing goes on when the driver dies."""
+
+import math
+import os
+from pathlib import Path
+import subprocess
+import sys
+from time import monotonic
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+pytest.importorskip('control_msgs', reason='needs control_msgs')
+
+from cell import PATIENT
+import numpy as np
+from std_msgs.msg import Bool
+from std_srvs.srv import Trigger
+from waiting import PATIENCE, PatientCaller
+
+from billiard_shot.cue.mechanism import JOINTS, Mechanism
+from billiard_shot.cue.outcome import Outcome
+from billiard_shot.cue.safety import State
+from billiard_shot.ros.controller_client import HORIZON
+
+SPACE = '/controlled'
+NODES = {
+    'cue_driver': (*PATIENT['cue_driver'], '-p', 'interface:=follow_joint_trajectory'),
+    'table_sim': PATIENT['table_sim'],
+    'predictor': PATIENT['predictor'],
+}
+BRAKE = 1.5 * float(np.max(Mechanism().speeds / Mechanism().accelerations))
+"""Longest time of the brake at the end of a goal [s]."""
+
+
+@pytest.fixture(scope='module')
+def controller(domain):
+    """Return the process of a controller."""
+    here = Path(__file__).parent
+    process = subprocess.Popen(
+        [sys.executable, str(here / 'fake_controller.py'), '--ros-args', '-r', f'__ns:={SPACE}'],
+        env={**os.environ, 'PYTHONPATH': str(here.parent)},
+    )
+    yield process
+    process.kill()
+    process.wait()
+
+
+@pytest.fixture
+def cell(controller, whole_cell):
+    whole_cell.prepare()
+    return whole_cell
+
+
+def bring_to_motion(cell, name):
+    """Begin a shot; return when joints move."""
+    cell.begin(cell.goal(name))
+    cell.reach(State.AIMING)
+    assert cell.player.until(cell.moving, PATIENCE)
+
+
+def test_a_shot_is_played(cell):
+    result = cell.player.execute(cell.goal('controlled')).result
+    assert result.outcome == Outcome.OK, result.message
+    assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
+    assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
+    assert cell.player.until(lambda: cell.angles, PATIENCE)
+    assert cell.angles[-1].data == pytest.approx(0.2, abs=1e-9)
+    assert not cell.commands, 'nothing on the topic'
+
+
+def test_the_emergency_stop_brakes(cell):
+    bring_to_motion(cell, 'stopped')
+    cell.player.safety_inputs_on = False
+    cell.estop.publish(Bool(data=True))
+    cell.reach(State.ESTOP)
+    assert cell.player.until(lambda: not cell.moving(), PATIENCE)
+    cell.player.safety_inputs_on = True
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.player.execute(cell.goal('afterwards')).result.outcome == Outcome.OK
+
+
+def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
+    """The last goal ends within its horizon, with a brake, before the aim is reached."""
+    bring_to_motion(cell, 'killed')
+    cell.processes['cue_driver'].kill()
+    cell.processes['cue_driver'].wait()
+    killed = monotonic()
+    cell.joints.clear()
+    cell.player.until(lambda: False, HORIZON + BRAKE + 1.0)
+    moved = [
+        max(map(abs, each.velocity)) > 1e-6
+        for each in cell.joints
+        if len(each.name) == len(JOINTS)
+    ]
+    assert monotonic() - killed > HORIZON + BRAKE
+    assert not any(moved[-20:]), 'at rest'
+    cell.player.states.clear()
+    cell.start('cue_driver')
+    assert cell.player.until(lambda: cell.player.states, PATIENCE)
+    cell.player.wait_for_all()
+    cell.wait_for_services()
+    cell.prepare()
+    assert cell.player.execute(cell.goal('a new driver')).result.outcome == Outcome.OK
+
+
+@pytest.mark.parametrize(
+    ('fault', 'words'),
+    [
+        ('violate', 'controller: PATH_TOLERANCE_VIOLATED: base_x is 0.1 m off'),
+        ('reject', 'controller: it has rejected a goal'),
+    ],
+)
+def test_a_controller_that_does_not_follow_is_a_fault(cell, fault, words):
+    client = PatientCaller(cell.player, Trigger, f'{SPACE}/joint_trajectory_controller/{fault}')
+    assert client.wait_for_service()
+    bring_to_motion(cell, fault)
+    client.call(Trigger.Request())
+    cell.reach(State.FAULT)
+    assert words in cell.player.states[-1].reason
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.player.until(lambda: not cell.moving(), PATIENCE)
+
+
+def test_a_driver_without_its_controller_says_so(cell, launch_once):
+    words = ('-p', 'autostart:=true', '-p', 'interface:=follow_joint_trajectory')
+    launch_once('cue_driver', '-r', '__ns:=/uncontrolled', *words)
+    action = '/uncontrolled/joint_trajectory_controller/follow_joint_trajectory'
+    assert cell.player.until(
+        lambda: any(
+            f'controller: there is no action server {action}' in each.msg
+            for each in cell.log
+            if each.name == 'uncontrolled.cue_driver'
+        ),
+        PATIENCE,
+    )
