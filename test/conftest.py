@@ -5,7 +5,7 @@ import sys
 
 from hypothesis import settings
 import pytest
-from recorded_launch import installed, launch_file  # noqa: F401 (fixtures)
+from recorded_launch import launch_file  # noqa: F401 (a fixture)
 
 from billiard_shot import machine_code
 

@@ -13,101 +13,87 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / 'launch' / 'shot.launch.py'
-DEFAULTS = {
-    'scene': '',
-    'mechanism': '',
-    'frame': '',
-    'params_dir': str(ROOT / 'config'),
-    'namespace': '',
-    'use_sim_time': 'false',
-    'log_level': '',
-    'cue': 'true',
-    'simulate': 'false',
-    'model': 'true',
-    'rviz': 'false',
-    'autostart': 'true',
+SHARE = str(ROOT)  # of this package: the folders config and rviz have the same places
+TRUTH = {'true': True, '1': True, 'false': False, '0': False}
+
+
+class Substitution:
+    """What is known when the launch runs: `perform(context)` gives the text."""
+
+    def __init__(self, perform):
+        self.perform = perform
+
+
+def text(value, context):
+    """Text of a string, a substitution, or a list of them."""
+    if isinstance(value, (list, tuple)):
+        return ''.join(text(each, context) for each in value)
+    return value if isinstance(value, str) else value.perform(context)
+
+
+def is_true(value, context):
+    return TRUTH[text(value, context).lower()]
+
+
+def said(value):
+    return 'true' if value else 'false'
+
+
+SUBSTITUTIONS = {
+    'LaunchConfiguration': lambda name, default='': Substitution(
+        lambda context: context.get(name, default)
+    ),
+    'PathJoinSubstitution': lambda parts: Substitution(
+        lambda context: '/'.join(text(part, context) for part in parts)
+    ),
+    'IfElseSubstitution': lambda condition, yes, no: Substitution(
+        lambda context: text(yes if is_true(condition, context) else no, context)
+    ),
+    'NotSubstitution': lambda value: Substitution(
+        lambda context: said(not is_true(value, context))
+    ),
+    'AndSubstitution': lambda one, two: Substitution(
+        lambda context: said(is_true(one, context) and is_true(two, context))
+    ),
+    'OrSubstitution': lambda one, two: Substitution(
+        lambda context: said(is_true(one, context) or is_true(two, context))
+    ),
 }
-RSP = 'robot_state_publisher'
-INSTALLED = {'billiard_shot', 'rviz2', RSP}
 
 
-class Configuration(str):
-    """A launch configuration; what it performs is in the context."""
-
-    __slots__ = ()
-
-    def __new__(cls, name, default=None):
-        return super().__new__(cls, name)
+class ParameterValue:
+    def __init__(self, value, value_type):
+        self.value, self.value_type = value, value_type
 
     def perform(self, context):
-        return context[self]
+        found = text(self.value, context)
+        return TRUTH[found.lower()] if self.value_type is bool else self.value_type(found)
 
 
-class Condition:
-    """A condition on a configuration, as strict as that of launch."""
-
-    def __init__(self, configuration):
-        self.configuration = configuration
-
-    def evaluate(self, context):
-        return {'true': True, '1': True, 'false': False, '0': False}[
-            self.configuration.perform(context).lower()
-        ]
-
-
-class SubstitutionFailureError(Exception):
-    """An executable that its package does not have."""
-
-
-def share(name):
-    return SimpleNamespace(perform=lambda context: f'share/{name}')
-
-
-def joined(parts):
-    return '/'.join(str(getattr(part, 'perform', lambda _, part=part: part)({})) for part in parts)
+def recorder(kind):
+    return lambda *args, **fields: SimpleNamespace(kind=kind, args=args, fields=fields)
 
 
 @pytest.fixture
-def installed():
-    """Packages that ROS finds."""
-    return set(INSTALLED)
-
-
-@pytest.fixture
-def launch_file(monkeypatch, installed):
+def launch_file(monkeypatch):
     """Return the launch file as a module, with recorders in place of the package launch."""
-
-    def recorder(kind):
-        return lambda *args, **fields: SimpleNamespace(kind=kind, args=args, **fields)
-
-    def executable(package, executable):
-        def perform(_):
-            if package not in installed:
-                raise KeyError(f"package '{package}' not found")
-            if package == 'billiard_shot' and f"'{executable} = " not in scripts:
-                raise SubstitutionFailureError(executable)
-
-        return SimpleNamespace(perform=perform)
-
-    scripts = (ROOT / 'setup.py').read_text()
     modules = {
         'launch': {'LaunchDescription': list},
         'launch.actions': {
-            **{kind: recorder(kind) for kind in ('DeclareLaunchArgument', 'LogInfo', 'Shutdown')},
-            'OpaqueFunction': lambda function: SimpleNamespace(args=(), function=function),
+            kind: recorder(kind) for kind in ('DeclareLaunchArgument', 'GroupAction')
         },
-        'launch.conditions': {'IfCondition': Condition},
-        'launch.substitutions': {
-            'LaunchConfiguration': Configuration,
-            'PathJoinSubstitution': joined,
-            'SubstitutionFailure': SubstitutionFailureError,
+        'launch.conditions': {
+            'IfCondition': lambda value: lambda context: is_true(value, context)
         },
+        'launch.substitutions': SUBSTITUTIONS,
         'launch_ros': {},
-        'launch_ros.actions': {'Node': recorder('Node')},
-        'launch_ros.parameter_descriptions': {
-            'ParameterValue': lambda value, value_type: value_type(value)
+        'launch_ros.actions': {
+            kind: recorder(kind) for kind in ('LifecycleNode', 'Node', 'PushROSNamespace')
         },
-        'launch_ros.substitutions': {'ExecutableInPackage': executable, 'FindPackageShare': share},
+        'launch_ros.parameter_descriptions': {'ParameterValue': ParameterValue},
+        'launch_ros.substitutions': {
+            'FindPackageShare': lambda name: Substitution(lambda _: SHARE)
+        },
     }
     for name, contents in modules.items():
         module = ModuleType(name)
@@ -119,20 +105,52 @@ def launch_file(monkeypatch, installed):
     return module
 
 
+def actions(launch_file, arguments):
+    """Actions of the launch whose conditions hold, and the context in which they run."""
+    context = dict(arguments)
+
+    def flat(listed):
+        for each in listed:
+            condition = each.fields.get('condition')
+            if condition and not condition(context):
+                continue
+            if each.kind == 'DeclareLaunchArgument':
+                (name,) = each.args
+                context.setdefault(name, text(each.fields['default_value'], context))
+            elif each.kind == 'GroupAction':
+                yield from flat(each.args[0])
+            else:
+                yield each
+
+    return list(flat(launch_file.generate_launch_description())), context
+
+
 def started(launch_file, **arguments):
     """Nodes that the launch file starts with these arguments, by executable."""
-    return {
-        action.executable: action
-        for action in launch_file.nodes({**DEFAULTS, **arguments})
-        if action.kind == 'Node'
-    }
-
-
-def settings_of(node):
-    """Parameters that the launch file sets beside those of the node's file."""
-    return {
-        name: value
-        for each in node.parameters
-        if isinstance(each, dict)
-        for name, value in each.items()
-    }
+    listed, context = actions(launch_file, arguments)
+    (namespace,) = [
+        text(each.args[0], context) for each in listed if each.kind == 'PushROSNamespace'
+    ]
+    nodes = {}
+    for each in listed:
+        if each.kind not in ('Node', 'LifecycleNode'):
+            continue
+        fields = each.fields
+        parameters = fields.get('parameters', [])
+        settings = {}
+        for part in parameters:
+            if isinstance(part, dict):
+                settings.update({name: value.perform(context) for name, value in part.items()})
+        nodes[fields['executable']] = SimpleNamespace(
+            package=fields['package'],
+            executable=fields['executable'],
+            kind=each.kind,
+            name=fields.get('exec_name'),
+            namespace=namespace,
+            prefix=text(fields.get('prefix', ''), context),
+            arguments=[text(word, context) for word in fields['arguments']],
+            files=[text(part, context) for part in parameters if not isinstance(part, dict)],
+            settings=settings,
+            respawn=fields.get('respawn', False),
+        )
+    return nodes

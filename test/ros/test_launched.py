@@ -13,15 +13,14 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
-from recorded_launch import RSP, settings_of, started
+from recorded_launch import started
 from waiting import PATIENCE, PatientCaller, spin_until
 import yaml
 
 
 @pytest.fixture
-def launched(domain, launch_file, installed, tmp_path):
+def launched(domain, launch_file, tmp_path):
     """Processes of all nodes of a robot in a namespace, as launch would start them."""
-    installed.remove(RSP)
     nodes = started(
         launch_file,
         simulate='true',
@@ -33,15 +32,11 @@ def launched(domain, launch_file, installed, tmp_path):
     processes = {}
     for name, node in nodes.items():
         settings = tmp_path / f'{name}.yaml'
-        settings.write_text(yaml.safe_dump({'/**': {'ros__parameters': settings_of(node)}}))
-        files = [
-            word
-            for file in (node.parameters[0], settings)
-            for word in ('--params-file', str(file))
-        ]
+        settings.write_text(yaml.safe_dump({'/**': {'ros__parameters': node.settings}}))
+        files = [word for file in (*node.files, settings) for word in ('--params-file', str(file))]
         processes[name] = subprocess.Popen(
             [
-                *node.prefix[0].split(),
+                *node.prefix.split(),
                 sys.executable,
                 '-m',
                 f'billiard_shot.ros.{name}',
