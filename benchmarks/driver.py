@@ -103,7 +103,7 @@ def fractions_at_rest(player, running, seconds):
 
 def stop_latencies(player, clear_fault, count):
     """Times [ms] from the publication of the emergency stop to the command to stop."""
-    estop = player.create_publisher(Bool, 'estop', 10)
+    estop = player._safety['estop']  # the publisher that says later that it is released
     stopped = []
     player.create_subscription(
         JointTrajectory,
@@ -159,7 +159,7 @@ def main():
             caller = ServiceCaller(player, Trigger, 'cue_driver/clear_fault')
 
             def clear_fault():
-                return caller.call(Trigger.Request())
+                return caller.call(Trigger.Request(), repeatable=True)
 
             player.until(lambda: False, 3.0)
             for name, used in zip(
