@@ -322,6 +322,10 @@ def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
         ),
         PATIENCE,
     )
+    topics = {name for name, _ in cell.player.get_topic_names_and_types()}
+    services = {name for name, _ in cell.player.get_service_names_and_types()}
+    made = {f'/idle/cue_driver/{name}' for name in ('state', 'actuation', 'arm', 'clear_fault')}
+    assert not made & (topics | services), 'they are made when the node is configured'
 
 
 def test_simulated_time_that_does_not_run_or_jumps_back_is_named(cell, launch_once):

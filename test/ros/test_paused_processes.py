@@ -14,6 +14,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from billiard_shot_msgs.srv import Arm
 from cell import PATIENT
 import numpy as np
 from rclpy.time import Time
@@ -112,9 +113,10 @@ def pause_the_driver(cell, state, silent):
     fired = cell.state is State.FIRING
     wait(cell, 0.2)  # messages from now on wait in the queues of the driver
     cell.player.safety_inputs_on = not silent
+    arm = Arm.Request(shot_id=cell.player.states[-1].shot_id)
     requests = [
-        cell.services[f'cue_driver/{name}'].client.call_async(Trigger.Request())
-        for name in ('arm', 'clear_fault', 'arm')
+        cell.services[f'cue_driver/{name}'].client.call_async(request)
+        for name, request in (('arm', arm), ('clear_fault', Trigger.Request()), ('arm', arm))
     ]
     wait(cell, PAUSE)
     cell.joints.clear()
