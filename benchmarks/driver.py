@@ -30,11 +30,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.safety import State
-from billiard_shot.ros.client import ServiceCaller
+from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
-from billiard_shot.ros.demo import quiet_environment
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.player import Player
+from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.service_caller import ServiceCaller
 
 LIMITS = {'cue_driver': 10.0, 'cue_sim': 5.0, 'cue_model': 5.0, 'table_display': 5.0}
 """Largest processor time at rest, by node [% of a core]."""
@@ -153,7 +153,7 @@ def main():
             for name, words in {**nodes, 'predictor': ()}.items()
         ]
         with processes(commands) as running, initialized():
-            player = Player(simulate_safety_inputs=True)
+            player = RobotClient(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
             caller = ServiceCaller(player, Trigger, 'cue_driver/clear_fault')
