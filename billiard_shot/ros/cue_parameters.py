@@ -78,11 +78,9 @@ NICENESS = Parameter(
 )
 
 
-def _timeout(name: str, description: str, former: str = '', read_only: bool = False) -> Parameter:
+def _timeout(name: str, description: str, read_only: bool = False) -> Parameter:
     """Make the parameter of a time-out for a stop, at most 2 s: a later stop would be too late."""
-    return Parameter(
-        name, 0.5, description, unit='s', limits=(0.05, 2.0), read_only=read_only, former=former
-    )
+    return Parameter(name, 0.5, description, unit='s', limits=(0.05, 2.0), read_only=read_only)
 
 
 def _topic_parameter(name: str, default: str, description: str) -> Parameter:
@@ -140,7 +138,6 @@ CUE_DRIVER = (
     _timeout(
         'joint_states_timeout',
         'If `joint_states` is silent for longer than this, it is a fault.',
-        former='joints_timeout',
     ),
     Parameter(
         'arm_timeout',
@@ -162,7 +159,6 @@ CUE_DRIVER = (
         'Longest time for which a goal may be valid.',
         unit='s',
         limits=(1.0, 3600.0),
-        former='order_longest',
     ),
     Parameter(
         'motion_timeout',
@@ -171,7 +167,6 @@ CUE_DRIVER = (
         'driver faults.',
         unit='s',
         limits=(0.1, 30.0),
-        former='late',
     ),
     Parameter(
         'aim_tolerance',
@@ -233,7 +228,6 @@ CUE_SIM = (
         'command_timeout',
         'If no command arrives for longer than this, the mechanism stops. A command older than '
         'this is refused.',
-        former='deadline',
         read_only=True,
     ),
     Parameter(
@@ -297,7 +291,6 @@ CUE_SIM = (
         0.0,
         'Fault: fraction of the commands that are lost.',
         limits=(0.0, 1.0),
-        former='dropped',
     ),
     Parameter('no_ball', False, 'Fault: the cue meets no ball.'),
 )
@@ -320,7 +313,6 @@ TABLE_SIM = (
         'Speed of the simulation relative to real time.',
         limits=(1e-3, 1e6),
         read_only=True,
-        former='haste',
     ),
     Parameter(
         'camera',

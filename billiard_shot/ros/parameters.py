@@ -1,7 +1,7 @@
 """Parameters of the nodes: declared with full descriptors, checked at start-up and when set."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -44,8 +44,6 @@ class Parameter:
         Raises ValueError or OSError for bad values within the limits.
     read_only : bool
         Whether the value can be given only when the node starts.
-    former : str
-        Name in the previous version, still accepted when the node starts; '' if it is unchanged.
 
     """
 
@@ -56,7 +54,6 @@ class Parameter:
     limits: tuple[float, float] | None = None
     check: Callable[[Any], object] | None = None
     read_only: bool = False
-    former: str = ''
 
     @property
     def descriptor(self) -> ParameterDescriptor:
@@ -157,23 +154,4 @@ def declare(
 
     node.add_on_set_parameters_callback(verify)
     for parameter in parameters:
-        value = _under_former_name(node, parameter) if parameter.former else parameter.default
-        node.declare_parameter(parameter.name, value, parameter.descriptor)
-
-
-def _under_former_name(node: Node, parameter: Parameter) -> Any:
-    """Return the value given at start-up under the former name of a parameter, or its default."""
-    node.declare_parameter(parameter.former, None, ParameterDescriptor(dynamic_typing=True))
-    is_given = node.get_parameter(parameter.former).value is not None
-    node.undeclare_parameter(parameter.former)
-    if not is_given:
-        return parameter.default
-    node.get_logger().warning(
-        f'parameter {parameter.former!r} is now named {parameter.name!r}; the next version will '
-        'ignore the former name'
-    )
-    # The former name is declared again with its type and range, which rclpy checks.
-    descriptor = replace(parameter, read_only=False).descriptor
-    value = node.declare_parameter(parameter.former, parameter.default, descriptor).value
-    node.undeclare_parameter(parameter.former)
-    return value
+        node.declare_parameter(parameter.name, parameter.default, parameter.descriptor)

@@ -66,7 +66,6 @@ PLANNER = (
         1.0,
         "Factor on the standard deviations of the scene's noise.",
         limits=(0.0, 100.0),
-        former='noise_times',
     ),
     Parameter('speed_min', 0.1, 'Speed of the slowest stroke.', unit='m/s', limits=(0.001, 20.0)),
     Parameter('speed_max', 4.5, 'Speed of the fastest stroke.', unit='m/s', limits=(0.001, 20.0)),
@@ -97,7 +96,6 @@ PLANNER = (
         'Half-width of the range of directions, about `azimuth_deg`.',
         unit='degrees',
         limits=(0.0, 180.0),
-        former='azimuth_range_deg',
     ),
     Parameter(
         'offset_max',

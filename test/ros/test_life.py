@@ -13,12 +13,9 @@ from billiard_shot_msgs.srv import PredictShot
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
-from rclpy.exceptions import ParameterException
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from waiting import PATIENCE, PatientCaller
 
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import parameters
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -125,35 +122,6 @@ def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
     assert process.returncode == 1
     assert words in said
     assert 'Traceback' not in said
-
-
-def declared(**settings):
-    """Return a node with the parameters of `table_sim`, started with settings."""
-    overrides = [Parameter(name, value=value) for name, value in settings.items()]
-    started = Node('renamed', parameter_overrides=overrides)
-    try:
-        parameters.declare(started, cue_parameters.TABLE_SIM)
-        return {name: started.get_parameter(name).value for name in started._parameters}
-    finally:
-        started.destroy_node()
-
-
-def test_an_old_name_is_accepted_with_a_warning(node, capfd):
-    assert declared()['real_time_factor'] == 1.0
-    assert declared(real_time_factor=2.0)['real_time_factor'] == 2.0
-    assert 'renamed' not in capfd.readouterr().err
-    settings = declared(haste=3.0)
-    assert settings['real_time_factor'] == 3.0
-    assert 'haste' not in settings
-    said = capfd.readouterr().err
-    assert said.count("parameter 'haste' is now named 'real_time_factor'") == 1
-    assert declared(haste=3.0, real_time_factor=2.0)['real_time_factor'] == 2.0
-
-
-@pytest.mark.parametrize('value', [0.0, 3, 'fast'])
-def test_a_bad_value_under_an_old_name_is_refused(node, value):
-    with pytest.raises(ParameterException, match='haste'):
-        declared(haste=value)
 
 
 def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
