@@ -36,7 +36,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
         case Status.TOLERANCE_NOT_REACHED:
             return 'tolerance: not reached; error_estimate states how large the error may be'
         case Status.BUDGET_EXCEEDED:
-            return 'the impact or the bounces take too many steps; the result is incomplete'
+            return 'step budget exceeded in the impact or the bounces; the result is incomplete'
         case Status.MISS:
             return stroke.miss or (
                 f'normal: {_vector(stroke.normal)} is not allowed; it must point against the '
@@ -81,7 +81,11 @@ def _in_the_way(
     a, b, _, azimuth, _ = touching.offsets
     lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, 1.0]], trajectory.final_position)
     free = math.degrees(lowest[0])
-    hint = f'it has room from {free:g} degrees on' if free < 90.0 else 'no elevation gives it room'
+    hint = (
+        f'the cue clears it from {free:g} degrees upward'
+        if free < 90.0
+        else 'the cue cannot clear it at any elevation'
+    )
     return (
         f'elevation: {elevation:.3g} degrees, with the velocity {_vector(stroke.velocity)} m/s, '
         f'is not allowed; the cue would go {1e3 * depth:.3g} mm deep through {name}; {hint}'

@@ -61,7 +61,7 @@ def predict(
     Raises
     ------
     ValueError
-        If `tolerance` or `position` make no sense. A stroke that cannot be played is no error: see
+        If `tolerance` or `position` make no sense. An unplayable stroke is not an error; see
         `Shot.status` and `Shot.message`.
 
     """

@@ -38,7 +38,7 @@ LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
 # Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
-# `pool` by up to 0.02 of the cue's speed. Tips that slide in earnest end with more than 0.06.
+# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
 PHASES = 16  # of a strike that is recorded: room at first, most have fewer
 FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike

@@ -39,8 +39,8 @@ class Stroke:
     ------
     ValueError
         If a number is not finite or out of range, or a vector is zero or has more or fewer than
-        three numbers. A stroke that cannot be played is no error: `predict` says what is wrong
-        with it.
+        three numbers. An unplayable stroke is not an error; see `Shot.status` and
+        `Shot.message`.
 
     """
 

@@ -61,7 +61,7 @@ from billiard_shot.table.simulation_state import (
 # Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
 # height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
 HOP_AT_CUSHION = 5e-5
-THE_CUE = -2  # in place of the index of a ball
+THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 

@@ -23,7 +23,7 @@ R = TypeVar('R')
 
 
 def _kept(function: Callable[P, R]) -> Callable[P, R]:
-    """Keep the last results of a function; nobody may change them."""
+    """Keep the last results of a function; callers must not modify them."""
     kept: Any = lru_cache(maxsize=64)(function)
     return kept
 

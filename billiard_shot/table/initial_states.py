@@ -57,7 +57,7 @@ def check_balls(name: str, states: States) -> None:
     """Raise ValueError if a table's states are no mapping, or have no balls."""
     check_type(name, states, Mapping)
     if not states:
-        raise ValueError(f'{name}: no balls are not allowed; there must be at least one')
+        raise ValueError(f'{name} must contain at least one ball')
 
 
 def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:

@@ -26,7 +26,7 @@ def stroke(elevation_deg, azimuth=0.0, b=0.0):
 def test_a_level_cue_goes_through_the_cushion_behind_it():
     shot = predict(scene_of(cue=(-0.6, 0.0)), stroke(0))
     assert shot.status == Status.CUE_THROUGH_CUSHION
-    assert 'mm deep through the head cushion; it has room from ' in shot.message
+    assert 'mm deep through the head cushion; the cue clears it from ' in shot.message
     assert shot.trajectory.final_position == pytest.approx([-0.6, 0, R])
     assert shot.run.duration == 0.0
     assert predict(scene_of(cue=(-0.6, 0.0)), stroke(4)).status == Status.OK

@@ -17,7 +17,7 @@ TOGETHER = 'the ball reaches what is near during the strike'
 
 
 class Cushion(EffectGate[EffectContext]):
-    """Without, the cloth goes on for ever; without cushions there are no pockets either."""
+    """When off, the cloth is unbounded, and there are no pockets."""
 
     name = 'cushion'
     condition = 'the path of a ball reaches one'
