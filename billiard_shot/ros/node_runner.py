@@ -46,8 +46,13 @@ At this depth no message is lost if the reader or writer pauses for half a secon
 A deeper queue would delay all messages if more arrive than the driver can read.
 """
 
-BURST = QoSProfile(depth=1000)
-"""QoS of services: of requests that are sent at the same time, none is lost up to this number."""
+BURST = QoSProfile(depth=2000)
+"""
+QoS of services and actions: of requests that are sent at the same time, none is lost up to this.
+
+The middleware drops requests and answers beyond the depth without a sign. At the server the depth
+counts those of all clients, and at a client those of this client.
+"""
 
 PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""

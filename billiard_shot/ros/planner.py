@@ -21,7 +21,13 @@ import yaml
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, wait_for_machine_code
+from billiard_shot.ros.node_runner import (
+    BURST,
+    LATCHED,
+    run,
+    steady_timer,
+    wait_for_machine_code,
+)
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.scene import Noise, Robot
 
@@ -117,7 +123,14 @@ class Planner(Node):
         wait_for_machine_code(self)
         warm_up(self._default)
         self._server = ActionServer(
-            self, PlanShot, 'plan_shot', self._execute, cancel_callback=self._cancel
+            self,
+            PlanShot,
+            'plan_shot',
+            self._execute,
+            cancel_callback=self._cancel,
+            goal_service_qos_profile=BURST,
+            result_service_qos_profile=BURST,
+            cancel_service_qos_profile=BURST,
         )
         self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
         if self.get_parameter('plan_at_start').value:

@@ -15,7 +15,7 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, predict_batch, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
+from billiard_shot.ros.node_runner import BURST, LATCHED, run, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
@@ -48,8 +48,8 @@ class Predictor(Node):
         self._show_timer = steady_timer(self, SHOW_DELAY, self._show, autostart=False)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         warm_up(self, self._scene, other_balls=True)
-        self.create_service(PredictShot, 'predict_shot', self._predict_shot)
-        self.create_service(PredictShots, 'predict_shots', self._predict_shots)
+        self.create_service(PredictShot, 'predict_shot', self._predict_shot, qos_profile=BURST)
+        self.create_service(PredictShots, 'predict_shots', self._predict_shots, qos_profile=BURST)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')
 
     def _configure(self) -> None:

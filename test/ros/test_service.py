@@ -22,6 +22,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import effects_of, predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
+from billiard_shot.ros.node_runner import BURST
 from billiard_shot.ros.predict_shot import report, request_of
 from billiard_shot.shot.replay import from_json
 
@@ -240,6 +241,23 @@ def test_many_strokes_at_once(node, ask):
                 ends[i], conversions.vectors(each.trajectory.positions)[-1], atol=1e-9
             )
             assert answer.final_motions[i] == BallTrajectory.REST
+
+
+def test_a_burst_of_requests_is_answered(node, ask):
+    """1,000 requests of a client with the documented QoS, which the server has discovered."""
+    client = node.create_client(PredictShot, 'predict_shot', qos_profile=BURST)
+    assert client.wait_for_service(PATIENCE)
+    request = request_for('horizontal')
+
+    def is_discovered():
+        future = client.call_async(request)
+        return spin_until(node, future.done, 2.0)
+
+    assert spin_until(node, is_discovered)
+    futures = [client.call_async(request) for _ in range(1000)]
+    assert spin_until(node, lambda: all(future.done() for future in futures))
+    assert {future.result().status for future in futures} == {Status.OK}
+    node.destroy_client(client)
 
 
 @pytest.mark.parametrize(
