@@ -36,7 +36,7 @@ def jump() -> Shot:
 
 def around() -> Shot:
     """Pot the same ball with a massé around the other one."""
-    stroke = Stroke.from_offsets(a=-0.43, b=-0.17, elevation_deg=56, azimuth_deg=-33, speed=2.33)
+    stroke = Stroke.from_offsets(a=-0.43, b=-0.17, elevation_deg=56, azimuth_deg=-35.1, speed=2.02)
     return predict(Scene.load('blocked'), stroke)
 
 
