@@ -49,7 +49,7 @@ node = rclpy.create_node('flood')
 client = node.create_client(Trigger, 'cue_driver/clear_fault')
 client.wait_for_service()
 while True:
-    for _ in range(10):
+    for _ in range(6):
         client.call_async(Trigger.Request())
     rclpy.spin_once(node, timeout_sec=0.01)
 """,
@@ -101,7 +101,7 @@ def fractions_at_rest(player, running, seconds):
     ]
 
 
-def stop_latencies(player, clear_fault, count):
+def stop_latencies(player, clear_fault, name, count):
     """Times [ms] from the publication of the emergency stop to the command to stop."""
     estop = player._safety['estop']  # the publisher that says later that it is released
     stopped = []
@@ -115,7 +115,7 @@ def stop_latencies(player, clear_fault, count):
     latencies = []
     for i in range(count):
         del player.states[:-1]
-        player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'stop {i}'))
+        player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'{name} {i}'))
         aims = player.until(
             lambda: any(each.state == State.AIMING for each in player.states), 10.0
         )
@@ -169,7 +169,7 @@ def main():
             for name, program in FLOODS.items():
                 with processes([('-c', program)]):
                     player.until(lambda: False, 3.0)
-                    latencies = stop_latencies(player, clear_fault, options.stops)
+                    latencies = stop_latencies(player, clear_fault, name, options.stops)
                 for percent, limit in ((50, None), (99, 20.0)):
                     report.row(
                         f'e-stop to command to stop, flood of {name}, p{percent}',

@@ -34,7 +34,6 @@ from billiard_shot.ros.command_topic import CommandTopic
 from billiard_shot.ros.controller_client import ControllerClient
 from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.node_runner import (
-    BURST,
     EndError,
     EVERY_STATE,
     JOINT_STATES,
@@ -217,7 +216,7 @@ class CueDriver(LifecycleNode):
             )
         ]
         services = [
-            self.create_service(kind, name, _answering(act), qos_profile=BURST)
+            self.create_service(kind, name, _answering(act))
             for kind, name, act in (
                 (Arm, '~/arm', self._arm),
                 (Trigger, '~/disarm', self._disarm),

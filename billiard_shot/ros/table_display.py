@@ -23,7 +23,7 @@ CUE_PERIOD = 1 / 30
 """Time between two messages of a moving cue [s]."""
 
 MIN_CHANGE = 1e-5
-"""Smallest shown change of the joints [m, rad]; smaller ones may be encoder noise."""
+"""Smallest shown change of joints and balls [m, rad]; smaller ones may be noise."""
 
 
 class TableDisplay(Node):
@@ -51,6 +51,7 @@ class TableDisplay(Node):
 
     def _show(self) -> None:
         """Show the scene of the parameters."""
+        self._places: table_markers.Places = {}
         scene = Scene.load(self.get_parameter('scene').value)
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._feedback = JointFeedback(self.get_parameter('joint_names').value)
@@ -69,6 +70,12 @@ class TableDisplay(Node):
         self._publish_balls(table_markers.places_of(message, self._radius), header)
 
     def _publish_balls(self, balls: table_markers.Places, header: Header) -> None:
+        """Show the balls, unless they are shown where they are."""
+        if balls.keys() == self._places.keys() and all(
+            math.dist(place, self._places[name]) < MIN_CHANGE for name, place in balls.items()
+        ):
+            return
+        self._places = balls
         self._balls.publish(table_markers.ball_markers(balls, self._radius, header))
 
     def _on_joints(self, message: JointState) -> None:

@@ -23,6 +23,9 @@ from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
 
+REST_PERIOD = 0.2
+"""Time between two messages on `table_state` while no ball moves [s]."""
+
 
 class TableSim(Node):
     """
@@ -31,8 +34,8 @@ class TableSim(Node):
     At first the balls lie as in the scene. A strike on the topic of the parameter `strike_topic`
     (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
     strike is ignored while balls still move. If a strike is not solved, the balls stay. Balls that
-    have left the table count as pocketed. The state is published at the rate of a camera, also
-    while nothing changes. With the parameter `camera`, the node publishes `detections`
+    have left the table count as pocketed. The state is published at the rate of a camera, and less
+    often while nothing moves. With the parameter `camera`, the node publishes `detections`
     (vision_msgs/msg/Detection3DArray) with errors instead, for the node `table_tracker`.
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
@@ -107,6 +110,8 @@ class TableSim(Node):
         if self._motions:
             self._move(self._real_time_factor * (monotonic() - self._begin))
             self._snapshot += 1
+        elif self._table and monotonic() - self._published < REST_PERIOD:
+            return
         self._publish()
 
     def _move(self, time: float) -> None:
@@ -120,6 +125,7 @@ class TableSim(Node):
             self._motions = {}
 
     def _publish(self) -> None:
+        self._published = monotonic()
         header = parameters.table_header(self)
         if self._camera:
             places = {name: each for name, each in self._balls.items() if name not in self._gone}
