@@ -101,6 +101,17 @@ def fractions_at_rest(player, running, seconds):
     ]
 
 
+def aim(player, shot_id):
+    """Send goals until the cue moves: on a busy machine the driver refuses some after a pause."""
+    stroke = Stroke.from_offsets(0.1, 0.1, 0.1, 0.3, 0.8)
+    for attempt in range(30):
+        del player.states[:-1]
+        player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'{shot_id}.{attempt}'))
+        if player.until(lambda: any(each.state == State.AIMING for each in player.states), 2.0):
+            return
+    raise AssertionError(player.states[-1])
+
+
 def stop_latencies(player, clear_fault, name, count):
     """Times [ms] from the publication of the emergency stop to the command to stop."""
     estop = player._safety['estop']  # the publisher that says later that it is released
@@ -111,15 +122,9 @@ def stop_latencies(player, clear_fault, name, count):
         lambda message: stopped.append(perf_counter()) if is_stop(message) else None,
         10,
     )
-    stroke = Stroke.from_offsets(0.1, 0.1, 0.1, 0.3, 0.8)
     latencies = []
     for i in range(count):
-        del player.states[:-1]
-        player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'{name} {i}'))
-        aims = player.until(
-            lambda: any(each.state == State.AIMING for each in player.states), 10.0
-        )
-        assert aims, player.states[-1]
+        aim(player, f'{name} {i}')
         stopped.clear()
         player.safety_inputs_on = False
         begin = perf_counter()
@@ -128,7 +133,7 @@ def stop_latencies(player, clear_fault, name, count):
         latencies.append(1e3 * (stopped[0] - begin))
         player.safety_inputs_on = True
         assert player.until(
-            lambda: player.states[-1].state == State.DISARMED or clear_fault().success, 10.0
+            lambda: player.states[-1].state == State.DISARMED or clear_fault(), 60.0
         )
         player.until(lambda: player.states[-1].state == State.DISARMED, 10.0)
         player.until(lambda: False, 0.05)
@@ -159,7 +164,10 @@ def main():
             caller = ServiceCaller(player, Trigger, 'cue_driver/clear_fault')
 
             def clear_fault():
-                return caller.call(Trigger.Request(), repeatable=True)
+                try:
+                    return caller.call(Trigger.Request(), repeatable=True).success
+                except TimeoutError:  # the flood has displaced the request from the queue
+                    return False
 
             player.until(lambda: False, 3.0)
             for name, used in zip(
