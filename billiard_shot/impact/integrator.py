@@ -209,13 +209,22 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progr
         error, noise = tolerance, max(OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
-        if m.interval < inf:
-            length = min(length, (p.next_turn - p.time) / scale)
+        if m.interval < inf and some_turn(contacts):
+            length = min(length, max(p.next_turn - p.time, 0.0) / scale)
         if redundant:
             length = min(length, OPTIONS.max_redundant_step / scale)
         if m.moves:
             expand_motion(m.bodies, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
+
+
+@inner
+def some_turn(contacts: list[ContactState]) -> bool:
+    """Whether a pressed contact takes its normal anew."""
+    for j in range(len(contacts)):
+        if is_active(contacts[j]) and not contacts[j].keeps_normal:
+            return True
+    return False
 
 
 @inner

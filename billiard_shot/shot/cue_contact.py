@@ -215,6 +215,7 @@ def _contacts(
     rows['gap'][:, TIP] = sizes(away) - tip_reach(model)
     height = before.position[:, 0, 2] - bodies['position'][:, 1 + balls, 2]
     rows['gap'][:, TABLE] = height - ball.radius
+    rows['keeps_normal'][:, TABLE] = True
     rows['max_closings'] = UNLIMITED
     rows['max_closings'][:, TIP] = MAX_HITS if model.follows else 1
     rows['gap'][OTHERS] = gaps_of(neighbours, before.position, ball.radius)
@@ -224,7 +225,7 @@ def _contacts(
         row['friction'], row['fading'], row['decay'] = each.friction, each.fading, each.decay
         row['restitution'], row['stiffness'] = each.restitution, each.stiffness
         row['softening'] = 2.0 * each.softening**2 / ball.mass
-        row['keeps_normal'] = each.nose is not None
+        row['keeps_normal'] = each.b == FIXED
         row['body_a'], row['body_b'] = 1 + each.a, 1 + each.b
         if each.b == FIXED:
             row['body_b'] = number
