@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from billiard_shot.planning.shots import DirectShots, shots
     from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
     from billiard_shot.scene import Scene
+    from billiard_shot.scene.errors import InputError
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
@@ -34,6 +35,7 @@ __all__ = [
     'BatchResult',
     'lowest_elevation',
     'Status',
+    'InputError',
     'Effect',
     'effects_of',
     'sensitivity_of',
@@ -75,6 +77,7 @@ _HOMES = {
     'effects_of': 'shot.analysis',
     'sensitivity_of': 'shot.analysis',
     'Status': 'status',
+    'InputError': 'scene.errors',
     'Motion': 'table.motion',
     'Trajectory': 'table.trajectory',
     'BallState': 'table.trajectory',

@@ -298,7 +298,8 @@ def _processor() -> str:
 
 
 def _warn(text: str) -> None:
-    warnings.warn(text, RuntimeWarning, stacklevel=3)
+    # Not of a line of this file, which the warning would show.
+    warnings.warn_explicit(text, RuntimeWarning, 'billiard_shot', 1)
 
 
 def compile_one(place: Path, name: str, nice: int) -> None:

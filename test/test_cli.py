@@ -17,6 +17,7 @@ import billiard_shot
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
+from billiard_shot.cli.progress import estimate_without_machine_code
 from billiard_shot.cli.text_table import Column, print_rows
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
@@ -67,7 +68,15 @@ def test_refused_strokes_are_said_on_stderr(capsys):
         (['--speed', '-1'], 'speed: -1.0 is not allowed; it must be 1e-12 to 1e+12'),
         (['--speed', 'nan'], 'speed: nan is not allowed'),
         (['--speed', '1', '--tolerance', '0'], 'tolerance: 0.0 is not allowed'),
-        (['--speed', '1', '--scene', 'papre'], "no bundled scene 'papre'"),
+        (
+            ['--speed', '1', '--scene', 'papre'],
+            "no bundled scene 'papre'; the nearest name is paper",
+        ),
+        (
+            ['masse.html', '--speed', '1'],
+            'scene: masse.html is not allowed; it must be a .yaml file',
+        ),
+        (['none.yaml', '--speed', '1'], 'billiard-shot: none.yaml: No such file or directory\n'),
         (['--speed', '1', '--strokes', 'x.yaml'], '--strokes: is not allowed together'),
         (['--strokes', 'x.yaml'], 'No such file'),
         (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
@@ -238,6 +247,19 @@ def test_version(capsys):
     assert capsys.readouterr().out == f'billiard_shot {billiard_shot.__version__}\n'
 
 
+def test_a_speed_beyond_all_cues_is_warned_of(capsys):
+    assert main(['predict', '--speed', '50', '-e', '5']) == 0
+    assert 'no cue reaches 50 m/s' in capsys.readouterr().out
+
+
+def test_without_machine_code_the_time_is_estimated(capsys, monkeypatch):
+    monkeypatch.setattr('billiard_shot.machine_code.available', lambda: False)
+    estimate_without_machine_code(10**6, Scene.load('pool'))
+    assert 'without numba, 1000000 strokes may take' in capsys.readouterr().err
+    estimate_without_machine_code(1, Scene.load('pool'))
+    assert capsys.readouterr().err == ''
+
+
 def test_usage_is_one_line_and_names_the_help(capsys):
     for words in (
         ['predict', '--speed', 'x'],
@@ -347,7 +369,7 @@ def test_the_elevation_of_a_stroke_is_at_most_90_degrees(capsys):
     assert main(['predict', '-e', '95', '-s', '1']) == 2
     assert 'elevation_deg: 95.0 is not allowed; it must be 0 to 90' in capsys.readouterr().err
     assert main(['predict', '-e', '-5', '-s', '1']) == 1
-    assert 'its elevation, -5 degrees, must be 0 to 90' in capsys.readouterr().err
+    assert 'elevation: -5 degrees is not allowed; it must be 0 to 90' in capsys.readouterr().err
 
 
 def test_columns_for_text_alone_are_not_in_csv(capsys):

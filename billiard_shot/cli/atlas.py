@@ -13,7 +13,11 @@ import numpy as np
 
 from billiard_shot import Scene
 from billiard_shot.cli.exit_codes import INTERRUPTED
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import (
+    estimate_without_machine_code,
+    progress,
+    wait_for_machine_code,
+)
 from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
@@ -120,6 +124,7 @@ def run(options: argparse.Namespace) -> int:
     results = begin(options.output, scene, request) if options.output else []
     done = {result.layout for result in results}
     missing = [layout for layout in layouts if layout not in done]
+    estimate_without_machine_code(len(missing) * options.budget, scene)
     start = perf_counter()
     try:
         with working(options.workers, options.dask) as executor:

@@ -11,7 +11,11 @@ from typing import Any
 
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
-from billiard_shot.cli.progress import reporting, wait_for_machine_code
+from billiard_shot.cli.progress import (
+    estimate_without_machine_code,
+    reporting,
+    wait_for_machine_code,
+)
 from billiard_shot.cli.search import add_search_arguments, noise_of
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
@@ -136,6 +140,7 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--rank: {options.rank} is not allowed; it must be at least 1')
     scene = Scene.load(scene_name(options))
     noise = noise_of(options, scene)
+    estimate_without_machine_code(options.budget, scene)
     with (
         working(options.workers, options.dask) as executor,
         reporting('strokes', options.budget) as report,

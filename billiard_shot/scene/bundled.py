@@ -5,6 +5,7 @@ Their files are in config/scenes. `pip install` and `colcon build` copy that fol
 package as `billiard_shot/scenes`; a source checkout (also `pip install -e`) reads it in place.
 """
 
+import difflib
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]
@@ -23,12 +24,14 @@ def scene_path(name: str) -> Path:
     Raises
     ------
     ValueError
-        If there is no such scene; the message lists the bundled scenes.
+        If there is no such scene; the message has the nearest name, or all names.
 
     """
     names = scene_names()
     if name not in names:
-        raise ValueError(f'scene: no bundled scene {name!r}; there are: {", ".join(names)}')
+        near = difflib.get_close_matches(name, names, 1)
+        hint = f'the nearest name is {near[0]}' if near else f'there are: {", ".join(names)}'
+        raise ValueError(f'scene: no bundled scene {name!r}; {hint}')
     return _folder() / f'{name}.yaml'
 
 
@@ -37,9 +40,18 @@ def find_scene(name_or_path: str | Path, folder: Path = Path()) -> Path:
     Path of a scene from a Path, a string with a folder or an ending, or the name of a bundled one.
 
     Relative paths are relative to `folder`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such bundled scene, or if the ending is not that of a scene.
+
     """
     text = str(name_or_path)
-    is_file = isinstance(name_or_path, Path) or Path(text).suffix in ('.yaml', '.yml')
+    suffix = Path(text).suffix
+    if suffix not in ('', '.yaml', '.yml'):
+        raise ValueError(f'scene: {text} is not allowed; it must be a .yaml file, not {suffix}')
+    is_file = isinstance(name_or_path, Path) or suffix != ''
     return folder / text if is_file or Path(text).name != text else scene_path(text)
 
 

@@ -105,8 +105,9 @@ def read_document(path: Path) -> Document:
                 return loader.document()
             finally:
                 loader.dispose()
+    except OSError as error:
+        raise ValueError(f'{path}: {error.strerror or error}') from error
     except (
-        OSError,
         RecursionError,
         yaml.YAMLError,
         ValueError,  # of the encoding and, like those below, of a value with a tag: !!float x

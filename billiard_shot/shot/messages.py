@@ -44,8 +44,8 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
             )
         case Status.NEGATIVE_ELEVATION:
             return (
-                f'velocity: {_vector(stroke.velocity)} is not allowed; its elevation, '
-                f'{elevation:.3g} degrees, must be 0 to 90 (z at most 0)'
+                f'elevation: {elevation:.3g} degrees is not allowed; it must be 0 to 90 (the '
+                f'velocity of the cue, {_vector(stroke.velocity)}, must not point up)'
             )
         case Status.CUE_THROUGH_CLOTH:
             height = scene.ball.radius * (1.0 + stroke.normal[2])

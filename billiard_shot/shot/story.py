@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 WIDTH = 80  # characters of a line
 LABEL = 16  # characters of the name of a fact
+FASTEST = 30.0  # m/s; no cue is as fast
 
 
 def sentence(shot: Shot) -> str:
@@ -57,6 +58,8 @@ def facts(shot: Shot) -> dict[str, str]:
         'spin': f'{_spin_in_words(shot)} rad/s',
         'spin x, y, z': f'{_vector(shot.spin, 1)} rad/s',
     }
+    if speed > FASTEST:
+        listed['warning'] = f'no cue reaches {speed:.3g} m/s; breaks have up to 15 m/s'
     if len(shot.run.names) > 1:
         listed['first contact'] = (
             ball_in_words(shot.first_contact) if shot.first_contact else 'none'

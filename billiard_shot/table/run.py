@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,16 @@ from billiard_shot.table.words import event_in_words, place_in_words, plural
 # x > 0, left at y > 0.
 POCKET_NAMES = ('foot_left', 'head_left', 'head_right', 'foot_right', 'side_left', 'side_right')
 NOSE_NAMES = ('foot', 'head', 'left', 'right')
+
+
+T = TypeVar('T')
+
+
+class ByName(dict[str, T]):
+    """Values by the names of balls; the error for a missing name tells which names there are."""
+
+    def __missing__(self, name: str) -> T:
+        raise KeyError(f'no ball {name!r}; there are: {", ".join(self)}')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,16 +131,16 @@ class TableRun:
         parts = np.split(
             self._segments[order], np.searchsorted(owner[order], range(1, len(self.names)))
         )
-        return dict(zip(self.names, map(Trajectory, parts), strict=True))
+        return ByName(zip(self.names, map(Trajectory, parts), strict=True))
 
     def at(self, time: ArrayLike) -> dict[str, BallState]:
         """State of every ball at one time or many [s], as `Trajectory.at` gives it."""
-        return {name: ball.at(time) for name, ball in self.balls.items()}
+        return ByName({name: ball.at(time) for name, ball in self.balls.items()})
 
     @cached_property
     def final_position(self) -> dict[str, NDArray[np.float64]]:
         """Final position of every ball (3,) [m], also of a pocketed or lost one."""
-        return {name: ball.final_position for name, ball in self.balls.items()}
+        return ByName({name: ball.final_position for name, ball in self.balls.items()})
 
     @cached_property
     def pocketed(self) -> dict[str, str]:

@@ -163,7 +163,7 @@ def test_unreadable_files(tmp_path, text, message):
 
 
 def test_scenes_that_are_not_there(tmp_path):
-    with pytest.raises(ValueError, match=r"no bundled scene 'papre'; there are: .*paper"):
+    with pytest.raises(ValueError, match=r"no bundled scene 'papre'; the nearest name is paper"):
         Scene.load('papre')
     with pytest.raises(ValueError, match='No such file'):
         Scene.load(tmp_path / 'none.yaml')

@@ -243,3 +243,10 @@ def test_a_sentence_is_in_the_record(tmp_path):
     save_shot(shot, tmp_path / 'shot.json')
     assert json.loads((tmp_path / 'shot.json').read_text())['message'] == shot.message
     assert load_shot(tmp_path / 'shot.json').message == shot.message
+
+
+def test_a_ball_that_is_not_there_is_told_with_those_that_are():
+    run = predict(scene_of(cue=(0, 0), one=(0.5, 0)), level()).run
+    for balls in (run.balls, run.final_position, run.at(0.1)):
+        with pytest.raises(KeyError, match="no ball '9'; there are: cue, one"):
+            balls['9']

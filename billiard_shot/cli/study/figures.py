@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+import sys
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 
@@ -39,7 +40,8 @@ def run(options: argparse.Namespace) -> int:
         options.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(f'--output: {error}') from None
-    wait_for_machine_code()
+    if not wait_for_machine_code():
+        print('without numba, all figures take about ten minutes', file=sys.stderr, flush=True)
     for name in progress(options.names or list(FIGURES), 'figures'):
         path = options.folder / f'{name}.png'
         FIGURES[name](path)
