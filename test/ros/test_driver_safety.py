@@ -1,7 +1,6 @@
 """What the driver refuses and reports: other drivers, settings, clocks, silence."""
 
 import copy
-from pathlib import Path
 import re
 import signal
 
@@ -21,14 +20,12 @@ from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
-import yaml
 
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros.cue_parameters import CUE_MODEL
 from billiard_shot.ros.node_runner import LATCHED
-from billiard_shot.ros.processes import SIMULATION
 
 SPACE = '/safety'
 
@@ -420,10 +417,3 @@ def test_bad_time_outs_are_a_clear_start_up_error(cell, launch_once, setting, wo
     assert process.returncode == 1
     assert words in said
     assert 'Traceback' not in said
-
-
-def test_the_demo_is_as_patient_as_a_launched_simulation():
-    file = Path(__file__).resolve().parents[2] / 'config' / 'simulation.yaml'
-    settings = yaml.safe_load(file.read_text())['/**']['ros__parameters']
-    words = [word for name, value in settings.items() for word in ('-p', f'{name}:={value}')]
-    assert list(SIMULATION) == words
