@@ -151,6 +151,7 @@ def _part(name: str, text: str) -> Part:
 
 def _item(line: str, comment: str) -> Item:
     declaration, _, inline = line.partition('#')
-    declaration, _, value = declaration.partition('=')
+    # Not at the = of a bound, as in Type[<=1].
+    declaration, value = [*re.split('(?<!<)=', declaration, maxsplit=1), ''][:2]
     type_, name = declaration.split()
     return Item(type_, name, value.strip(), inline.strip() if value else comment)
