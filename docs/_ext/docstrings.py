@@ -17,7 +17,7 @@ CONFIG = Config(napoleon_use_rtype=False, napoleon_use_ivar=True)
 ATTRIBUTE = re.compile(r'^    ([A-Za-z]\w*)(?:: ([^=#]+?))?(?: = [^#]+?)?(?:  # (.*))?$')
 
 
-ARRAY = re.compile(r'NDArray\[np\.([a-z]+)\d*\]')
+ARRAY = re.compile(r'NDArray\[np\.([a-z]+)[\d_]*\]')
 
 
 def attributes(kind: type) -> list[tuple[str, str, str]]:

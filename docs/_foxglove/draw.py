@@ -36,7 +36,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SCENE = 'blocked'
 STROKE = Stroke.from_offsets(
-    a=-0.43, b=-0.17, elevation=math.radians(56), azimuth=math.radians(-33), speed=2.33
+    a=-0.43, b=-0.17, elevation=math.radians(56), azimuth=math.radians(-35.1), speed=2.02
 )
 NODES = ('table_display', 'predictor')
 TOPICS = ('/table_display/table', '/table_display/balls', '/predictor/markers')

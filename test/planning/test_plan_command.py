@@ -99,7 +99,7 @@ def test_pictures(target, tmp_path, capsys):
         (['blocked', '--pot', '8', '--speed-max', '-1'], 2, 'speed_max: -1'),
         (['blocked', '--pot', '8', '--noise-scale', '-1'], 2, '--noise-scale: -1'),
         (
-            ['blocked', '--pot', '8', '--azimuth-range-deg', '-1'],
+            ['blocked', '--pot', '8', '--azimuth-half-range-deg', '-1'],
             2,
             'azimuth_half_range_deg: -1',
         ),
