@@ -11,7 +11,8 @@ def test_a_hidden_ball_is_potted_by_a_kick():
     # Ball 1 is in the way of straight paths. With such a kick the search needs no curves.
     assert [stage.name for stage in story.stages] == ['combinations', 'one cushion']
     combinations, kicks = story.stages
-    assert combinations.reached.sum() > kicks.reached.sum() > 0
+    # No kick of the first list pots the ball without errors: the search refines near misses.
+    assert combinations.reached.sum() > kicks.reached.sum()
     best = [stage.refined[-1].success.max() for stage in (combinations, kicks)]
     assert best[1] > 1.5 * best[0]  # with errors it is the other way around
     winner = story.finalists[0]
