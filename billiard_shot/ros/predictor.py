@@ -116,7 +116,8 @@ class Predictor(Node):
                 answer = PredictShots.Response(
                     status=int(Status.INVALID_REQUEST), message=_at_ball(error)
                 )
-            executor.create_task(lambda: ended.set_result(answer))
+            ended.set_result(answer)
+            executor.wake()  # it looks at waiting callbacks only when something happens
 
         Thread(target=compute, daemon=True).start()
         answer = await ended
