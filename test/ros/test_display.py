@@ -206,7 +206,7 @@ def test_every_motion_on_the_way_has_a_colour_of_its_own():
     ways = {
         motion
         for motion in Motion
-        if motion not in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
+        if motion not in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE, Motion.ABSENT)
     }
     assert set(MOTIONS) == ways
     assert len(set(MOTIONS.values())) == len(ways)
