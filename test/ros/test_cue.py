@@ -11,6 +11,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.msg import BallState, TableState
+from billiard_shot_msgs.srv import PredictShot
 from builtin_interfaces.msg import Time
 from cell import PATIENT
 from diagnostic_msgs.msg import DiagnosticArray
@@ -84,7 +85,11 @@ def test_the_player_says_that_a_table_cannot_be_played(cell, launch_once, balls,
 def test_the_loop_is_closed(cell):
     """The ball comes to rest where it was predicted to."""
     goal = cell.goal('loop')
-    answer = cell.player.predict(goal)
+    answer = cell.player.predict(
+        PredictShot.Request(
+            cue_pose=goal.plan.cue_pose, speed=goal.plan.speed, use_table_state=True
+        )
+    )
     expected = conversions.vectors(answer.trajectory.positions)[-1][:2]
     response = cell.player.execute(goal)
     result = response.result
