@@ -48,12 +48,13 @@ def test_a_plan_is_short_and_its_long_form_is_not():
     scene = replace(Scene.load('pool_table'), balls={'cue': (-0.4, 0.0), '8': (0.5, 0.2)})
     result = plan(scene, {'pot': '8'}, budget=20000, seed=4)
     assert len(result.ranking) > 1
+    request = plan_conversions.PlanRequest(scene, {'pot': '8'}, scene.noise, {}, 20000, 4)
 
     def lines(**goal):
         return len(
             as_yaml(
                 plan_conversions.result_of(
-                    result, '12345678', scene, PlanShot.Goal(**goal), Header()
+                    result, request, '12345678', PlanShot.Goal(**goal), Header()
                 )
             ).splitlines()
         )
