@@ -15,9 +15,6 @@ import contextlib
 from functools import partial
 import gc
 import os
-import signal
-import subprocess
-import sys
 import tempfile
 from time import perf_counter
 
@@ -25,6 +22,7 @@ from domain_coordinator import domain_id
 import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from tools.processes import processes
 from tools.timing import Report, resident
 from trajectory_msgs.msg import JointTrajectory
 
@@ -60,19 +58,6 @@ incline: {min: 0.40, max: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 
 WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
 SCENE = Scene.load('paper')
-
-
-@contextlib.contextmanager
-def processes(commands):
-    """Run processes during the block."""
-    running = [subprocess.Popen([sys.executable, *command]) for command in commands]
-    try:
-        yield running
-    finally:
-        for process in running:
-            process.send_signal(signal.SIGINT)
-        for process in running:
-            process.wait(timeout=20)
 
 
 def stroke(random):

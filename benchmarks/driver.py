@@ -16,15 +16,13 @@ import contextlib
 import gc
 import os
 from pathlib import Path
-import signal
-import subprocess
-import sys
 from time import perf_counter
 
 from domain_coordinator import domain_id
 import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
+from tools.processes import processes
 from tools.timing import Report
 from trajectory_msgs.msg import JointTrajectory
 
@@ -68,19 +66,6 @@ while True:
 """,
 }
 SCENE = Scene.load('paper')
-
-
-@contextlib.contextmanager
-def processes(commands):
-    """Run processes during the block."""
-    running = [subprocess.Popen([sys.executable, *command]) for command in commands]
-    try:
-        yield running
-    finally:
-        for process in running:
-            process.send_signal(signal.SIGINT)
-        for process in running:
-            process.wait(timeout=20)
 
 
 def processor_time(process):

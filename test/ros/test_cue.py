@@ -288,15 +288,20 @@ def test_a_late_brake_is_a_fault(cell):
     cell.player.wait_for_rest()
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
-def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
-    cell.begin(cell.goal(f'killed {state.name}'))
+def begin_and_reach(cell, name, state):
+    """Begin a shot, and wait until a joint moves in the state."""
+    cell.begin(cell.goal(name))
     if state is State.AIMING:
         assert cell.player.until(cell.moving, PATIENCE)
     else:
         cell.reach(State.AIMED)
         assert cell.arm().success
         cell.reach(state)
+
+
+@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
+def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
+    begin_and_reach(cell, f'killed {state.name}', state)
     cell.processes['cue_driver'].kill()
     cell.stands_still()
     cell.player.wait_for_rest()
@@ -307,13 +312,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
 @pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
 def test_a_driver_that_a_signal_ends_stops_the_mechanism(cell, state, number):
     """Before, no stop was sent, and joints moved on until the time-out of the mechanism."""
-    cell.begin(cell.goal(f'ended {state.name} {number}'))
-    if state is State.AIMING:
-        assert cell.player.until(cell.moving, PATIENCE)
-    else:
-        cell.reach(State.AIMED)
-        assert cell.arm().success
-        cell.reach(state)
+    begin_and_reach(cell, f'ended {state.name} {number}', state)
     driver = cell.processes['cue_driver']
     driver.send_signal(number)
     assert driver.wait(timeout=PATIENCE) == 0
