@@ -240,7 +240,7 @@ def test_bad_rows_of_a_batch():
             'position, q',
         ),
         (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position: '),
-        (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'velocity: '),
+        (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'elevation: '),
         (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal: '),
     ],
 )
