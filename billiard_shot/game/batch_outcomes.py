@@ -38,6 +38,10 @@ class RuledBatch(NamedTuple):
     kind: NDArray[np.int64]
     states: TableStates
 
+    def take(self, which: NDArray[np.int64]) -> 'RuledBatch':
+        """Select some of the strokes."""
+        return RuledBatch(self.kinds, self.kind[which], self.states.take(which))
+
     def keeps(self, player: int) -> NDArray[np.bool_]:
         """Whether each stroke (n,) of a player keeps the turn, or wins."""
         kept = [

@@ -20,7 +20,7 @@ from billiard_shot.shot.stroke import Stroke
 # points that are aimed at, sideways of the apex ball, in ball radii.
 BEHIND, BESIDE = (0.02, 0.12), (0.0, 0.2, 0.4)
 AIMS = 0.0, 0.5
-FIRST, MORE, BEST = 6, 18, 3  # breaks of each; more of the best ones
+FIRST, MORE, BEST = 8, 32, 4  # breaks of each; more of the best ones
 
 
 def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:

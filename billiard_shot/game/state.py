@@ -191,6 +191,10 @@ class State:
             raise ValueError(f'cue ball: {(x, y)!r} is not allowed; {why}')
         return replace(self, balls={**self.balls, CUE_BALL: (float(x), float(y))})
 
+    def without(self, ball: str) -> Self:
+        """Return the state without a ball."""
+        return replace(self, balls={name: at for name, at in self.balls.items() if name != ball})
+
     def no_place(self, x: float, y: float) -> str:
         """Say why the cue ball in hand cannot be placed at (x, y) [m]; empty if it can."""
         r = self.radius

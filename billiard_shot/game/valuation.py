@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.game.batch_outcomes import RuledBatch
 from billiard_shot.game.game import find_game
 from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.state import State
 from billiard_shot.planning.shots import shots
 from billiard_shot.scene import Scene
 
@@ -51,26 +52,36 @@ def win_probability(mine: int, others: int, shared: bool) -> float:
     return (SHOT * up + miss * (1.0 - SHOT * other_up - miss)) / (1.0 - miss * miss)
 
 
-def at_table(chance: Array | float, mine: int, others: int, shared: bool, *, alone: bool) -> Array:
+def at_table(chance: Array, state: State) -> Array:
     """
-    Value for the player at the table whose next shot has a chance.
+    Value a state for the player at the table, whose next shot has a chance.
 
     Parameters
     ----------
     chance : (n,) float array
-    mine, others, shared
-        As of `win_probability`.
-    alone : bool
-        Whether there is no other player, so that a miss ends the game.
+        Of n tables with the same state but for the places.
+    state : State
+        Which balls are left, and who has to pot which.
 
     """
-    p = np.asarray(chance, float)
-    if alone:
-        return p * SHOT ** max(mine - 1, 0)
-    pot = win_probability(mine - 1, mine - 1 if shared else others, shared)
-    miss = 1.0 - win_probability(others, mine, shared)
-    safety = 1.0 - SAFETY * win_probability(others, mine, shared)
-    return np.maximum(p * pot + (1.0 - p) * miss, safety)
+    rules = find_game(state.game)
+    mine, others = rules.needs(state, state.player), rules.needs(state, state.other)
+    if mine <= 0:
+        return np.ones(len(chance))
+    if rules.players == 1:
+        return chance * SHOT ** (mine - 1)
+    pot = win_probability(mine - 1, mine - 1 if rules.shared else others, rules.shared)
+    safety = 1.0 - SAFETY * win_probability(others, mine, rules.shared)
+    return np.maximum(chance * pot + (1.0 - chance) * miss_value(state), safety)
+
+
+def miss_value(state: State) -> float:
+    """Value of a miss for the player at the table: the other one plays from an average place."""
+    rules = find_game(state.game)
+    if rules.players == 1:
+        return 0.0
+    mine, others = rules.needs(state, state.player), rules.needs(state, state.other)
+    return 1.0 - win_probability(others, mine, rules.shared)
 
 
 def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
@@ -110,20 +121,12 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
 def value(ruling: Ruling, player: int, chance: Array) -> Array:
     """Value a ruling for a player, with chances (n,) of the next shot."""
     state = ruling.state
-    rules = find_game(state.game)
     if state.over:
         return np.full(len(chance), float(state.winner == player))
     if state.in_hand:
         chance = np.full(len(chance), IN_HAND if state.in_hand == 'anywhere' else IN_KITCHEN)
-    at, other = state.player, state.other
-    own = at_table(
-        chance,
-        rules.needs(state, at),
-        rules.needs(state, other),
-        rules.shared,
-        alone=rules.players == 1,
-    )
-    return own if at == player else 1.0 - own
+    own = at_table(chance, state)
+    return own if state.player == player else 1.0 - own
 
 
 def _may_pot(ruling: Ruling, names: tuple[str, ...]) -> NDArray[np.bool_]:

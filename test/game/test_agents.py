@@ -113,9 +113,12 @@ def test_the_probability_to_win_is_one_of_two_equal_players():
                 v = win_probability(others, mine, shared)
                 assert w == pytest.approx(0.85 * down + 0.15 * (1.0 - v), abs=1e-12)
     assert win_probability(1, 8, False) > win_probability(8, 8, False)
-    rises = at_table(np.linspace(0.0, 1.0, 11), 3, 3, False, alone=False)
-    assert (np.diff(rises) >= 0.0).all()
-    assert at_table(1.0, 1, 5, False, alone=True) == 1.0
+    for game in ('eight_ball', 'nine_ball', 'practice'):
+        state = start(game, TABLE)
+        rises = at_table(np.linspace(0.0, 1.0, 11), state)
+        assert (np.diff(rises) >= 0.0).all()
+        assert 0.0 <= rises[0] < rises[-1] <= 1.0
+    assert at_table(np.ones(1), start('practice', TABLE, balls=1)) == 1.0
 
 
 def test_the_player_leaves_the_next_ball():

@@ -15,26 +15,31 @@ from billiard_shot.game.agent import scene_of
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.breaks import best_break
 from billiard_shot.game.call import Call, Decision
+from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import placed, places_to_try
 from billiard_shot.game.pot_candidates import pot_candidates
 from billiard_shot.game.referee import choose
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.safe_stroke import all_round, hit_something, towards
+from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import value, values
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.scene import Scene
+from billiard_shot.scene.player import SLOWEST
 from billiard_shot.shot.predict import predict_batch
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.run import POCKET_NAMES
 
 Array = NDArray[np.float64]
 
-SHOTS = 5  # direct shots that are tried at several speeds and spins
+SHOTS = 6  # direct shots that are tried at several speeds and spins
 PLACES, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
-FINALISTS, SAMPLES = 14, 20  # strokes with errors, and errors of each
-WINNERS, MORE_SAMPLES = 4, 60  # of these, strokes with more errors, and errors of each
+FINALISTS, SAMPLES = 20, 30  # strokes with errors, and errors of each
+WINNERS, MORE_SAMPLES = 5, 100  # of these, strokes with more errors, and errors of each
+FOLLOWED = 60  # strokes without errors whose end states are followed by a second shot
+ENDS = 8  # end states of a stroke whose next shots are followed
 POOR = 0.6  # success below which safeties are tried
 SAFETIES = 8  # of which so many are tried with errors
 
@@ -64,13 +69,38 @@ class Options(NamedTuple):
     guess: Array
 
 
-class Rated(NamedTuple):
-    """A stroke with its value and success under errors."""
+class Stroke5(NamedTuple):
+    """A stroke to be tried with errors, of one of the options."""
 
     options: Options
-    number: int
+    offsets: Array  # (5,)
+    call: Call
+
+
+class Rated(NamedTuple):
+    """
+    A stroke with its value and success under errors.
+
+    Attributes
+    ----------
+    stroke : Stroke5
+    value, success : float
+        Mean value; share of the executions that keep the turn.
+    turn : float
+        Mean error of the azimuth of these executions [rad].
+    ends : RuledBatch
+        Some of these executions.
+    first : (k,) float array
+        Their values by the next shot alone.
+
+    """
+
+    stroke: Stroke5
     value: float
     success: float
+    turn: float
+    ends: RuledBatch
+    first: Array
 
 
 class Player:
@@ -102,7 +132,7 @@ class Player:
             x, y = places[0].tolist()
             return x, y
         self._planned = self._decision(best)
-        return best.options.state.balls['cue']
+        return best.stroke.options.state.balls['cue']
 
     def decide(self, state: State) -> Decision:
         """Decide on the stroke with the largest value."""
@@ -196,7 +226,15 @@ class Player:
         part = (middle - low)[:, np.newaxis]
         offsets = made.offsets[rows, low] * (1.0 - part) + made.offsets[rows, high] * part
         guess = (kept * value).sum(axis=1) / np.maximum(weight, 1)
+        best = np.argsort(-guess, kind='stable')[:FOLLOWED]
+        best = best[kept[best].any(axis=1)]
+        middle_kept = np.abs(np.where(kept, np.arange(turns), np.inf) - middle[:, np.newaxis])
+        chosen = best * turns + np.argmin(middle_kept[best], axis=1)
+        second = second_ply(scene, state.player, batch.take(chosen), value.ravel()[chosen])
+        guess[best] += second - value.ravel()[chosen]
         guess *= direct.chance[made.shot] * np.minimum(weight, 3) / 3.0
+        offsets, playable = raised(scene, offsets)  # which are turned since
+        guess[~playable] = 0.0
         return Options(state, scene, offsets, calls, guess)
 
     def _safeties(self, state: State, scene: Scene) -> list[Options]:
@@ -217,57 +255,76 @@ class Player:
 
     def _best(self, all_options: list[Options], finalists: int = FINALISTS) -> Rated | None:
         """Try the best strokes with errors, then the best of these with more errors."""
-        ranked = [
-            (float(guess), i, number)
-            for i, options in enumerate(all_options)
-            for number, guess in enumerate(options.guess.tolist())
-        ]
-        ranked = [each for each in sorted(ranked, reverse=True)[:finalists] if each[0] > 0.0]
+        ranked = sorted(
+            (
+                (float(guess), -i, -number)
+                for i, options in enumerate(all_options)
+                for number, guess in enumerate(options.guess.tolist())
+                if guess > 0.0
+            ),
+            reverse=True,
+        )
         if not ranked:
             return None
-        chosen = [(i, number) for _, i, number in ranked]
-        first = self._rate(all_options, chosen, SAMPLES)
+        strokes = []
+        for _, i, number in ranked[:finalists]:
+            options = all_options[-i]
+            strokes.append(Stroke5(options, options.offsets[-number], options.calls[-number]))
+        first = self._rate(strokes, SAMPLES)
         first.sort(key=lambda rated: -rated.value)
-        positions = {id(options): i for i, options in enumerate(all_options)}
-        again = [(positions[id(rated.options)], rated.number) for rated in first[:WINNERS]]
-        return max(self._rate(all_options, again, MORE_SAMPLES), key=lambda rated: rated.value)
+        again = [_turned(rated) for rated in first[:WINNERS]]
+        return max(self._rate(again, MORE_SAMPLES), key=lambda rated: rated.value)
 
-    def _rate(
-        self, all_options: list[Options], chosen: list[tuple[int, int]], samples: int
-    ) -> list[Rated]:
+    def _deeper(self, rated: Rated) -> Rated:
+        """Correct a value by what the next shot leaves in turn."""
+        if rated.stroke.call.safety or not len(rated.first):
+            return rated
+        second = second_ply(
+            self._scene, rated.stroke.options.state.player, rated.ends, rated.first
+        )
+        change = float((second - rated.first).mean())
+        return rated._replace(value=rated.value + rated.success * change)
+
+    def _rate(self, strokes: list[Stroke5], samples: int) -> list[Rated]:
         """Value strokes under the same errors."""
         rated = []
-        seed = self._draw.integers(2**63)
-        for i in sorted({i for i, _ in chosen}):
-            options = all_options[i]
-            numbers = [number for j, number in chosen if j == i]
-            strokes = options.offsets[numbers]
-            errors = np.random.default_rng(seed)
-            noise, radius = options.scene.noise, options.scene.ball.radius
-            deviations = errors.standard_normal((samples, 5)) * noise.sigmas(radius)
-            played = strokes[:, np.newaxis] + deviations
+        noise, radius = self._scene.noise, self._scene.ball.radius
+        errors = self._draw.standard_normal((samples, 5)) * noise.sigmas(radius)
+        for options in {id(stroke.options): stroke.options for stroke in strokes}.values():
+            own = [stroke for stroke in strokes if stroke.options is options]
+            played = np.array([stroke.offsets for stroke in own])[:, np.newaxis] + errors
             played[..., 2] = np.maximum(played[..., 2], 0.0)
-            played[..., 4] = np.maximum(played[..., 4], 1e-3)
-            calls = [options.calls[number] for number in numbers for _ in range(samples)]
-            batch = self._played(options.state, options.scene, played.reshape(-1, 5), calls)
-            value = values(options.scene, options.state.player, batch).reshape(-1, samples)
-            kept = batch.keeps(options.state.player).reshape(-1, samples)
-            rated += [
-                Rated(options, number, float(v.mean()), float(k.mean()))
-                for number, v, k in zip(numbers, value, kept, strict=True)
-            ]
+            played[..., 4] = np.maximum(played[..., 4], SLOWEST)
+            calls = [stroke.call for stroke in own for _ in range(samples)]
+            state = options.state
+            batch = self._played(state, options.scene, played.reshape(-1, 5), calls)
+            value = values(options.scene, state.player, batch).reshape(-1, samples)
+            kept = batch.keeps(state.player).reshape(-1, samples)
+            for number, (stroke, v, k) in enumerate(zip(own, value, kept, strict=True)):
+                turn = float(errors[k, 3].mean()) if k.any() else 0.0
+                some = np.flatnonzero(k)[:ENDS]
+                ends = batch.take(number * samples + some)
+                each = Rated(stroke, float(v.mean()), float(k.mean()), turn, ends, v[some])
+                rated.append(self._deeper(each))
         return rated
 
     def _decision(self, best: Rated) -> Decision:
-        options, number = best.options, best.number
-        call = options.calls[number]
+        call = best.stroke.call
         what = f'{call.ball} to {call.pocket}' if call.ball else 'safety'
         return Decision(
-            Stroke.from_offsets(*options.offsets[number].tolist()),
+            Stroke.from_offsets(*best.stroke.offsets.tolist()),
             call,
             success=None if call.safety else best.success,
             reason=f'{what}: wins in {100.0 * best.value:.0f} %',
         )
+
+
+def _turned(rated: Rated) -> Stroke5:
+    """Turn a stroke to the middle of the azimuths that succeeded, if some did not."""
+    offsets = rated.stroke.offsets.copy()
+    if not rated.stroke.call.safety:
+        offsets[3] += rated.turn
+    return rated.stroke._replace(offsets=offsets)
 
 
 def _best_of(direct: DirectShots, count: int) -> NDArray[np.int64]:

@@ -1,0 +1,139 @@
+"""The second ply: what the best shots of an end state leave in turn."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.game.batch_outcomes import RuledBatch
+from billiard_shot.game.game import find_game
+from billiard_shot.game.state import State
+from billiard_shot.game.valuation import at_table, miss_value
+from billiard_shot.planning.shots import DirectShots, shots
+from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.effects import model_of
+from billiard_shot.table.simulate import simulate_batch
+from billiard_shot.table.table_states import TableStates
+
+Array = NDArray[np.float64]
+
+SHOTS = 2  # direct shots of each end state that are followed
+# a, b [ball radii] and the speed relative to that of the direct shot
+STROKES = np.array(
+    [(0.0, b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)]
+    + [(0.25, 0.1, 1.0), (-0.25, 0.1, 1.0)]
+)
+LIFT = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
+
+
+class Followed(NamedTuple):
+    """Strokes that follow end states: the row of the end state, its shot, and ball states."""
+
+    row: NDArray[np.int64]
+    shot: NDArray[np.int64]
+    states: TableStates
+
+
+def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Array:
+    """
+    Value end states in which a player goes on by its next two shots.
+
+    Parameters
+    ----------
+    scene : Scene
+    player : int
+    batch : RuledBatch
+        (n,) of strokes that kept the turn.
+    first : (n,) float array
+        Their values by the next shot alone, see `values`.
+
+    Returns
+    -------
+    (n,) float array
+        The largest value of the strokes that follow, without errors but with the chance of their
+        shots; `first` where none of them pots.
+
+    """
+    names = batch.states.names
+    goes_on = [not ruling.state.over and ruling.state.player == player for ruling in batch.kinds]
+    masks = np.zeros(batch.states.present.shape, np.bool_)
+    for number, ruling in enumerate(batch.kinds):
+        if goes_on[number] and not ruling.state.in_hand:
+            pots = find_game(ruling.state.game).pots(ruling.state)
+            masks[batch.kind == number] = [name in pots for name in names]
+    direct = shots(scene, batch.states, masks)
+    if not len(direct):
+        return first
+    followed = _follow(scene, batch.states, direct)
+    played = simulate_batch(scene, followed.states)
+    cue = names.index(CUE_BALL)
+    ball = direct.ball[followed.shot]
+    rows = np.arange(len(ball))
+    potted = (
+        (played.pocket[rows, ball] == direct.pocket[followed.shot])
+        & (played.first_met[:, cue] == ball)
+        & played.states.present[:, cue]
+    )
+    found = np.full(len(first), -np.inf)
+    value = _values_after(scene, batch, direct, followed, potted, played.states)
+    np.maximum.at(found, followed.row[potted], value[potted])
+    return np.where(np.isfinite(found), found, first)
+
+
+def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
+    """Make ball states of strokes at the best direct shots of each table."""
+    order = np.lexsort((-direct.chance, direct.table))
+    rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
+    chosen = order[rank < SHOTS]
+    shot = np.repeat(chosen, len(STROKES))
+    row = direct.table[shot]
+    a, b, factor = np.tile(STROKES, (len(chosen), 1)).T
+    offsets = direct.offsets[shot]
+    speed = np.minimum(offsets[:, 4] * factor, scene.robot.speed_max)
+    lifts = np.round(offsets[:, 2] / LIFT) * LIFT
+    different, number = np.unique(np.column_stack([a, b, lifts]), axis=0, return_inverse=True)
+    motion = np.nan_to_num(unit_speed_strikes(scene, model_of(scene), different))[number.ravel()]
+    motion[:, 3:] /= scene.ball.radius
+    turn = offsets[:, 3] - np.arctan2(motion[:, 1], motion[:, 0])
+    sine, cosine = np.sin(turn), np.cos(turn)
+    cue = states.names.index(CUE_BALL)
+    after = states.take(row)
+    for field, first in ((after.velocity, 0), (after.spin, 3)):
+        x, y, z = motion[:, first : first + 3].T * speed
+        field[:, cue] = np.column_stack([cosine * x - sine * y, sine * x + cosine * y, z])
+    return Followed(row, shot, after)
+
+
+def _values_after(
+    scene: Scene,
+    batch: RuledBatch,
+    direct: DirectShots,
+    followed: Followed,
+    potted: NDArray[np.bool_],
+    ends: TableStates,
+) -> Array:
+    """Value strokes that pot, by the chance of the shot, and the best shot that they leave."""
+    names = ends.names
+    groups: dict[tuple[int, int], tuple[State, NDArray[np.int64]]] = {}
+    kind, ball = batch.kind[followed.row], direct.ball[followed.shot]
+    masks = np.zeros(ends.present.shape, np.bool_)
+    for pair in set(zip(kind[potted].tolist(), ball[potted].tolist(), strict=True)):
+        state = batch.kinds[pair[0]].state
+        rows = np.flatnonzero(potted & (kind == pair[0]) & (ball == pair[1]))
+        after = state.without(names[pair[1]])
+        groups[pair] = after, rows
+        if after.object_balls:
+            pots = find_game(state.game).pots(after)
+            masks[rows] = [name in pots for name in names]
+    chance = np.zeros(len(kind))
+    open_ = np.flatnonzero(masks.any(axis=1))
+    if len(open_):
+        chance[open_] = shots(scene, ends.take(open_), masks[open_]).best
+    value = np.zeros(len(kind))
+    for (number, _), (after, rows) in groups.items():
+        before = batch.kinds[number].state
+        p = direct.chance[followed.shot[rows]]
+        value[rows] = p * at_table(chance[rows], after) + (1.0 - p) * miss_value(before)
+    return value
