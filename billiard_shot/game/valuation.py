@@ -20,9 +20,9 @@ from billiard_shot.scene import Scene
 
 Array = NDArray[np.float64]
 
-SHOT = 0.85  # probability that a shot of the rest of the rack pots and leaves the next one
+SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
+AFTER_SAFETY = 0.5  # the same for the other player's shot after a safety
 IN_HAND, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
-SAFETY = 0.85  # value of the other's next visit after a safety, relative to an average one
 
 
 @lru_cache(maxsize=4096)
@@ -70,8 +70,11 @@ def at_table(chance: Array, state: State) -> Array:
         return np.ones(len(chance))
     if rules.players == 1:
         return chance * SHOT ** (mine - 1)
-    pot = win_probability(mine - 1, mine - 1 if rules.shared else others, rules.shared)
-    safety = 1.0 - SAFETY * win_probability(others, mine, rules.shared)
+    shared = rules.shared
+    pot = win_probability(mine - 1, mine - 1 if shared else others, shared)
+    theirs = win_probability(others - 1, others - 1 if shared else mine, shared)
+    missed = win_probability(mine, others, shared)
+    safety = AFTER_SAFETY * (1.0 - theirs) + (1.0 - AFTER_SAFETY) * missed
     return np.maximum(chance * pot + (1.0 - chance) * miss_value(state), safety)
 
 

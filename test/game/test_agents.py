@@ -14,7 +14,7 @@ from billiard_shot.game.agents.player import Player
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
-from billiard_shot.game.valuation import at_table, win_probability
+from billiard_shot.game.valuation import at_table, SHOT, win_probability
 
 TABLE = Scene.load('seven_foot')
 EXACT = replace(TABLE, noise=TABLE.noise.times(0.0))
@@ -111,7 +111,7 @@ def test_the_probability_to_win_is_one_of_two_equal_players():
                 assert 0.5 < w + 0.3 * (mine - others > 0) * 2 < 1.7
                 down = win_probability(mine - 1, mine - 1 if shared else others, shared)
                 v = win_probability(others, mine, shared)
-                assert w == pytest.approx(0.85 * down + 0.15 * (1.0 - v), abs=1e-12)
+                assert w == pytest.approx(SHOT * down + (1.0 - SHOT) * (1.0 - v), abs=1e-12)
     assert win_probability(1, 8, False) > win_probability(8, 8, False)
     for game in ('eight_ball', 'nine_ball', 'practice'):
         state = start(game, TABLE)
