@@ -305,7 +305,7 @@ def test_rows_that_cannot_be_say_so_and_nothing_else():
 
 @pytest.mark.parametrize('run', [simulate, simulate_batch])
 def test_a_table_without_balls_is_refused(run):
-    with pytest.raises(ValueError, match='states: no balls'):
+    with pytest.raises(ValueError, match='states must contain at least one ball'):
         run(POOL, {})
 
 
