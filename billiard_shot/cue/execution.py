@@ -7,6 +7,11 @@ from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import Strike, StrikeDetector
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.plan import PreparedShot
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import number
+
+SHORTEST, LATEST_STOP = 0.05, 2.0
+"""Range of the time-outs that end in a stop [s]; a later stop would be too late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,26 +21,32 @@ class Settings:
 
     Parameters
     ----------
-    estop_timeout, interlock_timeout, joint_states_timeout : float
-        Longest silence of these inputs before the mechanism is stopped [s]. If the controller
-        does not run for half of the shortest of these times, all earlier messages are stale.
+    estop_timeout : float
+        If `estop` is silent for longer than this, it is an emergency stop [s].
+    interlock_timeout : float
+        If `interlock` is silent for longer than this, it counts as open [s].
+    joint_states_timeout : float
+        If `joint_states` is silent for longer than this, it is a fault [s].
     arm_timeout : float
-        Time armed without firing after which the cue disarms [s].
+        If the cue is armed for longer than this without firing, it disarms [s].
     settle_time : float
-        Time from armed to the start of the stroke [s].
+        Time from armed to the start of the stroke; below arm_timeout [s].
     max_goal_validity : float
         Longest time for which a goal may be valid [s].
     motion_timeout : float
-        Longest delay of the mechanism behind the end of the commanded trajectory [s].
+        Longest allowed delay behind the commanded trajectory, start-up included; beyond it the
+        driver faults [s].
     aim_tolerance : float
-        Largest error of each joint, relative to its range.
+        Largest error of the position of a joint, relative to its range.
     brake_tolerance : float
-        Largest distance by which the stroke may overrun its planned end [m].
+        Largest distance by which the cue may overrun its planned stop; beyond it the driver
+        faults [m].
     table_timeout : float
-        Longest time since a message about the balls and, before aiming, since the last detection
+        Longest time since a message on `table_state` and, before aiming, since the last detection
         of each ball [s].
     unseen_timeout : float
-        Longest time since the last detection of each ball while a shot is aimed [s].
+        Longest time since the last detection of each ball while a shot is aimed, because the cue
+        hides balls [s].
     stamp_tolerance : float
         Largest lead of the time of a detection ahead of the clock [s].
     table_tolerance : float
@@ -43,23 +54,30 @@ class Settings:
 
     """
 
-    estop_timeout: float = 0.5
-    interlock_timeout: float = 0.5
-    joint_states_timeout: float = 0.5
-    arm_timeout: float = 5.0
-    settle_time: float = 0.1
-    max_goal_validity: float = 600.0
-    motion_timeout: float = 2.0
-    aim_tolerance: float = 2e-4
-    brake_tolerance: float = 0.005
-    table_timeout: float = 1.0
-    unseen_timeout: float = 10.0
-    stamp_tolerance: float = 0.1
-    table_tolerance: float = 0.001
+    estop_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
+    interlock_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
+    joint_states_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
+    arm_timeout: float = number('s', minimum=0.1, maximum=60.0, default=5.0)
+    settle_time: float = number('s', minimum=0.0, maximum=10.0, default=0.1)
+    max_goal_validity: float = number('s', minimum=1.0, maximum=3600.0, default=600.0)
+    motion_timeout: float = number('s', minimum=0.1, maximum=30.0, default=2.0)
+    aim_tolerance: float = number('', minimum=1e-9, maximum=0.01, default=2e-4)
+    brake_tolerance: float = number('m', minimum=1e-4, maximum=0.02, default=0.005)
+    table_timeout: float = number('s', minimum=SHORTEST, maximum=5.0, default=1.0)
+    unseen_timeout: float = number('s', minimum=SHORTEST, maximum=60.0, default=10.0)
+    stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
+    table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
+
+    def __post_init__(self) -> None:
+        check(self)
 
     @property
     def max_pause(self) -> float:
-        """Longest time between two ticks after which the inputs are still trusted [s]."""
+        """
+        Longest time between two ticks after which the inputs are still trusted [s].
+
+        If the controller has not run for longer, all earlier messages are stale.
+        """
         return 0.5 * min(self.estop_timeout, self.interlock_timeout, self.joint_states_timeout)
 
 

@@ -28,20 +28,20 @@ class Imperfections:
     Parameters
     ----------
     bandwidth : float
-        Natural frequency of the actuators' control loops, which are critically damped [rad/s].
+        Natural frequency of the control loops, which are critically damped [rad/s].
     latency : float
         Delay from a command to its effect [s].
     noise : float
-        Standard deviation of the joints' disturbance accelerations, relative to the largest
-        accelerations of the joints.
+        Standard deviation of the disturbance accelerations, relative to the largest
+        accelerations.
     backlash : float
         Play between each actuator and the part that it moves, relative to the joint's range.
     encoder_step : float
-        Resolution of the encoders, relative to the joint's range.
+        Resolution of the encoders, relative to the range of the joint.
 
     """
 
-    bandwidth: float = number('rad/s', above=0, maximum=1000.0, default=150.0)
+    bandwidth: float = number('rad/s', minimum=1.0, maximum=1000.0, default=150.0)
     latency: float = number('s', minimum=0, maximum=1.0, default=0.0)
     noise: float = number('', minimum=0, maximum=1.0, default=0.0)
     backlash: float = number('', minimum=0, maximum=0.1, default=0.0)
@@ -59,15 +59,15 @@ class Faults:
     Parameters
     ----------
     stuck_incline : bool
-        The incline's actuator does not move.
+        Fault: the actuator of the incline does not move.
     lost_encoder : bool
-        The encoders fail: measured positions and speeds are NaN.
+        Fault: all measured positions and velocities are NaN.
     late_brake : float
-        Delay of the brake of the stroke's drive [s].
+        Fault: delay of the brake of the stroke [s].
     command_loss_rate : float
-        Fraction of the commands that are lost.
+        Fault: fraction of the commands that are lost.
     no_ball : bool
-        The cue meets no ball, so only the drive slows it down.
+        Fault: the cue meets no ball, so only the drive slows it down.
 
     """
 

@@ -1,14 +1,13 @@
 """Parameters of the nodes around the mechanical cue."""
 
 from dataclasses import fields, replace
-from typing import Any
 
 from rclpy.node import Node
 
-from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.execution import LATEST_STOP, Settings, SHORTEST
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections
-from billiard_shot.ros.parameters import Parameter, TABLE_FRAME
+from billiard_shot.ros.parameters import Parameter, parameters_of, read_into, TABLE_FRAME
 from billiard_shot.scene import Scene
 
 
@@ -78,11 +77,6 @@ NICENESS = Parameter(
 )
 
 
-def _timeout(name: str, description: str, read_only: bool = False) -> Parameter:
-    """Make the parameter of a time-out for a stop, at most 2 s: a later stop would be too late."""
-    return Parameter(name, 0.5, description, unit='s', limits=(0.05, 2.0), read_only=read_only)
-
-
 def _topic_parameter(name: str, default: str, description: str) -> Parameter:
     return Parameter(name, default, description, check=_topic, read_only=True)
 
@@ -128,93 +122,7 @@ CUE_DRIVER = (
     Parameter(
         'period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1), read_only=True
     ),
-    _timeout(
-        'estop_timeout', 'If `estop` is silent for longer than this, it is an emergency stop.'
-    ),
-    _timeout(
-        'interlock_timeout',
-        'If `interlock` is silent for longer than this, it counts as open.',
-    ),
-    _timeout(
-        'joint_states_timeout',
-        'If `joint_states` is silent for longer than this, it is a fault.',
-    ),
-    Parameter(
-        'arm_timeout',
-        5.0,
-        'If the cue is armed for longer than this without firing, it disarms.',
-        unit='s',
-        limits=(0.1, 60.0),
-    ),
-    Parameter(
-        'settle_time',
-        0.1,
-        'Time from armed to the start of the stroke; below arm_timeout.',
-        unit='s',
-        limits=(0.0, 10.0),
-    ),
-    Parameter(
-        'max_goal_validity',
-        600.0,
-        'Longest time for which a goal may be valid.',
-        unit='s',
-        limits=(1.0, 3600.0),
-    ),
-    Parameter(
-        'motion_timeout',
-        2.0,
-        'Longest allowed delay behind the commanded trajectory, start-up included; beyond it the '
-        'driver faults.',
-        unit='s',
-        limits=(0.1, 30.0),
-    ),
-    Parameter(
-        'aim_tolerance',
-        2e-4,
-        'Largest error of the position of a joint, relative to its range.',
-        limits=(1e-9, 0.01),
-    ),
-    Parameter(
-        'brake_tolerance',
-        0.005,
-        'Largest distance by which the cue may overrun its planned stop; beyond it the driver '
-        'faults.',
-        unit='m',
-        limits=(1e-4, 0.02),
-    ),
-    Parameter(
-        'table_timeout',
-        1.0,
-        'Longest time since a message on `table_state` and, before aiming, since the last '
-        'detection of each ball.',
-        unit='s',
-        limits=(0.05, 5.0),
-        read_only=True,
-    ),
-    Parameter(
-        'unseen_timeout',
-        10.0,
-        'Longest time since the last detection of each ball while a shot is aimed, because the '
-        'cue hides balls.',
-        unit='s',
-        limits=(0.05, 60.0),
-        read_only=True,
-    ),
-    Parameter(
-        'stamp_tolerance',
-        0.1,
-        'Largest lead of the time of a detection ahead of the clock.',
-        unit='s',
-        limits=(0.0, 1.0),
-        read_only=True,
-    ),
-    Parameter(
-        'table_tolerance',
-        0.001,
-        'Largest distance of a ball from its planned place.',
-        unit='m',
-        limits=(0.0, 0.02),
-    ),
+    *parameters_of(Settings, read_only=('table_timeout', 'unseen_timeout', 'stamp_tolerance')),
 )
 
 CUE_SIM = (
@@ -224,10 +132,13 @@ CUE_SIM = (
         'actuation_topic', 'cue_driver/actuation', 'Topic of the commanded trajectories.'
     ),
     NICENESS,
-    _timeout(
+    Parameter(
         'command_timeout',
+        0.5,
         'If no command arrives for longer than this, the mechanism stops. A command older than '
         'this is refused.',
+        unit='s',
+        limits=(SHORTEST, LATEST_STOP),
         read_only=True,
     ),
     Parameter(
@@ -239,60 +150,8 @@ CUE_SIM = (
         read_only=True,
     ),
     Parameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
-    Parameter(
-        'bandwidth',
-        150.0,
-        'Natural frequency of the control loops.',
-        unit='rad/s',
-        limits=(1.0, 1000.0),
-        read_only=True,
-    ),
-    Parameter(
-        'latency',
-        0.0,
-        'Delay from a command to its effect.',
-        unit='s',
-        limits=(0.0, 1.0),
-        read_only=True,
-    ),
-    Parameter(
-        'noise',
-        0.0,
-        'Standard deviation of the disturbance accelerations, relative to the largest '
-        'accelerations.',
-        limits=(0.0, 1.0),
-        read_only=True,
-    ),
-    Parameter(
-        'backlash',
-        0.0,
-        'Play of each joint, relative to its range.',
-        limits=(0.0, 0.1),
-        read_only=True,
-    ),
-    Parameter(
-        'encoder_step',
-        0.0,
-        'Resolution of the encoders, relative to the range of the joint.',
-        limits=(0.0, 0.1),
-        read_only=True,
-    ),
-    Parameter('stuck_incline', False, 'Fault: the actuator of the incline does not move.'),
-    Parameter('lost_encoder', False, 'Fault: all numbers in joint_states are NaN.'),
-    Parameter(
-        'late_brake',
-        0.0,
-        'Fault: delay of the brake of the stroke.',
-        unit='s',
-        limits=(0.0, 10.0),
-    ),
-    Parameter(
-        'command_loss_rate',
-        0.0,
-        'Fault: fraction of the commands that are lost.',
-        limits=(0.0, 1.0),
-    ),
-    Parameter('no_ball', False, 'Fault: the cue meets no ball.'),
+    *parameters_of(Imperfections, read_only=(each.name for each in fields(Imperfections))),
+    *parameters_of(Faults),
 )
 
 TABLE_SIM = (
@@ -366,21 +225,6 @@ CUE_MODEL = (
         read_only=True,
     ),
 )
-
-
-def read_into(kind: type, node: Node) -> Any:
-    """Make a dataclass from the node's parameters with the names of its fields."""
-    return kind(**{field.name: node.get_parameter(field.name).value for field in fields(kind)})
-
-
-def imperfections_of(node: Node) -> Imperfections:
-    """Read the imperfections of the simulated mechanism."""
-    return read_into(Imperfections, node)
-
-
-def faults_of(node: Node) -> Faults:
-    """Read the current faults of the simulated mechanism."""
-    return read_into(Faults, node)
 
 
 def settings_of(node: Node) -> Settings:

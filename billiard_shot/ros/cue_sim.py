@@ -13,7 +13,7 @@ from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.kinematics import home
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.simulated import SimulatedMechanism
+from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness, steady_timer
@@ -57,7 +57,7 @@ class CueSim(Node):
         self._now, self._behind, self._ran = 0.0, 0.0, monotonic()
         self._mechanism = SimulatedMechanism(
             mechanism,
-            cue_parameters.imperfections_of(self),
+            parameters.read_into(Imperfections, self),
             self._command_timeout,
             home(mechanism),
             self._now,
@@ -79,7 +79,7 @@ class CueSim(Node):
 
     def _set_faults(self) -> None:
         """Apply the parameters of the faults."""
-        self._mechanism.faults = cue_parameters.faults_of(self)
+        self._mechanism.faults = parameters.read_into(Faults, self)
 
     def _command(self, message: JointTrajectoryMessage, info: Mapping[str, Any]) -> None:
         if conversions.is_stop(message):  # obeyed from every driver

@@ -1,7 +1,9 @@
 """Parameters of the nodes: declared with full descriptors, checked at start-up and when set."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from inspect import cleandoc
+import re
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -16,6 +18,7 @@ from rclpy.parameter import Parameter as Setting
 from std_msgs.msg import Header
 
 from billiard_shot.scene import Scene
+from billiard_shot.scene.fields import NUMBER
 
 MAX_SAMPLES = 10_000
 """Largest number of trajectory samples in one answer."""
@@ -67,6 +70,43 @@ class Parameter:
             low, high = self.limits
             result.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
         return result
+
+
+def parameters_of(kind: type, read_only: Iterable[str] = ()) -> tuple[Parameter, ...]:
+    """
+    Parameters for the fields of a dataclass (billiard_shot.scene.fields), with their ranges.
+
+    Parameters
+    ----------
+    kind : type
+        Its docstring describes each field under `Parameters`, in numpydoc form.
+    read_only : iterable of str
+        Names of the fields whose values can be given only when the node starts.
+
+    """
+    text = cleandoc(kind.__doc__ or '') + '\n'
+    described = dict(re.findall(r'^(\w+) : .*\n((?:    .+\n)+)', text, re.MULTILINE))
+    fixed = set(read_only)
+    found = []
+    for each in fields(kind):
+        words = ' '.join(described[each.name].split())
+        bounds = each.metadata.get(NUMBER)
+        found.append(
+            Parameter(
+                each.name,
+                each.default,
+                re.sub(r' \[[^]]*\]\.$', '.', words),  # the unit is named below
+                bounds.unit if bounds else '',
+                (float(bounds.minimum), float(bounds.maximum)) if bounds else None,
+                read_only=each.name in fixed,
+            )
+        )
+    return tuple(found)
+
+
+def read_into(kind: type, node: Node) -> Any:
+    """Make a dataclass from the node's parameters with the names of its fields."""
+    return kind(**{field.name: node.get_parameter(field.name).value for field in fields(kind)})
 
 
 def _frame(name: str) -> None:

@@ -349,7 +349,7 @@ def test_a_detection_in_the_future_is_refused(bench):
 
 def test_the_cue_hides_the_ball_for_a_while():
     """A ball counts as lying where it was seen last, but not for ever."""
-    bench = Bench(settings=Settings(unseen_timeout=6.0, arm_timeout=60.0, settle_time=30.0))
+    bench = Bench(settings=Settings(unseen_timeout=6.0, arm_timeout=60.0, settle_time=10.0))
     in_state(bench, State.ARMED)
     bench.hide()
     bench.run(5.9)
