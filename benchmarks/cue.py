@@ -72,7 +72,7 @@ def stroke(random):
 
 def stop_latencies(player, clear_fault, count):
     """Times [ms] from pressing the e-stop to the zero command."""
-    estop = player._safety['estop']  # the publisher that says later that it is released
+    estop = player.safety_publishers['estop']  # the publisher that says later that it is released
     stopped = []
     player.create_subscription(
         JointTrajectory,

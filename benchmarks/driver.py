@@ -99,7 +99,7 @@ def aim(player, shot_id):
 
 def stop_latencies(player, clear_fault, name, count):
     """Times [ms] from the publication of the emergency stop to the command to stop."""
-    estop = player._safety['estop']  # the publisher that says later that it is released
+    estop = player.safety_publishers['estop']  # the publisher that says later that it is released
     stopped = []
     player.create_subscription(
         JointTrajectory,

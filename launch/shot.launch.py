@@ -15,6 +15,8 @@ Its arguments:
         mechanism, with the longer time-outs of config/simulation.yaml.
     `control`: true commands a joint_trajectory_controller of ros2_control, and starts it with the
         controllers and the hardware of config/controllers.yaml and of the robot model.
+    `camera`: true starts the table_tracker, which makes table_state from the detections of a
+        camera; with `simulate`, the simulated table publishes the detections.
     `model`: false leaves out the robot model of the mechanical cue and its transforms.
     `rviz`: true starts RViz, with a view of table, balls, stroke and plan.
     `autostart`: true configures and activates the cue_driver; false leaves that to the operator.
@@ -56,6 +58,7 @@ ARGUMENTS = {
     'cue': ('true', 'Start the cue_driver'),
     'simulate': ('false', 'Start a simulated mechanism and table'),
     'control': ('false', 'Command a controller of ros2_control, and start it'),
+    'camera': ('false', 'Track the balls in the detections of a camera'),
     'model': ('true', 'Robot model of the mechanical cue, and its transforms'),
     'rviz': ('false', 'Start RViz'),
     'autostart': ('true', 'Activate the cue_driver'),
@@ -140,7 +143,12 @@ def generate_launch_description():
                 namespace='',
                 condition=IfCondition(with_cue),
             ),
-            node('table_sim', condition=IfCondition(simulated)),
+            node('table_tracker', condition=IfCondition(VALUE['camera'])),
+            node(
+                'table_sim',
+                settings=[{'camera': ParameterValue(VALUE['camera'], value_type=bool)}],
+                condition=IfCondition(simulated),
+            ),
             node(
                 'cue_sim',
                 condition=IfCondition(AndSubstitution(simulated, NotSubstitution(controlled))),

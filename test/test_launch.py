@@ -13,6 +13,7 @@ import yaml
 from billiard_shot import Scene
 
 PROGRAMS = {'player', 'predict_shot', 'robot'}  # that people start, and that end
+TRUTH = ('false', 'true')
 OTHERS = {'rviz2', 'ros2_control_node', 'spawner'}
 pytestmark = pytest.mark.skipif(not FILE.exists(), reason='needs a source checkout')
 
@@ -35,7 +36,7 @@ def test_arguments_are_declared_and_described(launch_file):
 
 
 def test_nodes_and_their_files_are_there(launch_file):
-    nodes = started(launch_file, scene='paper', simulate='true', rviz='true')
+    nodes = started(launch_file, scene='paper', simulate='true', camera='true', rviz='true')
     own = {name: node for name, node in nodes.items() if node.package == 'billiard_shot'}
     for name, node in own.items():
         file = yaml.safe_load(Path(node.files[0]).read_text())['/**']['ros__parameters']
@@ -46,7 +47,7 @@ def test_nodes_and_their_files_are_there(launch_file):
         assert set(node.settings) - set(file) <= allowed
     executables = nodes_of((ROOT / 'setup.py').read_text())
     assert set(own) <= executables
-    assert executables - set(own) <= PROGRAMS | {'table_tracker'}
+    assert executables - set(own) <= PROGRAMS
 
 
 @pytest.mark.parametrize(
@@ -88,6 +89,15 @@ def test_every_node_gets_what_the_arguments_say(launch_file):
         if node.package == 'billiard_shot':
             assert given.items() <= node.settings.items()
     assert nodes['rviz2'].arguments[:4] == ['-d', f'{ROOT}/rviz/shot.rviz', '-f', 'cell1/table']
+
+
+def test_a_camera_is_tracked(launch_file):
+    """A simulated table publishes either table_state or the detections that it is made from."""
+    without, tracked = (started(launch_file, simulate='true', camera=each) for each in TRUTH)
+    assert 'table_tracker' not in without
+    assert not without['table_sim'].settings['camera']
+    assert 'table_tracker' in tracked
+    assert tracked['table_sim'].settings['camera']
 
 
 def test_the_launch_without_arguments_has_one_scene_with_a_guided_cue(launch_file):

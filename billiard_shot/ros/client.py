@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
 import numpy as np
 from numpy.typing import NDArray
+from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.client import Client
@@ -27,7 +28,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.safety import State
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.node_runner import EVERY_STATE, LATCHED
+from billiard_shot.ros.node_runner import EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.ros.service_caller import result_of, ServiceCaller
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -92,6 +93,11 @@ class RobotClient(Node):
     timeout : float
         Time to wait for each of the other nodes [s].
 
+    Attributes
+    ----------
+    safety_publishers : dict of str to Publisher
+        Publishers of the simulated safety inputs, by topic; empty if they are not simulated.
+
     """
 
     def __init__(
@@ -117,14 +123,18 @@ class RobotClient(Node):
         )
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
+        self.create_subscription(Log, '/rosout', self._on_log, EVERY_LOG)
+        self._last_log: dict[str, str] = {}  # by node
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
-        self._safety: dict[str, Publisher[Bool]] = {}
+        self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
         if simulate_safety_inputs:
             self.get_logger().warning(
                 'simulating the emergency stop and the interlock: never do this on a robot'
             )
-            self._safety = {name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS}
+            self.safety_publishers = {
+                name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS
+            }
             self.create_timer(SAFETY_PERIOD, self._publish_safety_inputs)
 
     def _publish_safety_inputs(self) -> None:
@@ -138,10 +148,13 @@ class RobotClient(Node):
                     )
         if self.safety_inputs_on and monotonic() > self._discovered:
             for name, value in SAFETY_INPUTS.items():
-                self._safety[name].publish(Bool(data=value))
+                self.safety_publishers[name].publish(Bool(data=value))
 
     def _on_table(self, message: TableState) -> None:
         self.table = message
+
+    def _on_log(self, message: Log) -> None:
+        self._last_log[message.name.replace('.', '/')] = message.msg
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -181,7 +194,7 @@ class RobotClient(Node):
         self._wait('cue_driver', lambda: self.states and self._arm.service_is_ready())
         self._wait('cue_driver', self.execute_shot.server_is_ready)
         self.wait_for_table()
-        if self._safety:  # otherwise a shot could end before safety equipment is discovered
+        if self.safety_publishers:  # else a shot could end before safety equipment is discovered
             self.until(lambda: monotonic() > self._discovered, DISCOVERY)
         self.problems = ['no diagnostics']
         self._wait('cue_driver', lambda: not self.problems)
@@ -200,11 +213,12 @@ class RobotClient(Node):
 
     def _reason(self, node: str) -> str:
         """Why a node is not ready, as far as this node can tell."""
-        there = self.resolve_topic_name(node).rpartition('/')
-        if (node, there[0] or '/') not in self.get_node_names_and_namespaces():
+        path = self.resolve_topic_name(node)
+        if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
             return 'there is no such node'
         if node != 'cue_driver':
-            return 'the node is starting'
+            said = self._last_log.get(path.strip('/'))
+            return f'the node is starting: {said}' if said else 'the node is starting'
         if self._get_life.service_is_ready():
             answer = self._get_life.call_async(GetState.Request())
             if self.until(answer.done, 1.0):

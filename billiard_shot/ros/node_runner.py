@@ -29,6 +29,9 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of latched state topics: slow subscribers must not miss a state."""
 
+EVERY_LOG = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""QoS of `/rosout`, on which rclpy publishes latched."""
+
 SAFETY_INPUT = QoSProfile(depth=100)
 """
 QoS of `estop` and `interlock`.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 import re
 from threading import Thread
 from time import perf_counter
+import traceback
 
 from billiard_shot_msgs.msg import TableState
 from billiard_shot_msgs.srv import PredictShot, PredictShots
@@ -112,7 +113,9 @@ class Predictor(Node):
                     scene, batch.normals, batch.velocities, tolerance, position=ball
                 )
                 answer = conversions.batch_response(batch, result, perf_counter() - begin)
-            except ValueError as error:
+            except Exception as error:  # an answer that never comes is worse than a refusal
+                if not isinstance(error, ValueError):
+                    self.get_logger().error(traceback.format_exc())
                 answer = PredictShots.Response(
                     status=int(Status.INVALID_REQUEST), message=_at_ball(error)
                 )
@@ -139,9 +142,9 @@ class Predictor(Node):
         self._record.publish(String(data=to_json(shot)))
 
 
-def _at_ball(error: ValueError) -> str:
+def _at_ball(error: Exception) -> str:
     """Message of an error of the library, with the name of the request's field."""
-    return re.sub(r'^position\b', 'ball_position', str(error))
+    return re.sub(r'^position\b', 'ball_position', str(error) or repr(error))
 
 
 def main(args: Sequence[str] | None = None) -> None:

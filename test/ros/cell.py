@@ -124,7 +124,7 @@ class Cell:
     @property
     def estop(self):
         """The publisher of the emergency stop, which goes on saying that it is released."""
-        return self.player._safety['estop']
+        return self.player.safety_publishers['estop']
 
     @property
     def state(self):

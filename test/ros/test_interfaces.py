@@ -1,6 +1,7 @@
 """The constants of the interfaces say what the library says."""
 
 from pathlib import Path
+import re
 
 import pytest
 import yaml
@@ -48,6 +49,12 @@ def test_parameter_files_hold_the_defaults(node, declared):
     }
     for parameter in declared:
         assert parameter.description.endswith('.')
+
+
+def test_the_page_names_the_read_only_parameters_of_the_driver():
+    page = (Path(__file__).resolve().parents[2] / 'docs' / 'cue.md').read_text()
+    listed = set(re.findall(r'`(\w+)`', page[page.index('Read-only are') :].partition(':')[0]))
+    assert listed == {each.name for each in cue_parameters.CUE_DRIVER if each.read_only}
 
 
 def test_motion_constants_are_the_motion_codes():

@@ -15,6 +15,7 @@ from billiard_shot_msgs.srv import PredictShot, PredictShots
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Path
 from paper import PAPER_SHOTS, request_for
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
@@ -22,6 +23,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import effects_of, predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
+from billiard_shot.ros import predictor as predictor_node
 from billiard_shot.ros.node_runner import BURST
 from billiard_shot.ros.predict_shot import report, request_of
 from billiard_shot.shot.replay import from_json
@@ -273,6 +275,26 @@ def test_a_request_for_many_strokes_is_refused_by_name(node, ask, changes, words
     answer = client.call(PredictShots.Request(**changes), repeatable=True)
     assert answer.status == Status.INVALID_REQUEST
     assert words in answer.message
+
+
+def test_an_unexpected_error_in_a_batch_is_answered(domain, node, monkeypatch):
+    """The strokes are computed in a thread, whose error would otherwise leave no answer."""
+
+    def broken(*_, **__):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(predictor_node, 'predict_batch', broken)
+    server, executor = predictor_node.Predictor(), SingleThreadedExecutor()
+    executor.add_node(server)
+    server.executor = executor
+    answer = executor.create_task(
+        server._predict_shots, PredictShots.Request(), PredictShots.Response()
+    )
+    executor.spin_until_future_complete(answer, PATIENCE)
+    assert answer.result().status == Status.INVALID_REQUEST
+    assert 'ZeroDivisionError' in answer.result().message
+    executor.shutdown()
+    server.destroy_node()
 
 
 def test_path_and_markers_come_after_the_answer(start, node):

@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 from waiting import PATIENCE
 
 from billiard_shot.ros import service_caller
+from billiard_shot.ros.client import NotReadyError, RobotClient
 from billiard_shot.ros.service_caller import ServiceCaller
 
 
@@ -115,3 +116,15 @@ def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
     late.destroy()
     assert len(list(node.clients)) == clients
+
+
+def test_a_wait_repeats_what_the_node_logged_last(node):
+    """A planner that compiles the library logs its progress, and offers no action yet."""
+    planner = rclpy.create_node('planner', namespace='/slow')
+    planner.get_logger().info('compiling the library, once: 3 of 10 parts after 12 s')
+    client = RobotClient('waiting', '/slow', timeout=5.0)
+    words = '/slow/planner: the node is starting: compiling the library, once: 3 of 10 parts'
+    with pytest.raises(NotReadyError, match=words):
+        client.wait_for_planner()
+    client.destroy_node()
+    planner.destroy_node()
