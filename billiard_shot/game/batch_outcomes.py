@@ -11,6 +11,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import judge_batch
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
+from billiard_shot.planning.within_noise import NoisyBatch
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import BatchResult
 from billiard_shot.status import Status
@@ -52,7 +53,7 @@ class RuledBatch(NamedTuple):
         return np.array(kept, np.bool_)[self.kind]
 
 
-def rule_on(state: State, calls: Sequence[Call], result: BatchResult) -> RuledBatch:
+def rule_on(state: State, calls: Sequence[Call], result: BatchResult | NoisyBatch) -> RuledBatch:
     """
     Rule on a batch of strokes.
 
@@ -62,7 +63,7 @@ def rule_on(state: State, calls: Sequence[Call], result: BatchResult) -> RuledBa
         Before the strokes, with the cue ball placed.
     calls : sequence of Call
         (n,)
-    result : BatchResult
+    result : BatchResult or NoisyBatch
         (n,) of a scene with the balls of the state.
 
     """

@@ -1,16 +1,12 @@
-"""Clearance of the cue in planned strokes, in spite of the errors of the player."""
-
-import math
+"""Strokes that the robot can play with clearance of the cue, in spite of its errors."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.planning.limits import AZIMUTH, limits_of, raise_for_clearance, SPEED
 from billiard_shot.scene import Scene
-from billiard_shot.shot.refusals import lowest_elevation
 
 Array = NDArray[np.float64]
-
-SIGMAS = 2.5  # of the errors of the height of the cue above a ball just behind the cue ball
 
 
 def raised(scene: Scene, offsets: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -26,17 +22,13 @@ def raised(scene: Scene, offsets: Array) -> tuple[Array, NDArray[np.bool_]]:
     Returns
     -------
     offsets : (n, 5) float array
+        NaN for strokes without clearance.
     playable : (n,) bool array
         Whether a stroke is within the limits of the robot.
 
     """
-    robot, noise = scene.robot, scene.noise
+    limits, robot = limits_of(scene, None, scene.noise), scene.robot
     found = offsets.copy()
-    found[:, 4] = np.clip(found[:, 4], robot.speed_min, robot.speed_max)
-    height = noise.b / (2.0 * scene.ball.radius)
-    margin = SIGMAS * math.hypot(math.radians(noise.elevation_deg), height)
-    lowest = np.maximum(lowest_elevation(scene, found), math.radians(robot.elevation_min_deg))
-    found[:, 2] = lowest + margin
-    turned = np.remainder(found[:, 3] - math.radians(robot.azimuth_deg) + math.pi, math.tau)
-    within = np.abs(turned - math.pi) <= math.radians(robot.azimuth_half_range_deg) + 1e-9
-    return found, within & (found[:, 2] <= math.radians(robot.elevation_max_deg))
+    found[:, SPEED] = np.clip(found[:, SPEED], robot.speed_min, robot.speed_max)
+    found = raise_for_clearance(scene, limits, found)
+    return found, limits.allows_azimuth(offsets[:, AZIMUTH]) & np.isfinite(found).all(axis=1)

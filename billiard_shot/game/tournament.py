@@ -6,6 +6,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from inspect import signature
+import json
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,7 @@ def find_agent(name: str) -> MakeAgent:
     ----------
     name : str
         One of `agent_names`; or `package.module`, a module of your own with a function `make`.
+        Options for `make` may follow, such as `player:effort=0.5,plies=1`.
 
     Raises
     ------
@@ -42,22 +45,37 @@ def find_agent(name: str) -> MakeAgent:
         If there is no such agent.
 
     """
-    module = name
-    if '.' not in name:
-        if name not in agent_names():
+    module, _, words = name.partition(':')
+    if '.' not in module:
+        if module not in agent_names():
             raise refused(
                 name,
                 f'one of {", ".join(agent_names())}, or a module such as package.module',
                 'player',
             )
-        module = f'billiard_shot.game.agents.{name}'
+        module = f'billiard_shot.game.agents.{module}'
     try:
         make: MakeAgent = import_module(module).make
     except (ImportError, AttributeError) as error:
         raise ValueError(
             f'player: {name!r} is not a module with a function make: {error}'
         ) from None
-    return make
+    return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
+
+
+def _option(make: MakeAgent, name: str, word: str) -> tuple[str, Any]:
+    """Read an option of an agent."""
+    option, _, value = word.partition('=')
+    known = [
+        each.name for each in signature(make).parameters.values() if each.kind == each.KEYWORD_ONLY
+    ]
+    if option not in known:
+        allowed = ', '.join(known) or 'none'
+        raise ValueError(f'player: {name!r} has no option {option!r}; options are: {allowed}')
+    try:
+        return option, json.loads(value)
+    except ValueError:
+        raise refused(value, 'a number, true or false', f'player: {name!r}: {option}') from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from billiard_shot import Scene
+from billiard_shot import predict, Scene
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, start, State
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
+from billiard_shot.game.ideas import indirect_pots, position_of
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
@@ -121,6 +122,51 @@ def test_the_probability_to_win_is_one_of_two_equal_players():
     assert at_table(np.ones(1), start('practice', TABLE, balls=1)) == 1.0
 
 
+@pytest.mark.parametrize('limit', ['seconds', 'time_left'])
+def test_with_hardly_any_time_the_player_takes_the_best_direct_shot(limit):
+    state = start('nine_ball', TABLE, seed=4, time_limit=1e-6 if limit == 'time_left' else None)
+    balls = {'cue': (0.3, 0.25), '1': (0.62, 0.3), '2': (-0.9, 0.05)}
+    state = replace(state, balls=balls, in_hand='', phase='play')
+    options = 'player:seconds=1e-6' if limit == 'seconds' else 'player'
+    hasty = find_agent(options)(TABLE, 1).decide(state)
+    assert hasty.stroke == Greedy(TABLE, 1).decide(state).stroke
+    assert Player(TABLE, 1).decide(replace(state, time_left=None)).stroke != hasty.stroke
+
+
+def test_a_planned_stroke_is_not_played_from_another_place():
+    state = start('practice', TABLE, seed=4, balls=2)
+    player = Player(TABLE, 1)
+    x, y = player.place(state)
+    elsewhere = (-x, -y) if not state.no_place(-x, -y) else (-x, y)
+    there = state.with_cue_ball(*elsewhere)
+    decision = player.decide(there)
+    shot = predict(replace(TABLE, balls=there.balls), decision.stroke)
+    assert shot.pocketed.get(decision.call.ball) == decision.call.pocket
+
+
+def test_without_a_direct_shot_a_combination_is_found():
+    """The 1 lies between the cue ball and the 9, which lies before the pocket."""
+    state = start('nine_ball', TABLE)
+    balls = {'cue': (0.3, 0.0), '1': (0.6, 0.2), '9': (0.84, 0.36)}
+    state = replace(state, balls=balls, in_hand='', phase='play')
+    ideas = indirect_pots(position_of(TABLE, state))
+    assert max(ideas, key=lambda idea: idea.guess).call == Call(ball='9', pocket='foot_left')
+
+
+def test_a_safety_is_played_only_with_two_players_and_if_allowed():
+    """The cue ball is behind a wall of balls, and the last ball is far away."""
+    balls = {'cue': (-0.9, 0.4), '8': (0.8, 0.0), '1': (-0.6, 0.4), '2': (-0.62, 0.3)}
+    state = replace(
+        start('eight_ball', TABLE),
+        balls=balls | {'3': (-0.65, 0.2)},
+        groups=('stripes', 'solids'),
+        in_hand='',
+        phase='play',
+    )
+    assert find_agent('player:effort=0.3')(TABLE, 1).decide(state).call.safety
+    assert not find_agent('player:effort=0.3,safe=false')(TABLE, 1).decide(state).call.safety
+
+
 def test_the_player_leaves_the_next_ball():
     """Straight stun would leave no direct shot at 2; draw or follow does."""
     state = start('practice', TABLE, balls=2)
@@ -179,5 +225,9 @@ def test_unknown_players_are_refused(capsys):
     assert agent_names() == ['greedy', 'player', 'random']
     with pytest.raises(ValueError, match='greedy, player, random'):
         find_agent('best')
+    with pytest.raises(ValueError, match="no option 'skill'; options are: effort, plies"):
+        find_agent('player:skill=9')
+    with pytest.raises(ValueError, match='plies: 3 is not allowed'):
+        find_agent('player:plies=3')(TABLE, 1)
     assert main(['tournament', 'practice', '--players', 'best', '--racks', '1']) == 2
     assert "player: 'best' is not allowed" in capsys.readouterr().err
