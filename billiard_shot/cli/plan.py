@@ -23,6 +23,7 @@ from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
+from billiard_shot.planning.in_hand import PLACES
 from billiard_shot.planning.limits import BALLS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
@@ -63,6 +64,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--pot', nargs='+', metavar='BALL', help='ball to be potted, several, or any'
     )
     target.add_argument('--hit', metavar='BALL', help='ball to be hit first')
+    target.add_argument(
+        '--safe',
+        nargs='+',
+        metavar='BALL',
+        help='balls of which one is hit first, so that no good direct shot is left; or any',
+    )
+    target.add_argument(
+        '--break',
+        nargs='+',
+        metavar='BALL',
+        help='balls of which one is hit first, so that a ball falls; or any',
+    )
     for name, text in (
         ('rest', 'point at which the cue ball has to rest (m)'),
         ('pass', 'point that the cue ball has to pass (m)'),
@@ -96,6 +109,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         metavar='DEG',
         help='largest deviation from --direction (degrees)',
+    )
+    more.add_argument(
+        '--against',
+        nargs='+',
+        metavar='BALL',
+        help='for --safe: balls that the other player may pot (default: any)',
+    )
+    more.add_argument(
+        '--chance',
+        type=float,
+        metavar='P',
+        help='for --safe: largest chance of a direct shot that is left (default: 0.2)',
+    )
+    more.add_argument(
+        '--pots', type=int, metavar='N', help='for --break: how many balls fall (default: 1)'
+    )
+    more.add_argument(
+        '--place',
+        choices=PLACES,
+        help='for --pot and --break: the cue ball is in hand, and is put where it is best',
     )
     limits = parser.add_argument_group('limits that replace those of the scene')
     limits.add_argument(
@@ -155,6 +188,7 @@ def run(options: argparse.Namespace) -> int:
             progress=lambda now: report(now.simulations),
             executor=executor,
             time_limit=options.time_limit,
+            place=options.place,
         )
     if options.json:
         print(json.dumps(_as_json(result), allow_nan=False))
@@ -193,6 +227,11 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
     names = (
         'pot',
         'hit',
+        'safe',
+        'break',
+        'against',
+        'chance',
+        'pots',
         'rest',
         'pass',
         'pocket',
@@ -217,6 +256,9 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     """Print the strokes, the best first, and what the best one does if it is played exactly."""
     if as_text(options):
         print(textwrap.fill(f'{result.status.name}: {result.message}', WIDTH))
+        if result.place:
+            x, y = result.place
+            print(f'cue ball at ({x:.3f}, {y:.3f}) m')
     rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
     print_rows(COLUMNS, rows, options)
     if as_text(options) and result.best:
@@ -241,6 +283,7 @@ def _as_json(result: PlanResult) -> dict[str, Any]:
         'simulations': result.simulations,
         'wall_time': result.wall_time,
         'noise': asdict(result.noise),
+        'place': result.place,
         'ranking': [_stroke(each) for each in result.ranking],
     }
 

@@ -9,7 +9,7 @@ from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SP
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import Array, unit_speed_strikes
-from billiard_shot.planning.targets import Pot, Rest
+from billiard_shot.planning.targets import Break, Pot, Rest
 from billiard_shot.planning.waypoints import (
     is_clear,
     MIN_CUT_COSINE,
@@ -22,6 +22,7 @@ SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azim
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
 CUSHION_FACTOR = 3.0  # of the uncertainty of a route by cushions; of its cost, for each cushion
 SPEEDS = 5
+BREAK_SPEED = 0.7  # of the largest speed: slower breaks are not candidates
 # b of stun, draw and follow, then half of these; for offset_max 0.5
 HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)
 LENGTH_FACTORS = (1.0, 0.9, 1.1, 1.25, 1.5)  # distances to roll, relative to the route
@@ -137,6 +138,8 @@ def _speeds(problem: Problem, route: Route) -> Array:
         reach = _reach(problem)
         return np.sqrt(route.length * np.array(LENGTH_FACTORS) / reach)
     slowest = max(robot.speed_min, min(0.5, robot.speed_max))
+    if isinstance(problem.target, Break):
+        slowest = max(slowest, BREAK_SPEED * robot.speed_max)
     return np.geomspace(slowest, robot.speed_max, SPEEDS)
 
 

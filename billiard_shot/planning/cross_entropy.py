@@ -2,10 +2,11 @@
 Refinement of strokes by the cross-entropy method.
 
 Each iteration samples around every stroke of the population, moves the stroke to the mean of its
-successful samples, and keeps the best strokes. The first iterations sample as widely as candidates
-may be wrong, the last ones with the execution noise itself. The mean error of the successful
-samples is then the gradient of the success probability in the metric of the noise (cross-entropy
-method, Rubinstein 1999; natural evolution strategies, Wierstra 2014).
+successful samples, and keeps the best strokes. If outcomes have values, the values are the weights
+of the mean. The first iterations sample as widely as candidates may be wrong, the last ones with
+the execution noise itself. The mean error of the successful samples is then the gradient of the
+success probability in the metric of the noise (cross-entropy method, Rubinstein 1999; natural
+evolution strategies, Wierstra 2014).
 """
 
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.candidates import Candidates
+from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import AZIMUTH, ELEVATION, raise_for_clearance, SPEED
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner
@@ -34,6 +36,7 @@ class Population(NamedTuple):
 
     strokes: Array  # (n, 5)
     sigma: Array  # (n, 5) standard deviations of the errors of the candidates
+    value: Array  # (n,) mean value of the samples: the share that succeeded, if there is no other
     success: Array  # (n,) share of the samples that succeeded
     penalty: Array  # (n,) mean penalty of the best samples
     samples: NDArray[np.int64]  # (n,) number of these samples
@@ -44,14 +47,14 @@ class Population(NamedTuple):
         return Population(*fields)
 
 
-def population_of(candidates: Candidates, penalty: Array) -> Population:
+def population_of(candidates: Candidates, outcomes: Outcomes) -> Population:
     """Make a population of candidates that were evaluated."""
     strokes = candidates.strokes
     sigma = np.empty_like(strokes)
     sigma[:, :2], sigma[:, ELEVATION] = OFFSET_SIGMA, ELEVATION_SIGMA
     sigma[:, AZIMUTH], sigma[:, SPEED] = candidates.spread, SPEED_SIGMA * strokes[:, SPEED]
-    success = (penalty == 0.0).astype(float)
-    return Population(strokes, sigma, success, penalty, np.ones(len(strokes), np.int64))
+    success, once = outcomes.success.astype(float), np.ones(len(strokes), np.int64)
+    return Population(strokes, sigma, outcomes.value, success, outcomes.penalty, once)
 
 
 def refine(
@@ -64,7 +67,7 @@ def refine(
     """
     Run the iterations that the budget allows; yield the population after each.
 
-    At the end, `runner.best` is at least the success of the best stroke.
+    At the end, `runner.best` is at least the value of the best stroke.
     """
     best = 0.0
     for sigma_scale, kept, samples in SCHEDULE:
@@ -78,13 +81,13 @@ def refine(
         )
         count = max(4, round(kept * len(population.strokes)))
         population = population.take(_order(population)[:count])
-        best = float(population.success[0])
+        best = float(population.value[0])
         yield population
     runner.best = max(runner.best, best)
 
 
 def _order(population: Population) -> NDArray[np.int64]:
-    order: NDArray[np.int64] = np.lexsort((population.penalty, -population.success))
+    order: NDArray[np.int64] = np.lexsort((population.penalty, -population.value))
     return order
 
 
@@ -100,18 +103,27 @@ def _iteration(
     if len(outcomes.success) < len(flat):
         return population  # the time is up
     penalty = outcomes.penalty.reshape(count, samples)
+    value = outcomes.value.reshape(count, samples)
     success = outcomes.success.reshape(count, samples)
     moved = np.empty_like(population.strokes)
-    nearest = np.argsort(penalty, axis=1, kind='stable')[:, : max(2, round(ELITE_SHARE * samples))]
+    order = np.lexsort((penalty, -value))
+    nearest = order[:, : max(2, round(ELITE_SHARE * samples))]
     for i in range(count):
-        better = np.flatnonzero(success[i])
-        if len(better) < nearest.shape[1]:
-            better = nearest[i]
-        moved[i] = tried[i, better].mean(axis=0)
+        low, high = value[i].min(), value[i].max()
+        weights = value[i] - (low if low < high else 0.0)
+        if np.count_nonzero(weights) < nearest.shape[1]:
+            weights[:] = 0.0
+            weights[nearest[i]] = 1.0
+        moved[i] = np.average(tried[i], axis=0, weights=weights)
     best = np.take_along_axis(penalty, nearest, axis=1).mean(axis=1)
     strokes = raise_for_clearance(problem.scene, problem.limits, problem.limits.clip(moved))
     blocked = np.isnan(strokes).any(axis=1)
     strokes[blocked] = population.strokes[blocked]
     return Population(
-        strokes, population.sigma, success.mean(axis=1), best, np.full(count, samples, np.int64)
+        strokes,
+        population.sigma,
+        value.mean(axis=1),
+        success.mean(axis=1),
+        best,
+        np.full(count, samples, np.int64),
     )

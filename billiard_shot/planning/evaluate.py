@@ -1,14 +1,17 @@
 """Simulation of many strokes at once, and their penalties."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.planning.outcome_targets import penalties_at_rest
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.score import Goal, Runs, score_tables, Sought
+from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
+from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.model import tip_reach
 from billiard_shot.shot.neighbours import neighbours_of
@@ -20,7 +23,13 @@ from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.motion import Segment
-from billiard_shot.table.simulate import BatchRecording, run_recorded, TableTask
+from billiard_shot.table.simulate import (
+    batch_of,
+    BatchRecording,
+    run_recorded,
+    TableBatch,
+    TableTask,
+)
 from billiard_shot.table.simulation_state import BallRule
 
 TOLERANCE = 1e-3  # m, of trajectories
@@ -34,6 +43,8 @@ INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
 # still fall by chance, which only the trials of finished plans count.
 SOUGHT_CUSHIONS = 2
 
+Value = Callable[[TableBatch], Any]  # of n outcomes: (n,) numbers from 0 to 1
+
 
 class Outcomes(NamedTuple):
     """Outcomes of n strokes."""
@@ -42,6 +53,11 @@ class Outcomes(NamedTuple):
     # (n,) 0 if the target was reached; below 1 if only the last step is missing, then about the
     # remaining distance in m; one more for every earlier step that is missing
     penalty: Array
+    value: Array  # (n,) from 0 to 1: that of `Value`; without one, 1 if the target was reached
+
+    def take(self, which: NDArray[np.int64]) -> 'Outcomes':
+        """Select some of the outcomes."""
+        return Outcomes(self.success[which], self.penalty[which], self.value[which])
 
 
 def evaluate_strokes(
@@ -51,6 +67,7 @@ def evaluate_strokes(
     *,
     to_the_end: bool = True,
     fast_rebounds: bool = False,
+    value: Value | None = None,
 ) -> Outcomes:
     """
     Simulate strokes and find their penalties.
@@ -67,15 +84,35 @@ def evaluate_strokes(
         Whether a ball that has missed its pocket is followed further.
     fast_rebounds : bool
         See `TableTask`.
+    value : callable, optional
+        Of outcomes; then all balls are followed to rest. A stroke that cannot be played, or whose
+        tip slides, has the value 0.
 
     """
-    rules = problem.rules
-    if not to_the_end:
-        rules = rules.copy()
+    rules: NDArray[np.void] | None = problem.rules
+    if value is not None:
+        rules = None
+    elif not to_the_end:
+        rules = problem.rules.copy()
         rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
     recording, usable = simulate_strokes(problem, strokes, motions, rules, fast_rebounds)
     penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
-    return Outcomes(penalty == 0.0, penalty)
+    success = penalty == 0.0
+    if value is None:
+        return Outcomes(success, penalty, success.astype(float))
+    return Outcomes(success, penalty, np.where(usable, _values(problem, recording, value), 0.0))
+
+
+def _values(problem: Problem, recording: BatchRecording, value: Value) -> Array:
+    """Ask for the values (n,) of recorded tables, and check them."""
+    count = len(recording.tables)
+    values = as_floats(value(batch_of(recording, problem.names)))
+    if values.shape != (count,) or not ((values >= 0.0) & (values <= 1.0)).all():
+        got = f'shape {values.shape}'
+        if values.shape == (count,):
+            got = f'{values[~((values >= 0.0) & (values <= 1.0))][0]:g}'
+        raise ValueError(f'value must return ({count},) numbers from 0 to 1, got {got}')
+    return values
 
 
 def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
@@ -98,7 +135,10 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
         run.storage.zeros(len(problem.places)),
     )
     run(sought, runs, penalties)
-    return np.asarray(penalties)
+    found = np.asarray(penalties)
+    if problem.goal[0]['kind'] == Kind.FOULS:
+        found = found + penalties_at_rest(problem, batch_of(recording, problem.names), found)
+    return found
 
 
 def simulate_strokes(

@@ -1,4 +1,4 @@
-"""The cue ball in hand: places from which a ball is likely to be potted."""
+"""The cue ball in hand: places from which a ball is likely to be potted, and for breaks."""
 
 import math
 
@@ -8,9 +8,10 @@ from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.shots import shots
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import Array
-from billiard_shot.planning.targets import Pot, Target
+from billiard_shot.planning.targets import Break, Pot, Target
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.table import Table
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
 
@@ -20,13 +21,17 @@ APART = 0.15  # m, at least, between the places that are chosen
 NEAREST = 0.15  # m to the ball: from nearer the cue may hit the cue ball twice
 ALIKE = 0.01  # chance: among places that differ by less, the one with the shortest ways is better
 HEAD_STRING = -0.25  # table lengths: x of the head string; the kitchen is behind it
+BEHIND, BESIDE = 0.02, 0.4  # of breaks: table lengths from the head string; table widths, at most
 
 
 def places_in_hand(
     scene: Scene, target: Target, limits: Limits, noise: Noise, place: str, count: int
 ) -> list[tuple[float, float]]:
     """
-    Choose places of the cue ball (x, y) [m] from which a direct shot pots a ball, the best first.
+    Choose places of the cue ball (x, y) [m], the best first.
+
+    For a pot, those from which a direct shot pots the ball. For a break, places in the kitchen,
+    from the middle of the head string to the side.
 
     Parameters
     ----------
@@ -42,19 +47,23 @@ def places_in_hand(
     Raises
     ------
     ValueError
-        If `place` is none of `PLACES`, or the target is not to pot a ball on a table with pockets.
+        If `place` is none of `PLACES`, or the target is neither a pot nor a break.
 
     """
     if place not in PLACES:
         raise ValueError(f'place must be {" or ".join(PLACES)}, got {place!r}')
-    if not isinstance(target, Pot) or scene.table is None:
-        raise ValueError(f'place needs a target that pots a ball, got {target!r}')
+    if not isinstance(target, Pot | Break) or scene.table is None:
+        raise ValueError(f'place needs a target that pots a ball or breaks, got {target!r}')
     others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
-    free = _free_places(scene, np.array(list(others.values())).reshape(-1, 2), place)
+    lying = np.array(list(others.values())).reshape(-1, 2)
+    if isinstance(target, Break):
+        points = _along_head_string(scene.table, count)
+        return [(x, y) for x, y in _free_of(scene, lying, points).tolist()]
+    free = _free_places(scene, lying, place)
     radius = scene.ball.radius
     position = np.full((len(free), 1 + len(others), 3), radius)
     position[:, 0, :2] = free
-    position[:, 1:, :2] = np.array(list(others.values())).reshape(-1, 2)
+    position[:, 1:, :2] = lying
     legal = [
         name
         for name in others
@@ -77,14 +86,27 @@ def places_in_hand(
     return chosen
 
 
+def _along_head_string(table: Table, count: int) -> Array:
+    """List places (n, 2) [m] a little behind the head string, from its middle to the side."""
+    x, y = (HEAD_STRING - BEHIND) * table.length, BESIDE * table.width
+    return np.column_stack([np.full(count, x), np.linspace(0.0, y, count)])
+
+
 def _free_places(scene: Scene, others: Array, place: str) -> Array:
     """List places (n, 2) [m] at which the cue ball can lie."""
-    table, radius = scene.table, scene.ball.radius
+    table = scene.table
     assert table is not None
     low, high = np.array([-0.5, -0.5]), np.array([0.5, 0.5])
     if place == 'kitchen':
         high[0] = HEAD_STRING
     points = (low + (high - low) * quasi_random(TRIED, 2)) * (table.length, table.width)
+    return _free_of(scene, others, points)
+
+
+def _free_of(scene: Scene, others: Array, points: Array) -> Array:
+    """Select the places (n, 2) [m] at which the cue ball neither touches a ball nor a cushion."""
+    table, radius = scene.table, scene.ball.radius
+    assert table is not None
     apart = np.linalg.norm(points[:, np.newaxis] - others, axis=2).min(axis=1, initial=np.inf)
     points = points[apart > 2.0 * radius]
     lies = [not no_place(table, x, y, radius) for x, y in points.tolist()]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Target
+from billiard_shot.planning.targets import Break, Gate, Hit, Pass, Pot, Safe, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent
@@ -42,6 +42,8 @@ def kind_of(shot: Shot, target: Target) -> str:
         and _deflection(shot, collision, target.hit) > STRAIGHT
     ):
         words.append('cut')
+    elif isinstance(target, Safe | Break):
+        words.append('safety' if isinstance(target, Safe) else 'break')
     return ', '.join(word for word in words if word) or 'direct'
 
 

@@ -11,6 +11,7 @@ from time import perf_counter
 from typing import Any
 
 from billiard_shot import machine_code
+from billiard_shot.planning.evaluate import Value
 from billiard_shot.planning.explain import why_not_straight
 from billiard_shot.planning.in_hand import places_in_hand
 from billiard_shot.planning.limits import check_clearance, Limits, limits_of
@@ -20,6 +21,7 @@ from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
+from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
@@ -27,7 +29,7 @@ from billiard_shot.scene.values import positive, whole
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-PLACES_TRIED = 4  # of a cue ball in hand that has to come to rest at a place
+PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
 
 
 def plan(
@@ -42,6 +44,7 @@ def plan(
     executor: Executor | SupportsSubmit | None = None,
     time_limit: float | None = None,
     place: str | None = None,
+    value: Value | None = None,
 ) -> PlanResult:
     """
     Find the stroke most likely to reach a target, given execution noise, limits and obstacles.
@@ -58,7 +61,8 @@ def plan(
         `{'rest': (x, y), 'radius': r}`, `{'pass': (x, y), 'radius': r}`,
         `{'gate': ((x1, y1), (x2, y2))}`, `{'hit': ball}` with an optional `direction` or `at`,
         `{'pot': name, list or 'any', 'pocket': name, list or 'any'}` with an optional `leave` and
-        `radius`; or an object of the classes in targets.py. In m, frame `table`.
+        `radius`, `{'safe': balls, 'against': balls, 'chance': p}`, `{'break': balls, 'pots': n}`;
+        or an object of the classes in targets.py. In m, frame `table`.
     noise : str, Noise or mapping, optional
         `tournament`, `none`, or the standard deviations of a `Noise`; by default those of the
         scene.
@@ -85,8 +89,15 @@ def plan(
         `cancel` is called after it.
     place : str, optional
         The cue ball is in hand, and the plan says where to put it: `anywhere` on the table, or in
-        the `kitchen` behind the head string. Only for targets that pot a ball. The places with the
-        best direct shots share the budget.
+        the `kitchen` behind the head string. Only for targets that pot a ball, at the places with
+        the best direct shots, and for breaks, at places along the head string. The places share
+        the budget.
+    value : callable, optional
+        Value of outcomes: it takes a `TableBatch` of n runs, and returns (n,) numbers from 0 to 1,
+        such as chances to win from the tables at rest. The plan is then the stroke with the best
+        mean value, whether or not it reaches the target, to which the search looks for ways. A
+        stroke that cannot be played, or whose tip slides, has the value 0. Threads call it at the
+        same time.
 
     Returns
     -------
@@ -97,7 +108,7 @@ def plan(
     ------
     ValueError
         If the request is invalid, or the limits leave the cue no clearance; the message names the
-        fields to change.
+        fields to change. If `value` returns numbers of another shape or range.
 
     """
     scene = Scene.load(scene)
@@ -116,11 +127,12 @@ def plan(
         progress=progress,
         cancel=cancel,
         executor=executor,
+        value=value,
     )
     if place is None:
         return search_at(scene, budget=budget, time_limit=time_limit)
     begin = perf_counter()
-    count = PLACES_TRIED if isinstance(wanted, Pot) and wanted.leave is not None else 1
+    count = 1 if isinstance(wanted, Pot) and wanted.leave is None else PLACES_TRIED
     found = places_in_hand(scene, wanted, limits, spread, place, count)
     if not found:
         text = f'place: no direct shot pots the ball from {place}'
@@ -143,8 +155,9 @@ def plan(
 
 
 def _surely(result: PlanResult) -> float:
-    """Lower end of the interval of the success of the best stroke; below 0 if there is none."""
-    return result.best.interval[0] if result.best else -1.0
+    """Lower end of the interval of the value of the best stroke; below 0 if there is none."""
+    best = result.best
+    return wilson_interval(best.value * best.trials, best.trials)[0] if best else -1.0
 
 
 def _plan_from(
@@ -158,6 +171,7 @@ def _plan_from(
     cancel: Callable[[], bool] | None,
     executor: Executor | SupportsSubmit | None,
     time_limit: float | None,
+    value: Value | None,
 ) -> PlanResult:
     """Search for strokes at the cue ball where the scene has it, see `plan`."""
     begin = perf_counter()
@@ -165,7 +179,7 @@ def _plan_from(
     machine_code.require()
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
-        runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit)
+        runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit, value)
         found = search(problem, runner, seed)
     finally:
         # after a cancellation, do not wait for running tasks
@@ -178,9 +192,11 @@ def _plan_from(
             Stroke.from_offsets(*finalist.stroke.tolist()),
             finalist.successes,
             finalist.trials,
+            finalist.value,
+            finalist.value_error,
         )
         for finalist in found.finalists
-        if finalist.successes
+        if finalist.value > 0.0
     )
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(wanted, Pot) and not runner.late:
@@ -250,4 +266,6 @@ def _outcome(
 
 def _summary(best: RankedStroke) -> str:
     success = f'{best.kind}: success {best.estimate}'
+    if best.value != best.success:
+        success += f', value {best.value:.3f} (standard error {best.value_error:.3f})'
     return '; '.join(filter(None, [success, best.warning]))

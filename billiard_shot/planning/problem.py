@@ -12,7 +12,18 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.score import Goal, Kind, POCKETS
 from billiard_shot.planning.strikes import Array
-from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest, Target
+from billiard_shot.planning.targets import (
+    ANY,
+    Break,
+    Gate,
+    Hit,
+    met_first,
+    Pass,
+    Pot,
+    Rest,
+    Safe,
+    Target,
+)
 from billiard_shot.records import ROWS
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.effects import model_of
@@ -32,12 +43,13 @@ class Problem:
     scene: Scene
     target: Target
     limits: Limits
+    noise: Noise
     model: StrikeModel
     table: TableParams
     layout: Table
     names: tuple[str, ...]  # of all balls, the cue ball first
     places: Array  # (balls, 2) m
-    balls: tuple[int, ...]  # indices of the balls to be potted, or of the one to be hit
+    balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first
     pockets: NDArray[np.int64]  # pockets into which the balls may fall
     goal: NDArray[np.void]  # (1,) Goal
     rules: NDArray[np.void]  # (balls,) BallRule; none is `sought`
@@ -86,8 +98,11 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
             pockets = np.array([POCKET_NAMES.index(pocket) for pocket in target.pocket])
             for i in balls:
                 wanted[i, pockets] = 1.0
-        case Hit():
-            balls = (names.index(target.hit),)
+        case Hit() | Safe() | Break():
+            first = met_first(target)
+            balls = tuple(i for i in range(1, len(names)) if ANY in first or names[i] in first)
+            if not isinstance(target, Hit):
+                rules['barred'][[i for i in range(len(names)) if i not in balls]] = True
     holes = np.zeros((POCKETS, 2))
     if layout.pockets:
         holes[:] = [(hole.hole_x, hole.hole_y) for hole in layout.pockets]
@@ -95,6 +110,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         scene,
         target,
         limits,
+        noise,
         model_of(scene),
         table,
         layout,
@@ -116,7 +132,8 @@ def _goal(
     """Write a target as numbers."""
     goals: NDArray[np.void] = ROWS.records(Goal, 1)
     goal: Any = goals[0]
-    goal.ball_radius, goal.must_meet = radius, must_meet
+    goal.ball_radius = radius
+    goal.must_meet = must_meet or isinstance(target, Safe | Break)
     match target:
         case Rest():
             goal.kind, (goal.x, goal.y), goal.radius = Kind.REST, target.rest, target.radius
@@ -137,6 +154,8 @@ def _goal(
             if target.leave is not None:
                 goal.kind, (goal.x, goal.y) = Kind.POT_AND_LEAVE, target.leave
                 goal.radius = target.radius
+        case _:
+            goal.kind = Kind.FOULS
     return goals
 
 

@@ -42,6 +42,11 @@ class RankedStroke:
         trials, which had no part in the choice of the stroke. If the search was cancelled, they
         are the samples of the search itself. Then `success` can be too large, and the errors can
         be larger than the execution noise.
+    value : float
+        Mean value of the outcomes of these trials, see `plan`; the success, if nothing else is
+        asked for.
+    value_error : float
+        Standard error of that mean.
 
     """
 
@@ -51,6 +56,8 @@ class RankedStroke:
     stroke: Stroke
     successes: int = field(repr=False)
     trials: int
+    value: float = field(repr=False)
+    value_error: float = field(repr=False)
 
     def __repr__(self) -> str:
         return f'RankedStroke({self.kind}: success {self.estimate}, {self.stroke!r})'

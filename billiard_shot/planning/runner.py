@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from billiard_shot.planning.evaluate import evaluate_strokes, is_alone, Outcomes
+from billiard_shot.planning.evaluate import evaluate_strokes, is_alone, Outcomes, Value
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
@@ -39,7 +39,8 @@ class Progress:
 
     simulations: int
     budget: int
-    success: float  # estimated for the best stroke so far; 0 if no stroke was found
+    # Estimated for the best stroke so far, or its mean value; 0 if no stroke was found.
+    success: float
 
 
 class StoppedError(Exception):
@@ -57,13 +58,14 @@ class Runner:
         progress: Callable[[Progress], object] | None,
         cancel: Callable[[], bool] | None,
         time_limit: float | None = None,
+        value: Value | None = None,
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas))
         self._alone = is_alone(problem)
         self._executor = executor
-        self._work = partial(evaluate_strokes, problem)
+        self._work = partial(evaluate_strokes, problem, value=value)
         self._progress, self._cancel = progress, cancel
         self._begin, self._time_limit = perf_counter(), time_limit
 
@@ -168,7 +170,7 @@ class Runner:
             self._executor.submit(work, strokes[part], None if motions is None else motions[part])
             for part in parts
         ]
-        results = [Outcomes(np.empty(0, np.bool_), np.empty(0))]
+        results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]
         for outcomes in self._results(futures):
             results.append(outcomes)
             self.simulations += len(outcomes.success)

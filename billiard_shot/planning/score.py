@@ -43,9 +43,10 @@ class Kind(IntEnum):
     HIT_AT = 5
     POT = 6
     POT_AND_LEAVE = 7
+    FOULS = 8  # only fouls count here; outcome_targets.py adds the rest
 
 
-REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE = map(int, Kind)
+REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, Kind)
 
 
 @record
@@ -341,6 +342,8 @@ def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
         pots = goal.kind == POT or goal.kind == POT_AND_LEAVE
         if goal.kind == REST:
             penalty = distance_penalty(away)
+        elif goal.kind == FOULS:
+            penalty = 0.0
         elif pots and has_potted(sought.wanted, runs.balls, part.first):
             penalty = distance_penalty(away) if goal.kind == POT_AND_LEAVE else 0.0
         else:

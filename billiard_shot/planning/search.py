@@ -22,6 +22,7 @@ from billiard_shot.planning.candidates import (
 )
 from billiard_shot.planning.cross_entropy import Population, population_of, refine
 from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
+from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
@@ -55,11 +56,13 @@ ALIKE_DISTANCE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
 
 
 class Finalist(NamedTuple):
-    """A stroke with its successes in held-out trials."""
+    """A stroke with its successes in held-out trials, and the mean value of their outcomes."""
 
     stroke: Array
     successes: int
     trials: int
+    value: float
+    value_error: float  # standard error of the mean value
 
 
 class Found(NamedTuple):
@@ -76,8 +79,8 @@ class Stage:
     """Candidates of one kind, simulated without errors."""
 
     candidates: Candidates
-    penalty: Array
-    success: float = 0.0  # of its best stroke so far
+    outcomes: Outcomes
+    value: float = 0.0  # of its best stroke so far
 
 
 def search(problem: Problem, runner: Runner, seed: int) -> Found:
@@ -92,26 +95,28 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     stages: list[Stage] = []
     makers = stage_candidates(problem, runner)
     found: list[Population] = []
-    winners: list[float] = []  # success of the best stroke of each round
+    winners: list[float] = []  # value of the best stroke of each round
     nearest, converged = np.inf, False
     try:
         for number in range(MAX_ROUNDS):
             first, runner.best = len(found), 0.0
             for stage in _simulated(runner, stages, makers):
-                nearest = min(nearest, float(stage.penalty.min()))
+                nearest = min(nearest, float(stage.outcomes.penalty.min()))
                 count = max(4, round(effort * REFINED))
-                chosen = choose(stage.candidates, stage.penalty, count, draws)
-                population = population_of(stage.candidates.take(chosen), stage.penalty[chosen])
+                chosen = choose(stage.candidates, stage.outcomes, count, draws)
+                population = population_of(
+                    stage.candidates.take(chosen), stage.outcomes.take(chosen)
+                )
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
-                stage.success = max(stage.success, float(found[-1].success.max(initial=0.0)))
+                stage.value = max(stage.value, float(found[-1].value.max(initial=0.0)))
                 if runner.left <= 0:
                     break
             best = best_of(found[first:])
             if not len(best.strokes):
                 break
-            winners.append(float(best.success[0]))
+            winners.append(float(best.value[0]))
             samples = int(best.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
             rounds = ROUNDS if max(winners) >= DETOURS_BELOW else HARD_ROUNDS
@@ -125,13 +130,21 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     except StoppedError:
         best = best_of(found)
         best = best.take(_distinct(problem, best.strokes)[:FINALISTS])
-        known = zip(best.strokes, best.success, best.samples.tolist(), strict=True)
-        finalists = [Finalist(stroke, round(part * n), n) for stroke, part, n in known]
+        finalists = [
+            Finalist(stroke, round(success * n), n, value, _standard_error(value, n))
+            for stroke, success, value, n in zip(
+                best.strokes,
+                best.success.tolist(),
+                best.value.tolist(),
+                best.samples.tolist(),
+                strict=True,
+            )
+        ]
         return Found(finalists, nearest, cancelled=True, converged=False)
 
 
 def _agree(winners: list[float], samples: int) -> bool:
-    """Whether the two best rounds found strokes with the same success."""
+    """Whether the two best rounds found strokes with the same value."""
     second, first = sorted(winners)[-2:]
     return wilson_interval(second * samples, samples)[1] >= first
 
@@ -166,14 +179,15 @@ def _simulated(
     runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
 ) -> Iterator[Stage]:
     """Yield the best stages of earlier rounds, and then further stages that are needed."""
-    best = max((stage.success for stage in stages), default=0.0)
-    yield from [stage for stage in stages if stage.success >= best - PROMISING]
+    best = max((stage.value for stage in stages), default=0.0)
+    yield from [stage for stage in stages if stage.value >= best - PROMISING]
     for candidates in makers:
         capacity = min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)), runner.left)
         candidates = _thinned(candidates, capacity)
-        penalty = runner.evaluate(candidates.strokes).penalty
-        if len(penalty):  # fewer than there are candidates, if the time is up
-            stages.append(Stage(candidates.take(np.arange(len(penalty))), penalty))
+        outcomes = runner.evaluate(candidates.strokes)
+        count = len(outcomes.penalty)
+        if count:  # fewer than there are candidates, if the time is up
+            stages.append(Stage(candidates.take(np.arange(count)), outcomes))
             yield stages[-1]
 
 
@@ -209,29 +223,32 @@ def _thinned(candidates: Candidates, capacity: int) -> Candidates:
 
 
 def choose(
-    candidates: Candidates, penalty: Array, count: int, draws: np.random.Generator
+    candidates: Candidates, outcomes: Outcomes, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
     """
-    Choose successful candidates, then those with the smallest penalty, in turn from all routes.
+    Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
 
-    Routes with more successful candidates come first.
+    Routes whose candidates have more value come first.
     """
-    hits = np.bincount(candidates.route, penalty == 0.0)[candidates.route]
-    order = np.lexsort((draws.permutation(len(penalty)), penalty, candidates.route))
+    penalty, value = outcomes.penalty, outcomes.value
+    hits = np.bincount(candidates.route, value)[candidates.route]
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, candidates.route))
     route = candidates.route[order]
     turn = np.empty(len(penalty))  # rank of each candidate among those of its route
     turn[order] = np.arange(len(penalty)) - np.searchsorted(route, route)
-    chosen: NDArray[np.int64] = np.lexsort((penalty, -hits, turn, penalty > 0.0))[:count]
+    ranks = penalty, -value, -hits, turn, value == 0.0
+    chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
     return chosen
 
 
 def best_of(found: list[Population]) -> Population:
-    """Concatenate the populations of all stages, ordered by the lower bound of the success."""
+    """Concatenate the populations of all stages, ordered by the lower bound of the value."""
     if not found:
-        nothing = np.empty((0, 5)), np.empty((0, 5)), np.empty(0), np.empty(0)
+        strokes, numbers = np.empty((0, 5)), np.empty(0)
+        nothing = strokes, strokes, numbers, numbers, numbers
         return Population(*nothing, np.empty(0, np.int64))
     population = Population(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-    known = zip(population.success.tolist(), population.samples.tolist(), strict=True)
+    known = zip(population.value.tolist(), population.samples.tolist(), strict=True)
     surely = np.array([wilson_interval(part * n, n)[0] for part, n in known])
     return population.take(np.lexsort((population.penalty, -surely)))
 
@@ -244,7 +261,7 @@ def run_race(
     effort: float,
 ) -> list[Finalist]:
     """Let the best strokes race, then evaluate the finalists on held-out trials."""
-    strokes = population.strokes[population.success > 0.0]
+    strokes = population.strokes[population.value > 0.0]
     strokes = strokes[_distinct(problem, strokes)[:RACERS]]
     held_out = round(effort * (WINNER_TRIALS + (FINALISTS - 1) * OTHER_TRIALS))
     runner.reserved = min(held_out, runner.left // 2)
@@ -254,10 +271,10 @@ def run_race(
         if len(strokes) < 2 or race < 8:
             break
         noise = sample_execution_noise(problem, draws, race)
-        success = _success(runner, strokes, noise, exact=False)
-        if len(success) < len(strokes):
+        outcomes = _trials(runner, strokes, noise, exact=False)
+        if len(outcomes.value) < len(strokes) * race:
             break  # the time is up
-        wins += success.sum(axis=1)
+        wins += outcomes.value.reshape(-1, race).sum(axis=1)
         trials += race
         order = np.argsort(-wins, kind='stable')
         strokes, wins = strokes[order], wins[order]
@@ -272,11 +289,16 @@ def run_race(
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
         noise = sample_execution_noise(problem, draws, count)
-        success = _success(runner, stroke[np.newaxis], noise, exact=True)
-        if success.size:
-            found.append(Finalist(stroke, int(success.sum()), success.size))
+        outcomes = _trials(runner, stroke[np.newaxis], noise, exact=True)
+        count = len(outcomes.value)
+        if count:
+            value, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
+            error = float(outcomes.value.std()) / count**0.5
+            found.append(Finalist(stroke, successes, count, value, error))
     # The race alone decides the first place: the best of several held-out results is biased.
-    others = sorted(found[1:], key=lambda each: -wilson_interval(each.successes, each.trials)[0])
+    others = sorted(
+        found[1:], key=lambda each: -wilson_interval(each.trials * each.value, each.trials)[0]
+    )
     return found[:1] + others
 
 
@@ -300,11 +322,12 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
     return np.array(chosen, np.int64)
 
 
-def _success(runner: Runner, strokes: Array, noise: Array, *, exact: bool) -> NDArray[np.bool_]:
-    """Find whether each stroke (n, 5) succeeds with each of the errors (m, 5): (n, m)."""
+def _trials(runner: Runner, strokes: Array, noise: Array, *, exact: bool) -> Outcomes:
+    """Play each stroke (n, 5) with each of the errors (m, 5): n m outcomes, or the first ones."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    success = runner.evaluate(tried, exact=exact, to_the_end=True).success
-    if len(strokes) == 1:
-        return success[np.newaxis]
-    complete = len(success) // max(1, len(noise))
-    return success[: complete * len(noise)].reshape(complete, len(noise))
+    return runner.evaluate(tried, exact=exact, to_the_end=True)
+
+
+def _standard_error(value: float, trials: int) -> float:
+    """Bound the standard error of the mean of values from 0 to 1."""
+    return float(np.sqrt(value * (1.0 - value) / trials))

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, Mistake, refused
-from billiard_shot.scene.fields import name, number, point, TAKES
+from billiard_shot.scene.fields import name, number, point, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, lying, no_place
 from billiard_shot.scene.values import one_or_many
 from billiard_shot.table.run import POCKET_NAMES
@@ -50,7 +50,7 @@ def pocket_field() -> Any:
     return dataclasses.field(default=ANY, metadata={TAKES: convert})
 
 
-def balls_field() -> Any:
+def balls_field(default: str | None = None) -> Any:
     """Make a field for the name of a ball, a list of names, or `any`; its value is a tuple."""
     one = name().metadata[TAKES]
 
@@ -60,7 +60,8 @@ def balls_field() -> Any:
             raise refused(value, "a name, such as '8', a list of names, or any")
         return tuple(dict.fromkeys(one(each) for each in names))
 
-    return dataclasses.field(metadata={TAKES: convert})
+    fallback: Any = dataclasses.MISSING if default is None else default
+    return dataclasses.field(default=fallback, metadata={TAKES: convert})
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,8 +193,77 @@ class Pot:
         return ANY in self.pot or ball in self.pot
 
 
-Target: TypeAlias = Rest | Pass | Gate | Hit | Pot
-KINDS: dict[str, type[Any]] = {'rest': Rest, 'pass': Pass, 'gate': Gate, 'hit': Hit, 'pot': Pot}
+@dataclass(frozen=True, slots=True)
+class Safe:
+    """
+    A legal stroke that leaves the other player no good direct shot.
+
+    The cue ball has to meet one of the named balls first. After that a ball has to meet a cushion
+    or to fall, but not the cue ball.
+
+    Parameters
+    ----------
+    safe : str or sequence of str
+        Name of the ball to be met first, or of several, or `any`.
+    against : str or sequence of str
+        Balls that the other player may pot, or `any`.
+    chance : float
+        Largest chance of the best direct shot that is left, see `shots`: 0 to 1.
+
+    """
+
+    safe: tuple[str, ...] = balls_field()
+    against: tuple[str, ...] = balls_field(default=ANY)
+    chance: float = number('', minimum=0, maximum=1, default=0.2)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    """
+    Balls have to fall, and the cue ball has to stay on the table.
+
+    Parameters
+    ----------
+    breaking : str or sequence of str
+        Name of the ball to be met first, or of several, or `any`; `break` in a mapping.
+    pots : int
+        How many balls have to fall, at least 1.
+
+    """
+
+    breaking: tuple[str, ...] = balls_field()
+    pots: int = whole_number(minimum=1, default=1)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+Target: TypeAlias = Rest | Pass | Gate | Hit | Pot | Safe | Break
+KINDS: dict[str, type[Any]] = {
+    'rest': Rest,
+    'pass': Pass,
+    'gate': Gate,
+    'hit': Hit,
+    'pot': Pot,
+    'safe': Safe,
+    'break': Break,
+}
+FIELDS = {'pass': 'passing', 'break': 'breaking'}  # keys that no field of Python can have
+
+
+def met_first(target: Target) -> tuple[str, ...]:
+    """Return the balls of which the target wants one to be met first; empty if it does not."""
+    match target:
+        case Hit():
+            return (target.hit,)
+        case Safe():
+            return target.safe
+        case Break():
+            return target.breaking
+    return ()
 
 
 def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
@@ -224,20 +294,23 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
     """
     if isinstance(wanted, Target):
         return wanted
+    if not isinstance(wanted, Mapping):
+        raise refused(wanted, f'a mapping with one of the keys {", ".join(KINDS)}', 'target')
+    for key, field in FIELDS.items():
+        if field in wanted:
+            text = f'unknown key; the nearest known one is {key}'
+            raise InputError([Mistake((field,), text)], 'target')
+    kinds = [kind for kind in KINDS if kind in wanted]
+    if len(kinds) != 1:
+        text = f'{dict(wanted)!r} is not allowed; it must have one of the keys '
+        raise InputError([Mistake((), text + ', '.join(KINDS))], 'target')
+    data = {FIELDS.get(str(key), key): value for key, value in wanted.items()}
     try:
-        if not isinstance(wanted, Mapping):
-            raise refused(wanted, f'a mapping with one of the keys {", ".join(KINDS)}')
-        kinds = [kind for kind in KINDS if kind in wanted]
-        if 'passing' in wanted:
-            raise InputError([Mistake(('passing',), 'unknown key; the nearest known one is pass')])
-        if len(kinds) != 1:
-            text = f'{dict(wanted)!r} is not allowed; it must have one of the keys '
-            raise InputError([Mistake((), text + ', '.join(KINDS))])
-        data = {('passing' if key == 'pass' else key): value for key, value in wanted.items()}
         target: Target = read(KINDS[kinds[0]], data)
     except InputError as error:
+        keys = {field: key for key, field in FIELDS.items()}
         mistakes = [
-            each._replace(path=('pass', *each.path[1:])) if each.path[:1] == ('passing',) else each
+            each._replace(path=tuple(keys.get(str(part), part) for part in each.path))
             for each in error.mistakes
         ]
         raise InputError(mistakes, 'target') from None
@@ -260,16 +333,31 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
                 if tuple(target.at) == scene.balls.get(target.hit):
                     text = f'{list(target.at)} is not allowed; it is the middle of ball '
                     yield Mistake(('at',), text + repr(target.hit))
+        case Safe():
+            yield from _balls(scene, 'safe', target.safe)
+            yield from _balls(scene, 'against', target.against)
+            yield from _without_pockets(scene, 'safe')
+        case Break():
+            yield from _balls(scene, 'break', target.breaking)
+            yield from _without_pockets(scene, 'break')
         case Pot():
-            for ball in target.pot:
-                if ball != ANY:
-                    yield from _ball(scene, 'pot', ball)
-            if not set(scene.balls) - {CUE_BALL}:
-                yield Mistake(('pot',), 'the scene has no balls but the cue ball')
-            if scene.table is None or not scene.table.pockets:
-                yield Mistake(('pocket',), 'the scene has no pockets; it needs a table with some')
+            yield from _balls(scene, 'pot', target.pot)
+            yield from _without_pockets(scene, 'pocket')
             if target.leave is not None:
                 yield from _place(scene, 'leave', target.leave, target.radius, target.pot)
+
+
+def _without_pockets(scene: Scene, key: str) -> Iterator[Mistake]:
+    if scene.table is None or not scene.table.pockets:
+        yield Mistake((key,), 'the scene has no pockets; it needs a table with some')
+
+
+def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
+    for ball in balls:
+        if ball != ANY:
+            yield from _ball(scene, key, ball)
+    if not set(scene.balls) - {CUE_BALL}:
+        yield Mistake((key,), 'the scene has no balls but the cue ball')
 
 
 def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import point_of, Problem
 from billiard_shot.planning.strikes import Array
-from billiard_shot.planning.targets import Hit
+from billiard_shot.planning.targets import Hit, Pot
 
 MIN_CUT_COSINE = math.cos(math.radians(82.0))  # of the cuts that are tried
 SLACK = 0.95  # of two radii: smallest distance of a path from balls beside it
@@ -38,12 +38,12 @@ def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     point = point_of(problem.target)
     if point is not None:
         return [Waypoint(np.array(point), np.zeros(2), 0, 0.0)]
-    if isinstance(problem.target, Hit):
-        ball = problem.balls[0]
-        there = problem.places[ball]
+    if not isinstance(problem.target, Pot):
         return [
             Waypoint(there - 2.0 * problem.radius * push, push, ball, float(order))
-            for order, push in enumerate(_pushes(problem, problem.target, there))
+            for ball in problem.balls
+            for there in (problem.places[ball],)
+            for order, push in enumerate(_pushes(problem, there))
         ]
     return [each for each in _ghosts(problem, cushions) if problem.may_meet(each.struck)]
 
@@ -63,7 +63,7 @@ def _ghosts(problem: Problem, cushions: int) -> Iterator[Waypoint]:
 
 def combinations(problem: Problem) -> list[Waypoint]:
     """List waypoints at balls that push a ball to be potted into a pocket."""
-    if isinstance(problem.target, Hit) or point_of(problem.target) is not None:
+    if not isinstance(problem.target, Pot):
         return []
     return [each for ghost in _ghosts(problem, 0) for each in _pushed_by(problem, ghost)]
 
@@ -87,10 +87,11 @@ def _pushed_by(problem: Problem, wanted: Waypoint) -> Iterator[Waypoint]:
             )
 
 
-def _pushes(problem: Problem, target: Hit, there: Array) -> list[Array]:
-    if target.direction is not None:
+def _pushes(problem: Problem, there: Array) -> list[Array]:
+    target = problem.target
+    if isinstance(target, Hit) and target.direction is not None:
         return [_unit(np.array(target.direction))]
-    if target.at is not None:
+    if isinstance(target, Hit) and target.at is not None:
         return [_unit(there - target.at)]
     ahead = there - problem.cue_ball
     turns = sorted(np.arange(HIT_DIRECTIONS) - HIT_DIRECTIONS // 2, key=abs)  # the full hit first

@@ -223,6 +223,7 @@ def target_message(target: Mapping[str, Any]) -> Target:
                 use_point=point is not None,
                 radius=radius,
             )
+    raise ValueError(f'target must be rest, pass, gate, hit or pot, got {dict(target)!r}')
 
 
 def _flat(kind: type, place: tuple[float, float] | None) -> Any:

@@ -75,11 +75,11 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
 def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Iterator[Stage]:
     # The search asks for a stage only if the stages before were not good enough.
     for name, candidates in zip(STAGES, stage_candidates(problem, runner), strict=False):
-        penalty = runner.evaluate(candidates.strokes[:CANDIDATES]).penalty
-        if not len(penalty):
+        outcomes = runner.evaluate(candidates.strokes[:CANDIDATES])
+        if not len(outcomes.penalty):
             continue
-        candidates = candidates.take(np.arange(len(penalty)))
-        chosen = choose(candidates, penalty, REFINED, draws)
-        population = population_of(candidates.take(chosen), penalty[chosen])
+        candidates = candidates.take(np.arange(len(outcomes.penalty)))
+        chosen = choose(candidates, outcomes, REFINED, draws)
+        population = population_of(candidates.take(chosen), outcomes.take(chosen))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
-        yield Stage(name, candidates.strokes, penalty == 0.0, refined)
+        yield Stage(name, candidates.strokes, outcomes.success, refined)
