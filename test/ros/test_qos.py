@@ -34,7 +34,8 @@ def test_a_node_logs_a_publisher_that_does_not_match(
             node.destroy_publisher(publisher)
 
     threading.Thread(target=publish, daemon=True).start()
-    process = launch(name, '-r', '__ns:=/unheard')
+    # A driver subscribes when it is configured; other nodes ignore the parameter.
+    process = launch(name, '-r', '__ns:=/unheard', '-p', 'autostart:=true')
     watchdog = threading.Timer(240.0, process.kill)
     watchdog.start()
     lines = iter(process.stdout.readline, '')
