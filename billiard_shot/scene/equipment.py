@@ -180,8 +180,8 @@ class Cloth:
     """
 
     sliding_friction: float = number('', minimum=0, derived=lambda _: math.inf)
-    rolling_resistance: float = number('', minimum=0, default=0.01, published=(0.005, 0.015))
-    spin_deceleration: float = number('rad/s^2', minimum=0, default=10.0, published=(5.0, 15.0))
+    rolling_resistance: float = number('', minimum=0, default=0.01)
+    spin_deceleration: float = number('rad/s^2', minimum=0, default=10.0)
     gravity: float = number('m/s^2', above=0, default=STANDARD_GRAVITY)
 
     def __post_init__(self) -> None:

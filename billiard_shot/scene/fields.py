@@ -21,13 +21,12 @@ A_NAME = "a name, such as '8'"
 
 
 class Range(NamedTuple):
-    """The values that a number may have, or has in publications; None where there is no bound."""
+    """The values that a number may have; None where there is no bound."""
 
     unit: str
     above: float | None
     minimum: float | None
     maximum: float | None
-    published: tuple[float, float] | None
 
 
 class Derived(float):
@@ -44,17 +43,15 @@ def number(
     maximum: float | None = None,
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
-    published: tuple[float, float] | None = None,
 ) -> Any:
     """
     Field for a finite number [unit] within bounds.
 
     Without `default` the number is required, unless `derived` computes it from the other fields.
-    `published` is the range of published values.
     """
     metadata: dict[str, Any] = {
         TAKES: _number_within(unit, above, minimum, maximum),
-        NUMBER: Range(unit, above, minimum, maximum, published),
+        NUMBER: Range(unit, above, minimum, maximum),
     }
     if derived:
         return dataclasses.field(default=None, metadata=metadata | {DERIVED: derived})

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from billiard_shot.scene.errors import InputError, Mistake, unknown
 from billiard_shot.scene.fields import NUMBER, Range, SECTION
+from billiard_shot.scene.published import PUBLISHED
 from billiard_shot.scene.values import as_floats
 
 
@@ -31,7 +32,9 @@ class Parameter:
     low_allowed : bool
         Whether `low` itself is allowed.
     published : (float, float), optional
-        Range of published values; the documentation of the field names the source.
+        Range of published values, see published.py.
+    source : str
+        Of that range; empty if there is none.
 
     """
 
@@ -42,6 +45,7 @@ class Parameter:
     high: float
     low_allowed: bool
     published: tuple[float, float] | None
+    source: str
 
 
 def parameters_of(scene: Any, names: Sequence[str] | None = None) -> tuple[Parameter, ...]:
@@ -139,14 +143,17 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
         if NUMBER in field.metadata:
             found: Range = field.metadata[NUMBER]
             low = found.minimum if found.above is None else found.above
+            name = '.'.join(here)
+            published = PUBLISHED.get(name)
             yield Parameter(
-                '.'.join(here),
+                name,
                 float(value),
                 found.unit,
                 -math.inf if low is None else low,
                 math.inf if found.maximum is None else found.maximum,
                 found.above is None,
-                found.published,
+                published and published[:2],
+                published.source if published else '',
             )
         elif SECTION in field.metadata and value is not None and here[0] not in PLAYER:
             yield from _numbers(value, here)

@@ -55,7 +55,7 @@ class BallBall:
 
     """
 
-    restitution: float = number('', minimum=0, maximum=1, default=0.95, published=(0.92, 0.98))
+    restitution: float = number('', minimum=0, maximum=1, default=0.95)
     friction_fast: float = number('', minimum=0, default=0.00995)
     friction_slow: float = number('', minimum=0, default=0.108)
     friction_decay: float = number('s/m', minimum=0, default=1.088)

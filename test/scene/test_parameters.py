@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
+from billiard_shot.scene.published import PUBLISHED
 
 SCENE = Scene.load('pool_table')
 
@@ -33,6 +34,17 @@ def test_all_numbers_are_listed_once_and_lie_within_their_bounds():
         for each in listed:
             assert each.low <= each.value <= each.high
             assert each.published is None or each.published[0] < each.published[1]
+
+
+def test_published_ranges_have_sources_and_hold_the_numbers_of_pool():
+    known = {each.name: each for each in SCENE.parameters()}
+    assert set(PUBLISHED) <= set(known)
+    for name in PUBLISHED:
+        each = known[name]
+        low, high = each.published
+        assert each.source
+        point = name == 'cue.tip_curvature_radius' and each.value == 0.0  # not a rounded tip
+        assert point or low <= each.value <= high, name
 
 
 def test_other_numbers_make_another_scene():
