@@ -2,69 +2,118 @@
 
 from dataclasses import replace
 from functools import lru_cache
+import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from billiard_shot.game.agent import scene_of, simulated
-from billiard_shot.game.call import Call
+from billiard_shot.game.agent import scene_of
+from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
+from billiard_shot.game.call import NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import start
-from billiard_shot.game.referee import judge
 from billiard_shot.game.spots import Place
 from billiard_shot.game.state import State
+from billiard_shot.game.valuation import values
+from billiard_shot.planning.strikes import motions_after
+from billiard_shot.planning.within_noise import NoisyBatch
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import SLOWEST
+from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+from billiard_shot.table.simulate import simulate_batch
+from billiard_shot.table.table_states import TableStates
 
-# Places of the cue ball: shares of the length from the head string, and of the width; and the
-# points that are aimed at, sideways of the apex ball, in ball radii.
-BEHIND, BESIDE = (0.02, 0.12), (0.0, 0.2, 0.4)
-AIMS = 0.0, 0.5
-FIRST, MORE, BEST = 8, 32, 4  # breaks of each; more of the best ones
+Array = NDArray[np.float64]
+
+# Places of the cue ball: distances behind the head string and beside the long string, relative to
+# length and width. Points that are aimed at: sideways of the apex ball, in ball radii. Points of
+# contact of the tip: b, in ball radii. Speeds, relative to the largest one.
+BEHIND, BESIDE = (0.01, 0.12), (0.0, 0.15, 0.3, 0.44)
+AIMS, TIPS, SPEEDS = (-0.3, 0.0, 0.3), (-0.15, 0.1), (1.0, 0.85)
+# Racks that the best breaks so far are tried on, and how many breaks go on to the next round.
+ROUNDS = ((3, 24), (8, 8), (24, 3), (60, 1))
 
 
 def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:
     """
     Return the place of the cue ball (x, y) [m] and the stroke of the break that is best.
 
-    The best break keeps the turn most often, and among those that do not, is legal.
+    The best break has the largest mean value of the states that it leaves.
     """
     return _search(replace(scene, balls={}), game)
 
 
 @lru_cache(maxsize=16)
 def _search(scene: Scene, game: str) -> tuple[Place, Stroke]:
-    tried = [(behind, beside, aim) for behind in BEHIND for beside in BESIDE for aim in AIMS]
-    scores = {way: [_score(scene, game, way, seed) for seed in range(FIRST)] for way in tried}
-    best = sorted(tried, key=lambda way: -np.mean(scores[way]))[:BEST]
-    for way in best:
-        scores[way] += [_score(scene, game, way, seed) for seed in range(FIRST, FIRST + MORE)]
-    state, stroke = _break(scene, game, max(best, key=lambda way: np.mean(scores[way])), 0)
-    return state.balls['cue'], stroke
+    strokes = break_strokes(scene, start(game, scene))
+    found = np.zeros((len(strokes), 0))
+    for racks, best in ROUNDS:
+        seeds = range(found.shape[1], found.shape[1] + racks)
+        batch = break_racks(scene, game, strokes, seeds)
+        new = values(scene, 0, batch).reshape(len(strokes), racks)
+        found = np.column_stack([found, new])
+        kept = np.argsort(-found.mean(axis=1), kind='stable')[:best]
+        strokes, found = strokes[kept], found[kept]
+    x, y, *offsets = strokes[0].tolist()
+    return (x, y), Stroke.from_offsets(*offsets)
 
 
-def _break(
-    scene: Scene, game: str, way: tuple[float, float, float], seed: int
-) -> tuple[State, Stroke]:
-    """Return the state with the cue ball placed, and the stroke."""
-    behind, beside, aim = way
-    state = start(game, scene, seed)
-    x = -0.25 * state.length - behind * state.length
-    y = min(beside * state.width, 0.5 * state.width - 2.0 * state.radius)
-    state = state.with_cue_ball(x, y)
-    apex = min((place for ball, place in state.balls.items() if ball != 'cue'), key=lambda p: p[0])
-    azimuth = math.atan2(apex[1] + aim * state.radius - y, apex[0] - x)
-    offsets = np.array([[0.0, 0.0, 0.0, azimuth, scene.robot.speed_max]])
-    lifted, _ = raised(scene_of(scene, state), offsets)
-    return state, Stroke.from_offsets(*lifted[0].tolist())
+def break_strokes(scene: Scene, state: State) -> Array:
+    """List breaks (n, 7): place x, y of the cue ball [m], and the offsets of the stroke."""
+    balls = (place for ball, place in state.balls.items() if ball != CUE_BALL)
+    apex = min(balls, key=lambda place: place[0])
+    found = []
+    for behind, beside in itertools.product(BEHIND, BESIDE):
+        x, y = -(0.25 + behind) * state.length, beside * state.width
+        rows = [
+            (0.0, b, 0.0, math.atan2(apex[1] + aim * state.radius - y, apex[0] - x), speed)
+            for aim, b, speed in itertools.product(AIMS, TIPS, SPEEDS)
+        ]
+        offsets = np.array(rows) * (1.0, 1.0, 1.0, 1.0, scene.robot.speed_max)
+        offsets, playable = raised(scene_of(scene, state.with_cue_ball(x, y)), offsets)
+        places = np.broadcast_to((x, y), (len(offsets), 2))
+        found.append(np.column_stack([places, offsets])[playable])
+    return np.concatenate(found)
 
 
-def _score(scene: Scene, game: str, way: tuple[float, float, float], seed: int) -> float:
-    state, stroke = _break(scene, game, way, seed)
-    outcome = simulated(scene_of(scene, state), stroke, np.random.default_rng(seed))
-    ruling = judge(state, Call(), outcome)
-    if ruling.state.over:
-        return 1.5
-    if not ruling.legal or 'rebreak' in ruling.state.choices:
-        return -0.5 if ruling.fouls else 0.0
-    return 1.0 if ruling.state.player == state.player else 0.2
+def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledBatch:
+    """
+    Play breaks with the errors of the player.
+
+    Parameters
+    ----------
+    scene : Scene
+    game : str
+    strokes : (n, 7) float array
+        See `break_strokes`.
+    seeds : range
+        Of racks and errors, the same ones for each break.
+
+    Returns
+    -------
+    RuledBatch
+        (n racks,), all racks of the first break, then of the next one.
+
+    """
+    states = [start(game, scene, seed).with_cue_ball(*strokes[0, :2].tolist()) for seed in seeds]
+    names = tuple(sorted(states[0].balls, key=lambda ball: ball != CUE_BALL))
+    position = np.full((len(strokes), len(states), len(names), 3), scene.ball.radius)
+    position[..., :2] = [[state.balls[name] for name in names] for state in states]
+    position[:, :, 0, :2] = strokes[:, np.newaxis, :2]
+    draws = [np.random.default_rng(seed).standard_normal(5) for seed in seeds]
+    errors = np.array(draws) * scene.noise.sigmas(scene.ball.radius)
+    played = (strokes[:, np.newaxis, 2:] + errors).reshape(-1, 5)
+    played[:, 2], played[:, 4] = np.maximum(played[:, 2], 0.0), np.maximum(played[:, 4], SLOWEST)
+    motion = motions_after(scene, model_of(scene), played)
+    tables = TableStates(names, position.reshape(-1, len(names), 3))
+    tables.velocity[:, 0], tables.spin[:, 0] = motion[:, :3], motion[:, 3:] / scene.ball.radius
+    run = simulate_batch(scene, tables)
+    refused = ~np.isfinite(motion).all(axis=1)
+    status = np.where(refused, Status.MISS, run.status)
+    nothing = np.zeros(len(status), np.bool_)
+    result = NoisyBatch(motion[:, :3], tables.spin[:, 0], status, nothing, run.cue_hits > 0, run)
+    return rule_on(states[0], [NO_CALL] * len(status), result)

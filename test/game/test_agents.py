@@ -11,6 +11,7 @@ from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, start, State
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
+from billiard_shot.game.breaks import best_break, break_racks
 from billiard_shot.game.ideas import indirect_pots, position_of
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
@@ -165,6 +166,15 @@ def test_a_safety_is_played_only_with_two_players_and_if_allowed():
     )
     assert find_agent('player:effort=0.3')(TABLE, 1).decide(state).call.safety
     assert not find_agent('player:effort=0.3,safe=false')(TABLE, 1).decide(state).call.safety
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('game', 'kept'), [('eight_ball', 0.75), ('nine_ball', 0.6)])
+def test_breaks_pot_a_ball_and_do_not_scratch(game, kept):
+    place, stroke = best_break(TABLE, game)
+    assert start(game, TABLE).no_place(*place) == ''
+    batch = break_racks(TABLE, game, np.array([[*place, *stroke.offsets]]), range(1000, 1200))
+    assert batch.keeps(0).mean() >= kept
 
 
 def test_the_player_leaves_the_next_ball():
