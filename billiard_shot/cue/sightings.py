@@ -47,6 +47,18 @@ def positions_of(balls: Balls) -> dict[str, tuple[float, float]]:
     return {name: ball.position for name, ball in balls.items()}
 
 
+def deviation_of(balls: Balls) -> float:
+    """
+    Largest standard deviation of a coordinate of a ball [m]; 0 if all positions are exact.
+
+    It is the root of the mean of both variances of the ball.
+    """
+    return max(
+        (math.sqrt(0.5 * (each.covariance[0] + each.covariance[2])) for each in balls.values()),
+        default=0.0,
+    )
+
+
 def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
     """
     Return which ball does not lie at its planned place; '' if all do.

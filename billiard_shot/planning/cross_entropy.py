@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.candidates import Candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import AZIMUTH, ELEVATION, raise_for_clearance, SPEED
+from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.strikes import Array
@@ -76,9 +77,8 @@ def refine(
             population = population.take(_order(population)[: max(1, runner.left // count)])
         if runner.left < count or not len(population.strokes):
             break
-        population = _iteration(
-            problem, runner, population, draw.standard_normal((count, 5)), sigma_scale
-        )
+        normal, places = draw.standard_normal((count, 5)), draw_places(problem, draw, count)
+        population = _iteration(problem, runner, population, normal, places, sigma_scale)
         count = max(4, round(kept * len(population.strokes)))
         population = population.take(_order(population)[:count])
         best = float(population.value[0])
@@ -92,14 +92,20 @@ def _order(population: Population) -> NDArray[np.int64]:
 
 
 def _iteration(
-    problem: Problem, runner: Runner, population: Population, normal: Array, sigma_scale: float
+    problem: Problem,
+    runner: Runner,
+    population: Population,
+    normal: Array,
+    places: Array | None,
+    sigma_scale: float,
 ) -> Population:
     """Sample around each stroke, with the same random numbers for all, and move the stroke."""
     count, samples = len(population.strokes), len(normal)
     sigma = np.hypot(problem.sigmas, sigma_scale * population.sigma)
     tried = population.strokes[:, np.newaxis] + sigma[:, np.newaxis] * normal
     flat = tried.reshape(-1, 5)
-    outcomes = runner.evaluate(problem.limits.clip(flat) if sigma_scale > 0.0 else flat)
+    flat = problem.limits.clip(flat) if sigma_scale > 0.0 else flat
+    outcomes = runner.evaluate(flat, for_each(count, places))
     if len(outcomes.success) < len(flat):
         return population  # the time is up
     penalty = outcomes.penalty.reshape(count, samples)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.evaluate import penalties_of, simulate_strokes
+from billiard_shot.planning.places import as_struck, draw_places
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.statistics import sample_execution_noise
@@ -45,7 +46,10 @@ def sample_outcomes(planned: RankedStroke, noise: Noise, count: int, seed: int =
     stroke = np.array(planned.stroke.offsets)
     draw = np.random.default_rng(seed)
     errors = sample_execution_noise(problem, draw, count)
-    recording, usable = simulate_strokes(problem, stroke + errors)
+    strokes, places = stroke + errors, draw_places(problem, draw, count)
+    if places is not None:
+        strokes = as_struck(problem, strokes, places)
+    recording, usable = simulate_strokes(problem, strokes, places=places)
     penalties = penalties_of(problem, recording)
     final = recording.balls['position'][:, :, :2].copy()
     final[recording.balls['motion'] >= POCKETED] = np.nan

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.outcome_targets import penalties_at_rest
+from billiard_shot.planning.places import put_at
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
@@ -64,6 +65,7 @@ def evaluate_strokes(
     problem: Problem,
     strokes: Array,
     motions: Array | None = None,
+    places: Array | None = None,
     *,
     to_the_end: bool = True,
     fast_rebounds: bool = False,
@@ -80,6 +82,9 @@ def evaluate_strokes(
     motions : (n, MOTION) float array, optional
         Motions of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN
         are solved. If motions are given, trajectories are only as accurate as a search needs.
+    places : (n, balls, 2) float array, optional
+        Where the balls lie [m], see `draw_places`; by default where the problem has them. The
+        strokes are relative to these cue balls, see `as_struck`.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
     fast_rebounds : bool
@@ -95,7 +100,7 @@ def evaluate_strokes(
     elif not to_the_end:
         rules = problem.rules.copy()
         rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
-    recording, usable = simulate_strokes(problem, strokes, motions, rules, fast_rebounds)
+    recording, usable = simulate_strokes(problem, strokes, motions, places, rules, fast_rebounds)
     penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
     success = penalty == 0.0
     if value is None:
@@ -145,6 +150,7 @@ def simulate_strokes(
     problem: Problem,
     strokes: Array,
     motions: Array | None = None,
+    places: Array | None = None,
     rules: NDArray[np.void] | None = None,
     fast_rebounds: bool = False,
 ) -> tuple[BatchRecording, NDArray[np.bool_]]:
@@ -154,6 +160,8 @@ def simulate_strokes(
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
     task, strikes = start_strokes(problem, strokes, motions)
+    if places is not None:
+        put_at(problem, task, strikes, places)
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
         task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0

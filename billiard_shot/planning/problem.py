@@ -56,6 +56,7 @@ class Problem:
     wanted: Array  # (balls, POCKETS) above 0 if the ball may fall into the pocket
     holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
+    place_sigma: float  # m, of x and of y of every ball
 
     @property
     def radius(self) -> float:
@@ -123,6 +124,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         wanted,
         holes,
         noise.sigmas(scene.ball.radius),
+        noise.balls,
     )
 
 

@@ -13,6 +13,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from billiard_shot.planning.evaluate import evaluate_strokes, is_alone, Outcomes, Value
+from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
@@ -65,7 +66,7 @@ class Runner:
         self._maps = Maps(problem.model, bounds_of(problem.sigmas))
         self._alone = is_alone(problem)
         self._executor = executor
-        self._work = partial(evaluate_strokes, problem, value=value)
+        self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self._progress, self._cancel = progress, cancel
         self._begin, self._time_limit = perf_counter(), time_limit
 
@@ -151,23 +152,36 @@ class Runner:
         return maps.motions(strokes)
 
     def evaluate(
-        self, strokes: Array, *, exact: bool = False, to_the_end: bool = False
+        self,
+        strokes: Array,
+        places: Array | None = None,
+        *,
+        exact: bool = False,
+        to_the_end: bool = False,
     ) -> Outcomes:
         """
         Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
 
         Unless `exact`, strokes use maps of the strike where the maps are accurate enough, and a
         table of rebounds. Unless `to_the_end`, a ball that has missed its pocket is not followed,
-        and cannot fall by chance.
+        and cannot fall by chance. `places` (n, balls, 2) [m]: where its balls lie.
         """
         self.poll()
         strokes = strokes[: self.left]
+        if places is not None:
+            places = places[: len(strokes)]
+            strokes = as_struck(self._problem, strokes, places)
         size = self._chunk
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
         motions = None if exact else self._motions(strokes)
         work = partial(self._work, to_the_end=to_the_end, fast_rebounds=not exact)
         futures = [
-            self._executor.submit(work, strokes[part], None if motions is None else motions[part])
+            self._executor.submit(
+                work,
+                strokes[part],
+                None if motions is None else motions[part],
+                None if places is None else places[part],
+            )
             for part in parts
         ]
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]

@@ -24,6 +24,7 @@ from billiard_shot.planning.cross_entropy import Population, population_of, refi
 from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
@@ -271,7 +272,8 @@ def run_race(
         if len(strokes) < 2 or race < 8:
             break
         noise = sample_execution_noise(problem, draws, race)
-        outcomes = _trials(runner, strokes, noise, exact=False)
+        places = draw_places(problem, draws, race)
+        outcomes = _trials(runner, strokes, noise, places, exact=False)
         if len(outcomes.value) < len(strokes) * race:
             break  # the time is up
         wins += outcomes.value.reshape(-1, race).sum(axis=1)
@@ -289,7 +291,8 @@ def run_race(
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
         noise = sample_execution_noise(problem, draws, count)
-        outcomes = _trials(runner, stroke[np.newaxis], noise, exact=True)
+        places = draw_places(problem, draws, count)
+        outcomes = _trials(runner, stroke[np.newaxis], noise, places, exact=True)
         count = len(outcomes.value)
         if count:
             value, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
@@ -322,10 +325,13 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
     return np.array(chosen, np.int64)
 
 
-def _trials(runner: Runner, strokes: Array, noise: Array, *, exact: bool) -> Outcomes:
+def _trials(
+    runner: Runner, strokes: Array, noise: Array, places: Array | None, *, exact: bool
+) -> Outcomes:
     """Play each stroke (n, 5) with each of the errors (m, 5): n m outcomes, or the first ones."""
     tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    return runner.evaluate(tried, exact=exact, to_the_end=True)
+    where = for_each(len(strokes), places)
+    return runner.evaluate(tried, where, exact=exact, to_the_end=True)
 
 
 def _standard_error(value: float, trials: int) -> float:

@@ -1,7 +1,7 @@
 """Conversions between messages of the planner and the library: pure functions."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 import math
 import re
 from typing import Any, cast, TypeVar
@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, Scene
-from billiard_shot.cue.sightings import Balls, Sighting
+from billiard_shot.cue.sightings import Balls, deviation_of, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.ros.conversions import (
     check_frame,
@@ -86,6 +86,8 @@ def plan_request_of(
         if names := list(getattr(goal, name)):
             constraints[name] = names
     noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
+    if not (goal.noise and goal.noise[0].balls):
+        noise = replace(noise, balls=max(noise.balls, deviation_of(balls)))
     target = target_of(goal.target) or default.target
     return PlanRequest(
         scene,

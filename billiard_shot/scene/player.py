@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 import math
 from typing import Any, ClassVar, Protocol, Self, TypeVar
 
@@ -102,6 +102,8 @@ class Noise:
         [degrees], at least 0.
     speed : float
         [m/s], at least 0.
+    balls : float
+        Of the known places of the balls, in each direction [m], at least 0. Only plans use it.
 
     """
 
@@ -110,6 +112,7 @@ class Noise:
     elevation_deg: float = number('degrees', minimum=0, default=0.1)
     azimuth_deg: float = number('degrees', minimum=0, default=0.125)
     speed: float = number('m/s', minimum=0, default=0.075)
+    balls: float = number('m', minimum=0, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)
@@ -199,10 +202,4 @@ class Noise:
 
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""
-        return Noise(
-            factor * self.a,
-            factor * self.b,
-            factor * self.elevation_deg,
-            factor * self.azimuth_deg,
-            factor * self.speed,
-        )
+        return Noise(*(factor * each for each in astuple(self)))

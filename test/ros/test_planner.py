@@ -391,3 +391,17 @@ def test_a_search_that_fails_has_a_result(monkeypatch):
     assert search.result.status == Status.NO_PLAN
     assert 'failed with ZeroDivisionError: in the library' in search.result.message
     assert 'in broken' in search.trace
+
+
+def test_the_covariance_of_the_balls_is_noise_of_their_places():
+    """The largest standard deviation; one that the goal states itself takes precedence."""
+    covariance = [4e-6, 0.0, 0.0, 0.0, 4e-6, 0.0, 0.0, 0.0, 0.0]
+    cue = BallState(id='cue', position_covariance=covariance)
+    seen = [cue, BallState(id='8', position=Point(x=0.5))]
+    task = plan_conversions.plan_request_of(PlanShot.Goal(balls=seen), DEFAULT, None, 'table')
+    assert task.noise == replace(DEFAULT.noise, balls=0.002)
+    own = [StrokeNoise(balls=0.001)]
+    task = plan_conversions.plan_request_of(
+        PlanShot.Goal(balls=seen, noise=own), DEFAULT, None, 'table'
+    )
+    assert task.noise.balls == 0.001

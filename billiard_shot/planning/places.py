@@ -1,0 +1,93 @@
+"""
+Errors of the places of the balls: balls lie elsewhere than a camera says.
+
+The cue is moved to the place where the cue ball is believed to be. So an error of the place of
+the cue ball is also an error of the contact point of the tip.
+"""
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.strikes import Array
+from billiard_shot.shot.model import tip_reach
+from billiard_shot.table.simulate import TableTask
+
+NEAR = 12.0
+"""Balls that are farther apart than this number of standard deviations never overlap."""
+
+
+def draw_places(problem: Problem, draw: np.random.Generator, count: int) -> Array | None:
+    """
+    Draw where the balls really lie, (count, balls, 2) [m]; None if their places are exact.
+
+    Balls that overlap are moved apart along the line of their centres, by the same distance each.
+    If some overlap even then, all balls of that table lie where they are believed to lie.
+    """
+    sigma = problem.place_sigma
+    if not sigma:
+        return None
+    places = problem.places + sigma * draw.standard_normal((count, *problem.places.shape))
+    half = np.array(problem.half_sizes)
+    places = np.clip(places, -half, half)
+    believed, apart = problem.places, 2.0 * problem.radius
+    near = [
+        (i, k)
+        for i, k in combinations(range(len(believed)), 2)
+        if np.hypot(*(believed[i] - believed[k])) < apart + NEAR * sigma
+    ]
+    for i, k in near:
+        way = places[:, k] - places[:, i]
+        distance = np.hypot(way[:, 0], way[:, 1])
+        push = 0.5 * np.maximum(apart - distance, 0.0) / np.maximum(distance, 1e-9)
+        places[:, i] -= push[:, np.newaxis] * way
+        places[:, k] += push[:, np.newaxis] * way
+    for i, k in near:
+        way = places[:, k] - places[:, i]
+        places[np.hypot(way[:, 0], way[:, 1]) < apart - 1e-9] = believed
+    return places
+
+
+def for_each(strokes: int, places: Array | None) -> Array | None:
+    """Repeat drawn places for each of a number of strokes."""
+    return None if places is None else np.tile(places, (strokes, 1, 1))
+
+
+def as_struck(problem: Problem, strokes: Array, places: Array) -> Array:
+    """
+    Find strokes (n, 5) relative to the cue balls that they meet.
+
+    The contact point moves less than the cue ball does, because the tip is round.
+
+    Parameters
+    ----------
+    problem : Problem
+    strokes : (n, 5) float array
+        Relative to the place where the cue ball is believed to be.
+    places : (n, balls, 2) float array
+        Of the balls [m].
+
+    """
+    met = strokes.copy()
+    _, _, elevation, azimuth, _ = strokes.T
+    x, y = (places[:, 0] - problem.cue_ball).T / tip_reach(problem.model)
+    met[:, 0] -= x * np.sin(azimuth) - y * np.cos(azimuth)
+    met[:, 1] -= (x * np.cos(azimuth) + y * np.sin(azimuth)) * np.sin(elevation)
+    return met
+
+
+def put_at(problem: Problem, task: TableTask, strikes: NDArray[np.void], places: Array) -> None:
+    """
+    Put the balls of tables at their places, with the cues that follow the cue balls.
+
+    Strikes that the cue ball makes together with balls or cushions near it were solved for the
+    places where the balls are believed to lie. So the balls of these tables stay there.
+    """
+    free = ~strikes['together']
+    moved = (places - problem.places)[free]
+    starts = task.starts['position']
+    starts[free, :, :2] += moved
+    if task.cues:
+        task.cues.rows['tip'][free, :2] += moved[:, 0]
