@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from time import perf_counter, process_time
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,24 +51,57 @@ def play_rack(
     """
     shots: list[PlayedShot] = []
     while not state.over and len(shots) < MAX_SHOTS:
-        agent, cpu, wall = agents[state.player], process_time(), perf_counter()
-        seen, decision, refusal = _decision(agent, state)
-        times = process_time() - cpu, perf_counter() - wall
-        if refusal:
-            ruling = concede(seen, refusal)
-        elif decision.choice:
-            ruling = Ruling(choose(seen, decision.choice, times[1]), text=decision.choice)
-        else:
-            outcome = None
-            if decision.stroke is not None:
-                errors = errors_of(seed, number, seen)
-                outcome = simulator(scene_of(scene, seen), decision.stroke, errors)
-            ruling = judge(seen, decision.call, outcome, times[1])
+        agent, errors = agents[state.player], errors_of(seed, number, state)
+        seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
+        if not decision.choice:
             for each in agents:
                 each.saw(seen, decision, ruling)
         shots.append(_record(seen, decision, ruling, times))
         state = ruling.state
     return RackRecord(state.game, number, seed, tuple(names), tuple(shots), state.to_dict())
+
+
+class Taken(NamedTuple):
+    """A decision that was carried out: the state that was seen, and CPU and wall time [s]."""
+
+    seen: State
+    decision: Decision
+    ruling: Ruling
+    times: tuple[float, float]
+
+
+def take_shot(
+    state: State,
+    scene: Scene,
+    agent: Agent,
+    errors: np.random.Generator,
+    simulator: Simulator = simulated,
+) -> Taken:
+    """
+    Let an agent decide, play its stroke, and rule on it; or carry out its choice.
+
+    Parameters
+    ----------
+    state, scene, simulator
+        As of `play_rack`.
+    agent : Agent
+    errors : numpy.random.Generator
+        Source of the errors of execution.
+
+    """
+    cpu, wall = process_time(), perf_counter()
+    seen, decision, refusal = _decision(agent, state)
+    times = process_time() - cpu, perf_counter() - wall
+    if refusal:
+        ruling = concede(seen, refusal)
+    elif decision.choice:
+        ruling = Ruling(choose(seen, decision.choice, times[1]), text=decision.choice)
+    else:
+        outcome = None
+        if decision.stroke is not None:
+            outcome = simulator(scene_of(scene, seen), decision.stroke, errors)
+        ruling = judge(seen, decision.call, outcome, times[1])
+    return Taken(seen, decision, ruling, times)
 
 
 def errors_of(seed: int, number: int, state: State) -> np.random.Generator:

@@ -1,0 +1,139 @@
+"""Eight-ball for learning agents: one rack against an agent of the package."""
+
+from typing import Any
+
+import gymnasium
+from gymnasium import spaces
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.game.agent import scene_of, simulated
+from billiard_shot.game.call import Call, NO_CALL
+from billiard_shot.game.clearance import raised
+from billiard_shot.game.game import find_game, start
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.rack import MAX_SHOTS, take_shot
+from billiard_shot.game.referee import choose, concede, judge
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.state import State
+from billiard_shot.game.tournament import find_agent
+from billiard_shot.gym.actions import action_space, places_of, scene_of_table, strokes_of
+from billiard_shot.scene import SceneLike
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.stroke import Stroke
+
+Floats = NDArray[np.float32]
+
+GAME = 'eight_ball'
+BALLS = (CUE_BALL, *map(str, range(1, 16)))
+IN_HAND = {'': 0.0, 'kitchen': -1.0, 'anywhere': 1.0}
+
+
+class EightBallEnv(gymnasium.Env[Any, Any]):
+    """
+    One rack of eight-ball against an agent, by the rules and with the noise of the scene.
+
+    An observation (16, 4) has a row for each ball, the cue ball first: x and y relative to half
+    the length and half the width; 1 if the ball is on the table; and the role of the ball: 1 if it
+    may be potted, -1 if it must not be met first, else 0. The role of the cue ball is 1 if it is
+    in hand, -1 if it is in hand behind the head string, else 0. An action (7,) is a stroke and a
+    place of the cue ball in hand, see `strokes_of`; x is scaled to the part of the table where the
+    rules allow the cue ball. The cue is raised as far as it needs for clearance. The call is made
+    afterwards: the first ball that falls and may be potted was called. If rules offer choices, the
+    first one is taken.
+
+    The reward is 1 for a rack that is won, -1 for one that is lost, else 0. A cue ball that is
+    placed onto another ball loses the rack. The opponent plays in the same step until its turn
+    ends. `text` of the infos has the rulings.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Table, noise, limits of the strokes.
+    opponent : str
+        See `find_agent`.
+
+    """
+
+    def __init__(self, scene: SceneLike = 'seven_foot', opponent: str = 'greedy') -> None:
+        self.scene = scene_of_table(scene)
+        self._make_opponent = find_agent(opponent)
+        high = np.ones((len(BALLS), 4), np.float32)
+        low = -high
+        low[:, 2] = 0.0
+        self.observation_space = self._space = spaces.Box(low, high)
+        self.action_space = action_space()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Floats, dict[str, Any]]:
+        """Rack the balls; who breaks is drawn."""
+        super().reset(seed=seed)
+        rack, player, breaker = self.np_random.integers(2**31, size=3).tolist()
+        self._opponent = self._make_opponent(self.scene, player)
+        self._state = start(GAME, self.scene, rack, breaker % 2)
+        return self._seen(), {'text': self._opponent_plays()}
+
+    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+        """Play a stroke, and then the opponent's turn."""
+        text = [self._play(np.asarray(action, float)[np.newaxis])]
+        text += self._opponent_plays()
+        state = self._state
+        reward = float((state.winner == 0) - (state.winner == 1))
+        return self._seen(), reward, state.over, state.shots >= MAX_SHOTS, {'text': text}
+
+    def _play(self, action: NDArray[np.float64]) -> str:
+        """Play the stroke of player 0; return the ruling."""
+        state, half = self._state, 0.5 * self._state.length - self._state.radius
+        if state.places_cue_ball:
+            last = -0.25 * state.length - 1e-6 if state.in_hand == 'kitchen' else half
+            x, y = places_of(state.length, state.width, state.radius, action, last)[0].tolist()
+            if why := state.no_place(x, y):
+                return self._rule(concede(state, f'the cue ball cannot be placed: {why}'))
+            state = state.with_cue_ball(x, y)
+        scene = scene_of(self.scene, state)
+        stroke = strokes_of(scene, action)
+        lifted, playable = raised(scene, stroke)
+        offsets = (lifted if playable[0] else stroke)[0].tolist()
+        outcome = simulated(scene, Stroke.from_offsets(*offsets), self.np_random)
+        return self._rule(judge(state, _call(state, outcome), outcome))
+
+    def _opponent_plays(self) -> list[str]:
+        """Play until it is the turn of player 0; return the rulings."""
+        text = []
+        while not self._state.over and self._state.shots < MAX_SHOTS:
+            if self._state.player == 1:
+                taken = take_shot(self._state, self.scene, self._opponent, self.np_random)
+                text.append(self._rule(taken.ruling))
+            elif self._state.choices:
+                self._state = choose(self._state, self._state.choices[0])
+            else:
+                break
+        return text
+
+    def _rule(self, ruling: Ruling) -> str:
+        self._state = ruling.state
+        return ruling.text
+
+    def _seen(self) -> Floats:
+        state = self._state
+        may, legal = ((), ()) if state.over else self._roles()
+        seen = np.zeros((len(BALLS), 4), np.float32)
+        for row, ball in zip(seen, BALLS, strict=True):
+            if ball in state.balls:
+                x, y = state.balls[ball]
+                role = float(ball in may) - float(ball not in legal and ball != CUE_BALL)
+                row[:] = 2.0 * x / state.length, 2.0 * y / state.width, 1.0, role
+        seen[0, 3] = 0.0 if CUE_BALL in state.balls else IN_HAND[state.in_hand]
+        return np.clip(seen, self._space.low, self._space.high)
+
+    def _roles(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return the balls that may be potted, and those that may be met first."""
+        rules = find_game(GAME)
+        return rules.pots(self._state), rules.targets(self._state)
+
+
+def _call(state: State, outcome: Outcome) -> Call:
+    """Call the first ball that fell and may be potted."""
+    may = find_game(GAME).pots(state)
+    return next((Call(*pair) for pair in outcome.pocketed if pair[0] in may), NO_CALL)
