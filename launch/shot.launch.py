@@ -17,6 +17,7 @@ Its arguments:
         controllers and the hardware of config/controllers.yaml and of the robot model.
     `camera`: true starts the table_tracker, which makes table_state from the detections of a
         camera; with `simulate`, the simulated table publishes the detections.
+    `player`: true starts the node that plays the turns of the action play_turn.
     `model`: false leaves out the robot model of the mechanical cue and its transforms.
     `rviz`: true starts RViz, with a view of table, balls, stroke and plan.
     `autostart`: true configures and activates the cue_driver; false leaves that to the operator.
@@ -59,6 +60,7 @@ ARGUMENTS = {
     'simulate': ('false', 'Start a simulated mechanism and table'),
     'control': ('false', 'Command a controller of ros2_control, and start it'),
     'camera': ('false', 'Track the balls in the detections of a camera'),
+    'player': ('false', 'Play turns of games'),
     'model': ('true', 'Robot model of the mechanical cue, and its transforms'),
     'rviz': ('false', 'Start RViz'),
     'autostart': ('true', 'Activate the cue_driver'),
@@ -142,6 +144,13 @@ def generate_launch_description():
                 name='cue_driver',
                 namespace='',
                 condition=IfCondition(with_cue),
+            ),
+            process(
+                'billiard_shot',
+                'player',
+                parameters=[CLOCK],
+                arguments=['--serve', '--scene', VALUE['scene']],
+                condition=IfCondition(VALUE['player']),
             ),
             node('table_tracker', condition=IfCondition(VALUE['camera'])),
             node(

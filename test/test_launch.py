@@ -100,6 +100,12 @@ def test_a_camera_is_tracked(launch_file):
     assert tracked['table_sim'].settings['camera']
 
 
+def test_a_player_serves_turns(launch_file):
+    player = started(launch_file, player='true', scene='paper')['player']
+    assert player.arguments[:3] == ['--serve', '--scene', 'paper']
+    assert player.respawn
+
+
 def test_the_launch_without_arguments_has_one_scene_with_a_guided_cue(launch_file):
     (scene,) = {node.settings['scene'] for node in started(launch_file).values()}
     assert Scene.load(scene).cue.guided

@@ -13,8 +13,6 @@ from billiard_shot_msgs.srv import Arm, PredictShot
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import GetState
-import numpy as np
-from numpy.typing import NDArray
 from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.action import ActionClient
@@ -50,6 +48,9 @@ SAFETY_PERIOD = 0.05
 DISCOVERY = 1.0
 """Time for discovering other publishers before the safety inputs are simulated [s]."""
 
+SPIN_TIME = 0.05
+"""Longest time for which the client waits for a message at once [s]."""
+
 QUIET_WAIT = 2.0
 """Time [s] after which the client logs what it waits for, and why."""
 
@@ -71,6 +72,14 @@ REST_TIME = 0.5
 
 class NotReadyError(RuntimeError):
     """A node, topic or service that is needed is missing or not ready; the message says why."""
+
+
+class TableUnknownError(NotReadyError):
+    """The balls are not known, or do not come to rest; the message says why."""
+
+
+class CanceledError(RuntimeError):
+    """A wait of the client was canceled."""
 
 
 class NoPlanError(RuntimeError):
@@ -97,6 +106,8 @@ class RobotClient(Node):
     ----------
     safety_publishers : dict of str to Publisher
         Publishers of the simulated safety inputs, by topic; empty if they are not simulated.
+    is_canceled : bool
+        Set it from another thread to end the current wait with CanceledError.
 
     """
 
@@ -112,6 +123,7 @@ class RobotClient(Node):
         self.states: list[CueState] = []
         self.table: TableState | None = None
         self.safety_inputs_on = True
+        self.is_canceled = False
         self.problems = ['no diagnostics']  # of cue_driver
         self._life = ''  # lifecycle state of cue_driver
         self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
@@ -171,9 +183,12 @@ class RobotClient(Node):
         """Spin until a condition holds; return False if it does not within `seconds`."""
         deadline = monotonic() + seconds
         while not condition():
+            if self.is_canceled:
+                self.is_canceled = False
+                raise CanceledError
             if monotonic() > deadline:
                 return False
-            rclpy.spin_once(self, timeout_sec=0.05)
+            rclpy.spin_once(self, timeout_sec=SPIN_TIME)
         return True
 
     def wait_for_predictor(self) -> None:
@@ -191,6 +206,10 @@ class RobotClient(Node):
     def wait_for_all(self) -> None:
         """Wait for everything that a shot needs; NotReadyError says what is missing, and why."""
         self.wait_for_predictor()
+        self.wait_for_driver()
+
+    def wait_for_driver(self) -> None:
+        """Wait until the driver can play; NotReadyError says what is missing, and why."""
         self._wait('cue_driver', lambda: self.states and self._arm.service_is_ready())
         self._wait('cue_driver', self.execute_shot.server_is_ready)
         self.wait_for_table()
@@ -238,40 +257,49 @@ class RobotClient(Node):
         try:
             return conversions.sightings_of(table.balls, table.header.stamp)
         except ValueError as error:
-            raise NotReadyError(f'table_state: {error}') from None
+            raise TableUnknownError(f'table_state: {error}') from None
 
     def known_table(self) -> TableState:
         """Last table state; NotReadyError if none has been received."""
         if self.table is None:
-            raise NotReadyError('table_state: no message received')
+            raise TableUnknownError('table_state: no message received')
         return self.table
 
-    def wait_for_rest(
-        self, strike: Time | None = None, seconds: float = 60.0
-    ) -> NDArray[np.float64] | None:
+    def wait_for_rest(self, strike: Time | None = None, seconds: float = 60.0) -> Balls:
         """
-        Wait until the cue ball rests, and return (x, y) [m]; None if it moves on or is pocketed.
+        Wait until all balls rest, and return those on the table.
 
         Table states older than the stamp of the strike are ignored, because a camera or simulation
-        without enough processor time shows the earlier positions for a while. Raises NotReadyError
-        if no newer table state is received.
+        without enough processor time shows the earlier positions for a while.
+
+        Raises
+        ------
+        TableUnknownError
+            If no newer table state is received, or a ball moves on or is not seen.
+
         """
         deadline = monotonic() + seconds
         if strike and not self.until(
             lambda: _is_after(self.known_table().header.stamp, strike), seconds
         ):
-            raise NotReadyError(f'table_state: no message after the strike within {seconds:g} s')
-        last, since = (math.inf, math.inf), monotonic()
-        while monotonic() < deadline:
-            rclpy.spin_once(self, timeout_sec=0.05)
-            ball = self.balls().get(CUE_BALL)
-            if ball is None:
-                return None
-            if ball.is_moving or not math.dist(ball.position, last) <= REST_DISTANCE:
-                last, since = ball.position, monotonic()
+            raise TableUnknownError(
+                f'table_state: no message after the strike within {seconds:g} s'
+            )
+        last: Balls = {}
+        since = monotonic()
+        self.known_table()
+        while True:
+            balls = self.balls()
+            restless = [name for name in balls if not _is_at_rest(name, balls, last)]
+            if restless or balls.keys() != last.keys():
+                last, since = balls, monotonic()
             elif monotonic() - since > REST_TIME:
-                return np.array(ball.position)
-        return None
+                return balls
+            if monotonic() > deadline:
+                name = restless[0] if restless else ''
+                fault = 'moves on' if not name or balls[name].is_seen else 'is not seen'
+                raise TableUnknownError(f'table_state: ball {name!r} {fault} after {seconds:g} s')
+            self.until(lambda: False, SPIN_TIME)
 
     # --- requests -------------------------------------------------------------------------------
 
@@ -350,6 +378,12 @@ class RobotClient(Node):
             raise NotReadyError('action execute_shot does not end')
         return ended
 
+    def answer(self, sent: Any, name: str) -> Any:
+        """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
+        if not self.until(sent.done, ANSWER_TIME):
+            raise NotReadyError(f'no answer from {name} within {ANSWER_TIME:g} s')
+        return result_of(sent)
+
     def act(
         self,
         name: str,
@@ -363,10 +397,7 @@ class RobotClient(Node):
         `wait` waits for the future of the result. If the goal has not ended after that, or the
         wait is interrupted, it is cancelled.
         """
-        sent = action.send_goal_async(goal)
-        if not self.until(sent.done, ANSWER_TIME):
-            raise NotReadyError(f'no answer from action {name} within {ANSWER_TIME:g} s')
-        handle = result_of(sent)
+        handle = self.answer(action.send_goal_async(goal), f'action {name}')
         if not handle.accepted:
             raise NotReadyError(f'action {name} rejects the goal: {self._reason("cue_driver")}')
         ended = handle.get_result_async()
@@ -408,6 +439,17 @@ class RobotClient(Node):
 def short_id() -> str:
     """Make a unique name."""
     return uuid.uuid4().hex[:8]
+
+
+def _is_at_rest(name: str, balls: Balls, before: Balls) -> bool:
+    """Whether a ball is seen at rest where it was before."""
+    ball, last = balls[name], before.get(name)
+    return (
+        ball.is_seen
+        and not ball.is_moving
+        and last is not None
+        and math.dist(ball.position, last.position) <= REST_DISTANCE
+    )
 
 
 def _is_after(stamp: Time, strike: Time) -> bool:

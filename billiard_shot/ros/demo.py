@@ -2,9 +2,9 @@
 Run all nodes and their clients, each in its own process: `make demo`.
 
 First the predictor answers for the shots of the paper. Then the simulated mechanical cue plays
-shots on a simulated table, and the outcomes are compared with the predictions. At the end the
-planner finds the strokes. The ROS domain is private, so that neither a robot nor a second demo can
-interfere.
+shots on a simulated table, and the outcomes are compared with the predictions. Then the planner
+finds the strokes, and at the end the player clears three balls of a pool table. The ROS domain is
+private, so that neither a robot nor a second demo can interfere.
 """
 
 from pathlib import Path
@@ -22,13 +22,20 @@ from billiard_shot.ros.processes import (
 )
 
 PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
-NODES = {
-    **PREDICTOR,
-    'cue_driver': ('-p', 'autostart:=true', *SIMULATION, '--log-level', 'warn'),
-    'cue_sim': (*SIMULATION, '--log-level', 'warn'),
-    'table_sim': ('-p', 'real_time_factor:=4.0', '--log-level', 'warn'),
-    'planner': ('-p', 'scene:=paper', '--log-level', 'warn'),
-}
+WARN = ('--log-level', 'warn')
+
+
+def simulation(scene: str) -> dict[str, tuple[str, ...]]:
+    """Driver, simulated mechanism and simulated table of a scene, and their arguments."""
+    named = ('-p', f'scene:={scene}')
+    return {
+        'cue_driver': (*named, '-p', 'autostart:=true', *SIMULATION, *WARN),
+        'cue_sim': (*SIMULATION, *WARN),
+        'table_sim': (*named, '-p', 'real_time_factor:=4.0', *WARN),
+    }
+
+
+NODES = {**PREDICTOR, **simulation('paper'), 'planner': ('-p', 'scene:=paper', *WARN)}
 """Nodes and their arguments."""
 
 STROKES = Path(__file__).with_name('demo_strokes.yaml')
@@ -36,6 +43,9 @@ STROKES = Path(__file__).with_name('demo_strokes.yaml')
 
 TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}')
 """Targets for which strokes are planned and played."""
+
+GAME = ('--scene', 'robot_table', '--game', 'practice', '--balls', '3', '--seed', '0')
+"""Game that is played: the first three balls lie at random, the cue ball is in hand."""
 
 UNATTENDED = ('--arm', '--simulate-safety-inputs')
 """Options for a simulation without an operator."""
@@ -45,6 +55,8 @@ Three commands to try next, each in its own terminal:
   .venv/bin/robot --simulate
   .venv/bin/predict_shot --a 0.2 --elevation-deg 40 --speed 2
   .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'     # type fire when it is aimed
+Or, after `.venv/bin/robot --simulate --scene robot_table`, a game in which you fire each shot:
+  .venv/bin/player --simulate-safety-inputs --scene robot_table --game practice --balls 3
 """
 
 
@@ -74,6 +86,13 @@ def main() -> None:
                 failed = run_client(
                     'player', environment, '--strokes', str(STROKES), *UNATTENDED
                 ) or run_client('player', environment, *TARGETS, '--budget', '6000', *UNATTENDED)
+        if not failed:
+            print(
+                '\nThe player clears three balls: it decides, aims, fires, and watches.\n',
+                flush=True,
+            )
+            with running(simulation('robot_table'), environment):
+                failed = run_client('player', environment, *GAME, *UNATTENDED)
     if not failed:
         print(NEXT)
     sys.exit(failed)

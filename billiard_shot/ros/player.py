@@ -1,11 +1,13 @@
 """
-Play shots with the mechanical cue: planned for targets, or given strokes.
+Play shots with the mechanical cue: for targets, given strokes, or turns of a game.
 
     ros2 run billiard_shot player '{rest: [0.5, -0.3], radius: 0.1}'
     ros2 run billiard_shot player --b 0.3 --speed 0.5
+    ros2 run billiard_shot player --game practice --balls 3
 
-Needs a predictor, an active cue_driver, a mechanism, and a node that publishes table_state; for
-targets also a planner.
+Needs an active cue_driver, a mechanism, and a node that publishes table_state; for strokes and
+targets also a predictor, and for targets a planner. With `--serve` it is a node with the action
+`play_turn` (billiard_shot_msgs/action/PlayTurn), which plays turns of games.
 """
 
 import argparse
@@ -13,7 +15,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 import gc
 import math
-import select
 import signal
 import sys
 
@@ -39,8 +40,16 @@ from billiard_shot.ros.client import (
     START_UP,
     VALIDITY,
 )
-from billiard_shot.ros.node_runner import initialized, steady_timer
+from billiard_shot.ros.node_runner import initialized, steady_timer, wait_for_machine_code
 from billiard_shot.ros.plan_conversions import target_message
+from billiard_shot.ros.turn_console import (
+    add_game_arguments,
+    FIRE,
+    first_state,
+    play_turn,
+    typed_fire,
+)
+from billiard_shot.ros.turn_server import TurnServer
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
 
@@ -49,9 +58,6 @@ MAX_VALIDITY = 3600.0
 
 SIGNAL_PERIOD = 0.05
 """Time between two checks for caught signals [s]."""
-
-FIRE = 'fire'
-"""What the operator types to fire an aimed shot."""
 
 PLAYED, FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -100,23 +106,17 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
         f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m',
         flush=True,
     )
-    rest = client.wait_for_rest(result.strike.header.stamp)
-    if rest is None:
-        print('  outcome     the cue ball does not rest on the table', flush=True)
+    balls = client.wait_for_rest(result.strike.header.stamp)
+    if CUE_BALL not in balls:
+        print('  outcome     the cue ball is not on the table', flush=True)
     else:
+        rest = np.array(balls[CUE_BALL].position)
         print(
             f'  outcome     rests at ({rest[0]:.4f}, {rest[1]:.4f}) m, '
             f'{1e3 * np.hypot(*(rest - expected)):.2f} mm from the prediction',
             flush=True,
         )
     return True
-
-
-def typed_fire() -> bool:
-    """Whether the operator has typed the word that fires; does not wait."""
-    return (
-        bool(select.select([sys.stdin], [], [], 0.0)[0]) and sys.stdin.readline().strip() == FIRE
-    )
 
 
 def play_stroke(
@@ -287,6 +287,7 @@ def main(args: Sequence[str] | None = None) -> None:
         "'{pot: 8, pocket: any}'; several are played one after the other",
     )
     add_client_arguments(parser)
+    add_game_arguments(parser)
     for option, text in (
         ('--first-contact', 'ball that the cue ball must meet first'),
         ('--keep', 'ball that must not be pocketed'),
@@ -318,30 +319,42 @@ def main(args: Sequence[str] | None = None) -> None:
         'simulations; refused if another node publishes one of them',
     )
     options = parser.parse_args(own_arguments(args))
+    plays_game = bool(options.game or options.state)
+    if plays_game + options.serve + bool(options.targets) + strokes_given(options) > 1:
+        parser.error('only one of TARGET, a stroke, a game and --serve can be given')
     rounds: list[Callable[[RobotClient], bool]]
-    if options.targets:
-        if strokes_given(options):
-            parser.error('TARGET: must not be given together with a stroke')
-        rounds = [partial(play_target, text=text, options=options) for text in options.targets]
-    else:
-        try:
-            scene = Scene.load(options.scene)
-            strokes = strokes_of(options, scene)
-        except (ValueError, OSError) as error:
-            parser.error(str(error))
-        rounds = [
-            partial(play_stroke, stroke=stroke, scene=scene, name=name, options=options)
-            for name, stroke in strokes.items()
-        ]
+    try:
+        scene = Scene.load(options.scene)
+        if options.targets:
+            rounds = [partial(play_target, text=text, options=options) for text in options.targets]
+        elif options.serve:
+            rounds = [lambda client: TurnServer(client, scene).serve()]
+        elif plays_game:
+            state = first_state(options, scene)
+            rounds = [partial(play_turn, state=state, scene=scene, options=options)]
+        else:
+            rounds = [
+                partial(play_stroke, stroke=stroke, scene=scene, name=name, options=options)
+                for name, stroke in strokes_of(options, scene).items()
+            ]
+    except (ValueError, OSError) as error:
+        parser.error(str(error))
 
     def wait(client: RobotClient) -> None:
+        if options.serve or plays_game:
+            wait_for_machine_code(client)
         if options.targets:
             client.wait_for_planner()
-        client.wait_for_all()
+        if plays_game:
+            client.wait_for_driver()
+        elif not options.serve:
+            client.wait_for_all()
 
     run_client(
         lambda: RobotClient(
-            simulate_safety_inputs=options.simulate_safety_inputs, timeout=options.wait
+            'player_client' if options.serve else 'player',
+            simulate_safety_inputs=options.simulate_safety_inputs,
+            timeout=options.wait,
         ),
         rounds,
         wait,

@@ -6,6 +6,7 @@ from time import monotonic
 from typing import Any
 
 from billiard_shot_msgs.msg import Strike, TableState
+from billiard_shot_msgs.srv import PlaceBalls
 from geometry_msgs.msg import Point
 import numpy as np
 from rclpy.node import Node
@@ -16,8 +17,9 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import check_frame
+from billiard_shot.ros.conversions import check_frame, scene_of
 from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
+from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
@@ -39,7 +41,8 @@ class TableSim(Node):
     (vision_msgs/msg/Detection3DArray) with errors instead, for the node `table_tracker`.
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
-    back. Its parameters are `cue_parameters.TABLE_SIM`.
+    back, and `~/place` (billiard_shot_msgs/srv/PlaceBalls) puts balls elsewhere. Its parameters
+    are `cue_parameters.TABLE_SIM`.
     """
 
     def __init__(self) -> None:
@@ -61,27 +64,39 @@ class TableSim(Node):
         else:
             self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
-        self._reset()
+        self._put(self._scene)
         steady_timer(self, 1.0 / self.get_parameter('rate').value, self._see)
         self.create_subscription(
             Strike, self.get_parameter('strike_topic').value, self._strike, 10
         )
         self.create_service(Trigger, '~/reset', self._answer_reset)
+        self.create_service(PlaceBalls, '~/place', self._answer_place)
         self.get_logger().info('ready: a simulated table')
 
-    def _reset(self) -> None:
+    def _put(self, scene: Scene) -> None:
+        """Put the balls where a scene has them."""
         self._motions = {}
-        radius = self._scene.ball.radius
-        self._balls = {name: (x, y, radius) for name, (x, y) in self._scene.balls.items()}
-        self._balls[CUE_BALL] = self._scene.cue_ball
+        radius = scene.ball.radius
+        self._balls = {name: (x, y, radius) for name, (x, y) in scene.balls.items()}
+        self._balls[CUE_BALL] = scene.cue_ball
         self._gone: set[str] = set()
         self._snapshot += 1
         self._publish()
 
     def _answer_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._reset()
+        self._put(self._scene)
         response.success = True
         response.message = f'snapshot {self._snapshot}'
+        return response
+
+    def _answer_place(
+        self, request: PlaceBalls.Request, response: PlaceBalls.Response
+    ) -> PlaceBalls.Response:
+        try:
+            self._put(scene_of(self._scene, request.balls))
+            response.success = True
+        except ValueError as error:
+            response.message = str(error)
         return response
 
     def _strike(self, message: Strike) -> None:

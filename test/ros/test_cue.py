@@ -30,7 +30,7 @@ from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import Outcome
 from billiard_shot.cue.safety import State
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import NotReadyError, RobotClient
+from billiard_shot.ros.client import NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.processes import SIMULATION
@@ -54,7 +54,22 @@ def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(node):
         player.wait_for_rest(strike, seconds=1.0)
     for seconds in (101, 0):  # later; of unknown time
         player.table = seen(seconds, 0.3)
-        assert tuple(player.wait_for_rest(strike)) == (0.3, 0.0)
+        assert player.wait_for_rest(strike)['cue'].position == (0.3, 0.0)
+    player.destroy_node()
+
+
+@pytest.mark.parametrize(
+    ('ball', 'words'),
+    [
+        (BallState(id='8', state=BallState.UNKNOWN), "ball '8' is not seen"),
+        (BallState(id='8', moving=True), "ball '8' moves on"),
+    ],
+)
+def test_the_table_is_known_only_if_every_ball_is_seen_at_rest(node, ball, words):
+    player = RobotClient('player', '/nobody')
+    player.table = TableState(balls=[BallState(id='cue', position=Point(x=0.3)), ball])
+    with pytest.raises(TableUnknownError, match=words):
+        player.wait_for_rest(seconds=1.0)
     player.destroy_node()
 
 
@@ -102,12 +117,16 @@ def test_the_loop_is_closed(cell):
     assert cell.player.until(lambda: cell.strikes, PATIENCE)
     assert result.strike == cell.strikes[-1]  # with the stamp of the strike, not of the end
     np.testing.assert_allclose(
-        cell.player.wait_for_rest(result.strike.header.stamp), expected, atol=0.01
+        cell.player.wait_for_rest(result.strike.header.stamp)['cue'].position,
+        expected,
+        atol=0.01,
     )
     played = from_json(cell.shots[-1].data)
     assert played.stroke.speed == pytest.approx(result.strike.speed, rel=1e-12)
     np.testing.assert_allclose(
-        played.trajectory.final_position[:2], cell.player.wait_for_rest(), atol=1e-9
+        played.trajectory.final_position[:2],
+        cell.player.wait_for_rest()['cue'].position,
+        atol=1e-9,
     )
     cell.reach(State.DISARMED)
     assert [State(state.state) for state in cell.player.states[1:]] == WAY

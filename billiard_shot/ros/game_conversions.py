@@ -1,0 +1,84 @@
+"""Conversions between messages of games and the library: pure functions."""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from billiard_shot_msgs.msg import BallState, GameState, TurnShot
+from geometry_msgs.msg import Point
+
+from billiard_shot.game.game import find_game
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.state import State
+from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+
+OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
+"""Fields of a state that the message does not have."""
+
+NOBODY = -1
+
+
+def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene: Scene) -> State:
+    """
+    Read the state of a game on the table of a scene, with the balls at their places (x, y) [m].
+
+    A cue ball in hand is not on the table, wherever it lies.
+
+    Raises
+    ------
+    ValueError
+        With every invalid field, its value and the allowed range.
+
+    """
+    if scene.table is None:
+        raise ValueError('scene: a game needs a table')
+    values: dict[str, Any] = {
+        each.name: getattr(message, each.name)
+        for each in fields(State)
+        if each.name not in OF_THE_TABLE
+    }
+    find_game(message.game)
+    for name in ('choices', 'groups', 'fouls', 'scores'):
+        values[name] = tuple(values[name])
+    values['fouls'], values['scores'] = (
+        tuple(map(int, values[name])) for name in ('fouls', 'scores')
+    )
+    values['phase'] = message.phase or 'play'
+    values['winner'] = None if message.winner == NOBODY else message.winner
+    values['balls'] = {
+        name: place for name, place in balls.items() if name != CUE_BALL or not message.in_hand
+    }
+    values['length'], values['width'] = scene.table.length, scene.table.width
+    values['radius'] = scene.ball.radius
+    return State(**values)
+
+
+def state_message(state: State) -> GameState:
+    """Message of the state of a game."""
+    values = {
+        each.name: getattr(state, each.name)
+        for each in fields(State)
+        if each.name not in OF_THE_TABLE
+    }
+    values['winner'] = NOBODY if state.winner is None else state.winner
+    return GameState(**{**values, 'choices': list(state.choices), 'groups': list(state.groups)})
+
+
+def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:
+    """Message of balls at rest at their places (x, y) [m]."""
+    return [BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in balls.items()]
+
+
+def shot_message(
+    shot_id: str, decision: str, success: float | None, ruling: Ruling, gone: list[str]
+) -> TurnShot:
+    """Message of a shot of a turn."""
+    return TurnShot(
+        shot_id=shot_id,
+        decision=decision,
+        success=-1.0 if success is None else success,
+        ruling=ruling.text,
+        fouls=[str(foul) for foul in ruling.fouls],
+        gone=gone,
+    )

@@ -1,0 +1,235 @@
+"""Turns of games with the mechanical cue: real processes, and rulings from pictures."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from action_msgs.msg import GoalStatus
+from billiard_shot_msgs.action import PlayTurn
+from billiard_shot_msgs.msg import GameState, TableState
+from billiard_shot_msgs.srv import PlaceBalls, RuleShot
+from cell import PATIENT
+from rclpy.action import ActionClient
+from waiting import PATIENCE, PatientCaller
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.cue.sightings import Sighting
+from billiard_shot.game.call import Call, Decision
+from billiard_shot.game.game import start
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.tournament import find_agent
+from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
+from billiard_shot.ros.game_conversions import balls_message, state_message, state_of
+from billiard_shot.ros.turn import Stage, Turn
+
+SPACE = '/turn'
+SCENE = Scene.load('robot_table')
+ON_IT = ('-p', 'scene:=robot_table')
+NODES = {
+    'cue_driver': (*PATIENT['cue_driver'], *ON_IT),
+    'cue_sim': PATIENT['cue_sim'],
+    'table_sim': (*PATIENT['table_sim'], *ON_IT),
+    'predictor': (),
+}
+BALLS = {'cue': (-0.4, 0.0), '1': (0.6, 0.3), '9': (0.1, -0.4)}
+
+
+def game_of(name, balls=BALLS, **fields):
+    state = replace(start(name, SCENE), phase='play', in_hand='', balls=balls)
+    return replace(state, **fields)
+
+
+def test_states_there_and_back():
+    states = [
+        game_of('practice'),
+        game_of('eight_ball', groups=('stripes', 'solids'), fouls=(1, 0), player=1, shots=7),
+        game_of('straight_pool', scores=(-3, 12), target=100, over=True, winner=1),
+        replace(start('nine_ball', SCENE, seed=5), in_hand='kitchen', choices=('accept', 'pass')),
+    ]
+    for state in states:
+        assert state_of(state_message(state), state.balls, SCENE) == state
+    with pytest.raises(ValueError, match='phase'):
+        state_of(GameState(game='practice', phase='middle'), BALLS, SCENE)
+    with pytest.raises(ValueError, match="'cricket'"):
+        state_of(GameState(game='cricket'), BALLS, SCENE)
+
+
+# --- what pictures do not show -------------------------------------------------------------------
+
+
+class Client:
+    """Client of a robot that plays every stroke; a camera then sees the balls at `after`."""
+
+    def __init__(self, before, after, error=None):
+        self.seen, self.after, self.error = before, after, error
+
+    def create_subscription(self, *_):
+        return None
+
+    create_client = create_subscription
+    destroy_subscription = destroy_client = create_subscription
+
+    def count_publishers(self, topic):
+        return 0
+
+    def wait_for_rest(self, strike=None):
+        if self.error:
+            raise self.error
+        if strike:
+            self.seen = self.after
+        return {name: Sighting(place) for name, place in self.seen.items()}
+
+    def goal(self, stroke, scene, shot_id):
+        return shot_id
+
+    def execute(self, goal, may_fire):
+        strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
+        result = SimpleNamespace(strike=strike)
+        return SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result)
+
+
+class Shooter:
+    """Agent that calls the 1 into one pocket, whatever happens."""
+
+    def decide(self, state):
+        return Decision(Stroke.from_offsets(speed=1.0), Call(ball='1', pocket='foot_left'))
+
+    def saw(self, state, decision, ruling):
+        pass
+
+
+def turn_of(client, state, asked=None):
+    told = []
+
+    def ask(shot_id, before, places):
+        assert asked, 'nobody has to be asked'
+        return asked
+
+    tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
+    return Turn(client, SCENE, Shooter(), tell, ask, lambda: True, state), told
+
+
+def without(*names):
+    return {name: place for name, place in BALLS.items() if name not in names}
+
+
+def test_a_ruling_that_pictures_show_needs_nobody():
+    """The cue ball has fallen: the other player is next, whatever else happened."""
+    state = game_of('eight_ball', groups=('solids', 'stripes'))
+    turn, told = turn_of(Client(BALLS, without('cue', '1')), state)
+    assert turn.play() == (PlayTurn.Result.TURN_ENDED, 'player 1 is next')
+    assert turn.state.in_hand == 'anywhere'
+    assert Stage.RULE not in [stage for stage, _ in told]
+    assert turn.shots[0].gone == ['cue', '1']
+
+
+def test_somebody_is_asked_for_what_pictures_do_not_show():
+    """Whether the 1 fell where it was called decides about the turn."""
+    after, state = without('1'), game_of('eight_ball', groups=('solids', 'stripes'))
+    for pocket, player in (('foot_left', 0), ('side_left', 1)):
+        seen = Outcome(first_contact='1', pocketed=(('1', pocket),), places=after)
+        turn, told = turn_of(Client(BALLS, after), state, seen)
+        turn._go_on()
+        assert Stage.RULE in [stage for stage, _ in told]
+        assert turn.state.player == player
+        assert turn.state.balls == after
+
+
+@pytest.mark.parametrize(
+    ('error', 'outcome'),
+    [
+        (TableUnknownError("ball '9' is not seen"), PlayTurn.Result.TABLE_UNKNOWN),
+        (NotReadyError('cue_driver: there is no such node'), PlayTurn.Result.NOT_READY),
+        (CanceledError(), PlayTurn.Result.CANCELED),
+    ],
+)
+def test_a_turn_that_cannot_go_on_says_why(error, outcome):
+    turn, _ = turn_of(Client(BALLS, BALLS, error), game_of('practice'))
+    assert turn.play() == (outcome, str(error) or 'canceled')
+    assert turn.state == game_of('practice')
+
+
+# --- real processes -----------------------------------------------------------------------------
+
+
+def test_three_balls_are_cleared(cell):
+    state, told = start('practice', SCENE, seed=0, balls=3), []
+
+    def tell(stage, message, shot_id, balls):
+        told.append((stage, message, balls))
+
+    agent = find_agent('player')(SCENE, 0)
+    turn = Turn(cell.player, SCENE, agent, tell, None, lambda: True, state)
+    assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), told
+    assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2', '3']
+    assert all(not shot.fouls for shot in turn.shots)
+    assert len({shot.shot_id for shot in turn.shots}) == len(turn.shots)
+    first = next(balls for stage, _, balls in told if stage == Stage.PLACE)
+    assert {'1': state.balls['1']}.items() <= first.items()
+
+
+@pytest.fixture
+def server(cell, launch_once):
+    """Client of the action `play_turn`, and of the service that rules, of a process of its own."""
+    launch_once('player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table')
+    action = ActionClient(cell.player, PlayTurn, f'{SPACE}/play_turn')
+    rule = PatientCaller(cell.player, RuleShot, f'{SPACE}/player/rule_shot')
+    assert cell.player.until(action.server_is_ready, PATIENCE)
+    yield action, rule
+    action.destroy()
+
+
+def begin(cell, action, goal, feedback):
+    sent = action.send_goal_async(goal, lambda message: feedback.append(message.feedback))
+    assert cell.player.until(sent.done, PATIENCE)
+    return sent.result()
+
+
+def ended(cell, handle):
+    result = handle.get_result_async()
+    assert cell.player.until(result.done, PATIENCE)
+    return result.result()
+
+
+def test_the_action_plays_a_turn(cell, server):
+    action, rule = server
+    place = PatientCaller(cell.player, PlaceBalls, f'{SPACE}/table_sim/place')
+    assert place.wait_for_service()
+    assert place.call(PlaceBalls.Request(balls=balls_message(BALLS))).success
+    assert cell.player.until(lambda: len(cell.player.table.balls) == 3, PATIENCE)
+    refused = rule.call(RuleShot.Request(shot_id='another'))
+    assert not refused.success
+    assert 'shot_id must be' in refused.message
+
+    bad = PlayTurn.Goal(state=GameState(game='cricket'))
+    answer = ended(cell, begin(cell, action, bad, []))
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert answer.result.outcome == PlayTurn.Result.INVALID
+    assert "'cricket'" in answer.result.message
+
+    said = []
+    goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='greedy')
+    handle = begin(cell, action, goal, said)
+    assert handle.accepted
+    assert not begin(cell, action, goal, []).accepted, 'one turn at a time'
+    assert cell.player.until(lambda: any(each.shot_id for each in said), PATIENCE)
+    handle.cancel_goal_async()
+    answer = ended(cell, handle)
+    assert answer.status == GoalStatus.STATUS_CANCELED
+    assert answer.result.outcome == PlayTurn.Result.CANCELED
+    assert not answer.result.shots
+
+    goal.arm, said = True, []
+    answer = ended(cell, begin(cell, action, goal, said))
+    assert answer.result.outcome == PlayTurn.Result.OVER, answer.result.message
+    shots = answer.result.shots
+    assert [each.shot_id for each in shots] == [
+        each.shot_id for each in said if each.stage == Stage.JUDGED
+    ]
+    assert answer.result.state.shots == len(shots)
+    left = {ball.id for ball in answer.result.balls}
+    assert left == {'cue', '1', '9'} - {ball for shot in shots for ball in shot.gone}
+    assert isinstance(cell.player.table, TableState)
