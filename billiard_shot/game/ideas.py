@@ -16,6 +16,7 @@ from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.candidate_strokes import candidates
+from billiard_shot.planning.limits import A, AZIMUTH, B, SPEED
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.targets import Pot
 from billiard_shot.planning.within_noise import predict_within_noise
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 FOLLOWED = 60  # pots whose end states are followed by a second shot
 TURNS = 3  # directions that have to pot; with fewer the guess is smaller
 NEAR = 4  # balls at which safeties are aimed
+HEIGHT, FASTER = 0.1, 0.2  # standard deviations of variations: of b, and of the logarithm of speed
 INDIRECT = 1500  # simulated strokes of a search for combinations and cushions
 INDIRECT_CHANCE = 0.5  # chance of such a stroke, before it is tried with errors
 
@@ -165,6 +167,19 @@ def safeties(position: Position) -> list[Idea]:
     calls = [Call(safety=True)] * len(offsets)
     guess = values(scene, state.player, position.play(offsets, calls))
     return _ideas(position, offsets, calls, guess)
+
+
+def variations(idea: Idea, count: int, draw: np.random.Generator) -> list[Idea]:
+    """Vary height of the tip, azimuth and speed of an idea at random."""
+    scene = idea.position.scene
+    offsets = np.repeat(idea.offsets[np.newaxis], count, axis=0)
+    change = draw.standard_normal((count, 3))
+    offsets[:, B] += HEIGHT * change[:, 0]
+    offsets[:, AZIMUTH] += scene.noise.sigmas(scene.ball.radius)[AZIMUTH] * change[:, 1]
+    offsets[:, SPEED] *= np.exp(FASTER * change[:, 2])
+    offsets, playable = raised(scene, offsets)
+    playable &= np.hypot(offsets[:, A], offsets[:, B]) <= scene.robot.offset_max
+    return _ideas(idea.position, offsets, [idea.call] * count, playable.astype(float))
 
 
 def _ideas(position: Position, offsets: Array, calls: list[Call], guess: Array) -> list[Idea]:

@@ -155,11 +155,11 @@ def test_without_a_direct_shot_a_combination_is_found():
 
 
 def test_a_safety_is_played_only_with_two_players_and_if_allowed():
-    """The cue ball is behind a wall of balls, and the last ball is far away."""
-    balls = {'cue': (-0.9, 0.4), '8': (0.8, 0.0), '1': (-0.6, 0.4), '2': (-0.62, 0.3)}
+    """The 8 lies at the far cushion, behind balls of the other player."""
+    balls = {'cue': (-0.9, 0.0), '8': (0.9, 0.0), '1': (0.84, 0.0), '3': (0.9, 0.06)}
     state = replace(
         start('eight_ball', TABLE),
-        balls=balls | {'3': (-0.65, 0.2)},
+        balls=balls | {'4': (0.9, -0.06)},
         groups=('stripes', 'solids'),
         in_hand='',
         phase='play',

@@ -24,6 +24,7 @@ from billiard_shot.game.ideas import (
     position_of,
     pots,
     safeties,
+    variations,
 )
 from billiard_shot.game.placing import placed, places_to_try
 from billiard_shot.game.rating import rate, Rated
@@ -46,6 +47,7 @@ PLACES, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; ti
 FINALISTS, SAMPLES = 20, 30  # ideas with errors, and errors of each
 AT_ONCE = 5  # of which so many are tried between two looks at the clock
 WINNERS, MORE_SAMPLES = 5, 100  # of these, ideas with more errors, and errors of each
+VARIED, VARIATIONS = 3, 6  # of these, ideas that are varied, and variations of each
 POOR = 0.6  # success below which other strokes compete
 OTHERS = 8  # of which so many of each kind are tried with errors
 RESERVE = 10.0  # decisions for which the time of a rack has to last
@@ -165,7 +167,9 @@ class Player:
             tips = TIPS if places is None else TIPS_IN_HAND
             ideas += pots(position, direct, which, tips, self._plies)
             yield best
-        for best in self._tried(ideas, FINALISTS):
+        # If no direction pots, the direct shot itself shows why: it may scratch, or hit twice.
+        for step in self._tried(ideas or [each.idea for each in best], FINALISTS):
+            best = step
             yield best
         if places is not None or (best and best[0].success >= POOR):
             return
@@ -207,6 +211,11 @@ class Player:
             yield rated
         if not rated:
             return
+        for each in rated[:VARIED]:
+            some = variations(each.turned, self._many(VARIATIONS), self._draw)
+            rated = rated + rate(some, errors, self._plies)
+            yield sorted(rated, key=_negative_value)
+        rated.sort(key=_negative_value)
         again = [each.turned for each in rated[:WINNERS]]
         rated = sorted(rate(again, self._errors(MORE_SAMPLES), self._plies), key=_negative_value)
         yield rated
