@@ -54,7 +54,8 @@ BURST = QoSProfile(depth=2000)
 QoS of services and actions: of requests that are sent at the same time, none is lost up to this.
 
 The middleware drops requests and answers beyond the depth without a sign. At the server the depth
-counts those of all clients, and at a client those of this client.
+counts the requests of all clients. At a client it counts the answers to all clients, because Fast
+DDS sends every answer to every client of the service, which discards those of the others.
 """
 
 PROGRESS_PERIOD = 5.0

@@ -7,6 +7,8 @@ import rclpy
 from rclpy.client import Client
 from rclpy.node import Node
 
+from billiard_shot.ros.node_runner import BURST
+
 if TYPE_CHECKING:
     from rclpy.task import Future
 
@@ -43,7 +45,7 @@ class ServiceCaller:
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
         self._node, self._kind, self._name = node, kind, name
-        self.client: Client[Any, Any] = node.create_client(kind, name)
+        self.client: Client[Any, Any] = node.create_client(kind, name, qos_profile=BURST)
 
     @property
     def service_name(self) -> str:
@@ -100,7 +102,7 @@ class ServiceCaller:
 
     def _renew(self) -> None:
         self.destroy()
-        self.client = self._node.create_client(self._kind, self._name)
+        self.client = self._node.create_client(self._kind, self._name, qos_profile=BURST)
 
 
 def result_of(future: 'Future[Any]') -> Any:

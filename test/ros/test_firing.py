@@ -281,7 +281,7 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
         (player, '--speed 1 --valid-for -1', 'must be above 0'),
         (player, "'{rest: 3}'", 'rest: 3'),
         (player, "'{rest: ['", 'TARGET'),
-        (player, "'{rest: [0, 0]}' --speed 1", 'must not be given together'),
+        (player, "'{rest: [0, 0]}' --speed 1", 'only one of TARGET, a stroke, a game and --serve'),
         (player, "'{rest: [0, 0]}' --budget -1", 'must be at least 1, got -1'),
     ],
 )

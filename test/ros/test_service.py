@@ -262,6 +262,26 @@ def test_a_burst_of_requests_is_answered(node, ask):
     node.destroy_client(client)
 
 
+@pytest.mark.slow
+def test_many_clients_are_answered(node, ask):
+    """100 clients with the documented queue, five requests each, all at once."""
+    clients = [
+        node.create_client(PredictShot, 'predict_shot', qos_profile=BURST) for _ in range(100)
+    ]
+    request = request_for('horizontal')
+    asked = [(client, client.call_async(request)) for client in clients]  # the server knows them
+    while not spin_until(node, lambda: all(future.done() for _, future in asked), 10.0):
+        asked[:] = [
+            (client, future if future.done() else client.call_async(request))
+            for client, future in asked
+        ]
+    futures = [client.call_async(request) for client in clients for _ in range(5)]
+    assert spin_until(node, lambda: all(future.done() for future in futures))
+    assert {future.result().status for future in futures} == {Status.OK}
+    for client in clients:
+        node.destroy_client(client)
+
+
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [

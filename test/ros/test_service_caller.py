@@ -24,8 +24,8 @@ class Stand:
     def __init__(self, node, *stand_ins):
         self.node, self.stand_ins = node, list(stand_ins)
 
-    def create_client(self, kind, name):
-        client = self.node.create_client(kind, name)
+    def create_client(self, kind, name, **options):
+        client = self.node.create_client(kind, name, **options)
         return self.stand_ins.pop(0)(client) if self.stand_ins else client
 
     def destroy_client(self, client):
