@@ -19,7 +19,7 @@ from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
-from billiard_shot.shot.on_table import put_on_table
+from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
@@ -68,10 +68,8 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     centre = np.array([0.0, 0.0, problem.radius])
     model = problem.model._replace(follows=False)  # double hits do not scale with the speed
     library = Strokes(model, normals, velocities, centre)
-    strikes, task = put_on_table(
-        library, strike_batch(library, TOLERANCE), ENDLESS, np.zeros((0, 3)), TOLERANCE
-    )
-    run = run_recorded(task)
+    strikes = strike_batch(library, TOLERANCE)
+    run = run_recorded(table_task(library, strikes, ENDLESS, TOLERANCE))
     ends = run.tables['segments']
     rests = (strikes.rows['status'] == Status.OK) & (run.tables['status'] == Status.OK)
     kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))

@@ -14,15 +14,14 @@ from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.model import tip_reach
-from billiard_shot.shot.neighbours import neighbours_of
-from billiard_shot.shot.on_table import others_in, put_on_table
+from billiard_shot.shot.model import cue_params, tip_reach
+from billiard_shot.shot.moving_strikes import nearest_distance
+from billiard_shot.shot.on_table import others_in, table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import refusals, strike_batch
+from billiard_shot.shot.strike_batch import refusals, starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
-from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.motion import Segment
 from billiard_shot.table.simulate import (
     batch_of,
@@ -182,23 +181,25 @@ def start_strokes(
     if motions is not None:
         mapped = ~np.isnan(motions[:, 0])
     exact = np.flatnonzero(~mapped)
-    played = strike_batch(asked.some(exact), tolerance)
+    others = others_in(scene)
+    played = strike_batch(asked.some(exact), tolerance, problem.table, others)
     rows = np.zeros(len(strokes), played.rows.dtype)
-    rows[exact] = played.rows
+    starts = starts_of(centre, others, len(strokes))
+    rows[exact], starts[exact] = played.rows, played.starts
     if motions is not None:
         rows['velocity'][mapped] = motions[mapped, :3]
         rows['spin'][mapped] = motions[mapped, 3:6]
         rows['cue_speed'][mapped] = motions[mapped, 6]
         rows['tip'][mapped] = tip_reach(model) * asked.normals[mapped]
         rows['status'][mapped] = refusals(asked.some(np.flatnonzero(mapped)))
-    strikes = played._replace(rows=rows)
-    strikes, task = put_on_table(asked, strikes, problem.table, others_in(scene), tolerance)
-    return task, strikes.rows
+        starts['velocity'][mapped, 0] = rows['velocity'][mapped]
+        starts['spin'][mapped, 0] = rows['spin'][mapped]
+    strikes = played._replace(rows=rows, starts=starts)
+    return table_task(asked, strikes, problem.table, tolerance), rows
 
 
 def is_alone(problem: Problem) -> bool:
     """Whether no neighbour takes part in strikes: maps do not include neighbours."""
     places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
-    table = layout_of(problem.model.surface, problem.table)
-    _, near = neighbours_of(table, problem.model, places)
-    return not near
+    reach = cue_params(problem.model, problem.table).neighbour_reach
+    return nearest_distance(problem.radius, problem.table, places[np.newaxis]) > reach

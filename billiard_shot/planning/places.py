@@ -89,5 +89,5 @@ def put_at(problem: Problem, task: TableTask, strikes: NDArray[np.void], places:
     moved = (places - problem.places)[free]
     starts = task.starts['position']
     starts[free, :, :2] += moved
-    if task.cues:
-        task.cues.rows['tip'][free, :2] += moved[:, 0]
+    if task.cues is not None:
+        task.cues['tip'][free, :2] += moved[:, 0]

@@ -108,8 +108,7 @@ def predict_within_noise(
     strikes = np.concatenate([rows for _, rows in parts])
     task = tasks[0]._replace(
         starts=np.concatenate([each.starts for each in tasks]),
-        cues=tasks[0].cues
-        and tasks[0].cues._replace(rows=np.concatenate([each.cues.rows for each in tasks])),
+        cues=None if tasks[0].cues is None else np.concatenate([each.cues for each in tasks]),
         fast_rebounds=True,
     )
     run = run_many(task, names_of(scene), workers)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.shot.accuracy import strike_tolerance
-from billiard_shot.shot.on_table import put_on_table
+from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
@@ -68,7 +68,6 @@ def discontinuities_of_law(
 
 def _final_position(stroke: Strokes, tolerance: float) -> NDArray[np.float64]:
     """Find where the ball of one stroke rests on endless cloth (3,) [m]."""
-    strike = strike_batch(stroke, tolerance)
-    _, task = put_on_table(stroke, strike, ENDLESS, np.zeros((0, 3)), tolerance)
+    task = table_task(stroke, strike_batch(stroke, tolerance), ENDLESS, tolerance)
     place: NDArray[np.float64] = run_tables(task).balls['position'][0, 0]
     return place

@@ -1,18 +1,21 @@
 """The numbers of a scene that a strike depends on, in the form that compiled code takes."""
 
+from math import inf
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.laws import LAWS
+from billiard_shot.impact.laws import BISTIFFNESS, LAWS
 from billiard_shot.impact.solve import Properties
 from billiard_shot.scene import Scene
+from billiard_shot.table.cluster import MAX_HITS
 from billiard_shot.table.contact_duration import stiffness_of
+from billiard_shot.table.cue import CueParams, TIP_DURATION
 from billiard_shot.table.model import ball_cloth_params
-from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.params import BallClothParams, TableParams
 
 TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
-# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
-TIP_DURATION = 1.3e-3
+REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
+NORMALS = 16  # that a contact has in TIP_DURATION
 
 
 class StrikeModel(NamedTuple):
@@ -38,10 +41,42 @@ def tip_reach(model: StrikeModel) -> float:
     return model.surface.radius * (1.0 + model.tip_curvature)
 
 
-def tip_stiffness(model: StrikeModel) -> float:
-    """Stiffness [N/m^exponent] with which the contact of tip and ball has TIP_DURATION."""
-    effective = 1.0 / (1.0 / model.cue_mass + 1.0 / model.surface.mass)
-    return stiffness_of(2.0 * effective, TIP_DURATION, model.exponent)
+def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
+    """
+    Collect what impacts with the cue depend on, if bodies move during them or are near.
+
+    If bodies move, the contact of tip and ball has the stiffness that makes it last TIP_DURATION;
+    a contact without a duration of its own keeps its ratio to that.
+    """
+    ball, moves = model.surface, model.law == BISTIFFNESS
+    unit = 1.0
+    if moves:
+        effective = 1.0 / (1.0 / model.cue_mass + 1.0 / ball.mass)
+        unit = stiffness_of(2.0 * effective, TIP_DURATION, model.exponent) / model.stiffness[TIP]
+
+    def stiffness(mass: float, duration: float, ratio: float) -> float:
+        timed = moves and duration > 0.0
+        return stiffness_of(mass, duration, model.exponent) if timed else unit * ratio
+
+    takes_time = moves and table.ball_duration > 0.0
+    return CueParams(
+        response=1.0 / model.cue_mass,
+        across=model.inverse_end_mass,
+        reach=tip_reach(model),
+        friction=model.friction[TIP],
+        restitution=model.restitution[TIP],
+        stiffness=unit * model.stiffness[TIP],
+        cloth_friction=model.friction[TABLE],
+        cloth_restitution=model.restitution[TABLE],
+        cloth_stiffness=unit * model.stiffness[TABLE],
+        ball_stiffness=stiffness(ball.mass, table.ball_duration, table.ball_stiffness),
+        nose_stiffness=stiffness(2.0 * ball.mass, table.cushion_duration, table.cushion_stiffness),
+        neighbour_reach=REACH if takes_time else table.contact_gap,
+        interval=TIP_DURATION / NORMALS if moves else inf,
+        on_cloth=model.table,
+        moves=moves,
+        max_hits=MAX_HITS if model.follows else 1,
+    )
 
 
 def strike_model(scene: Scene) -> StrikeModel:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.on_table import is_endless, put_on_table, with_strike_events
-from billiard_shot.shot.strike import no_phases, Strikes, Strokes
+from billiard_shot.shot.on_table import is_endless, joined_events, table_task
+from billiard_shot.shot.strike import Strikes, Strokes
 from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import Status
 from billiard_shot.table.motion import NOTHING
@@ -73,7 +73,10 @@ def play_many(strokes: Strokes, table: TableParams, others: Array, tolerance: fl
     parts = in_threads(play_part, len(strokes.normals))
     parts = parts or [play_part(slice(0, 0))]
     played = Played(
-        Strikes(np.concatenate([part.strikes.rows for part in parts]), no_phases()),
+        parts[0].strikes._replace(
+            rows=np.concatenate([part.strikes.rows for part in parts]),
+            starts=np.concatenate([part.strikes.starts for part in parts]),
+        ),
         joined([part.run for part in parts]),
         np.concatenate([each.status for each in parts]),
         np.concatenate([each.error for each in parts]),
@@ -110,13 +113,13 @@ def _play(
 ) -> Played:
     """Play strokes; their statuses are those of the strikes."""
     endless = is_endless(table)
-    strikes = strike_batch(strokes, tolerance, recorded)
+    strikes = strike_batch(strokes, tolerance, table, others, recorded)
     gap = discontinuities_of_law(strokes, strikes.rows, tolerance)
     hops = HOPS if endless else HOPS_BEFORE_CUSHIONS
-    strikes, task = put_on_table(strokes, strikes, table, others, tolerance, hops)
+    task = table_task(strokes, strikes, table, tolerance, hops)
     if recorded:
         run = run_with_events(task)
-        run = run._replace(events=with_strike_events(task, strikes, run.events))
+        run = run._replace(events=joined_events(strikes.events, run.events))
     else:
         run = run_tables(task)
     rows, ball = strikes.rows, run.balls[:, 0]

@@ -89,7 +89,7 @@ def predict(
         run_of(played.run, names_of(scene), wall_time),
         strikes.rows[0],
         strikes.log,
-        strikes.group,
+        strikes.losses,
     )
 
 

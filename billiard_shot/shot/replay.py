@@ -8,7 +8,6 @@ array for each field.
 """
 
 from collections.abc import Mapping
-from dataclasses import fields
 import json
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import CollisionResult, Ending, Phase
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.scene import Scene
 from billiard_shot.scene.values import check_type
@@ -80,7 +78,7 @@ def load_shot(path: str | Path) -> Shot:
 
 
 def _record(shot: Shot) -> dict[str, Any]:
-    stroke, run, group = shot.stroke, shot.run, shot._group
+    stroke, run = shot.stroke, shot.run
     return {
         'format': FORMAT,
         'version': VERSION,
@@ -112,18 +110,14 @@ def _record(shot: Shot) -> dict[str, Any]:
         },
         'strike': _columns(shot._strike),
         'phases': _columns(shot._log),
-        'group': group
-        and {
-            **_fields(group),
-            'status': group.status.name,
-            'phases': [{**_fields(phase), 'ending': phase.ending.name} for phase in group.phases],
-        },
+        'losses': shot._losses,
     }
 
 
 def _shot(data: dict[str, Any]) -> Shot:
     strike = _rows(Strike, {name: [value] for name, value in data['strike'].items()}, 'strike')
     strike.flags.writeable = False
+    losses = np.array(data['losses'], dtype=float).reshape(-1, 2)
     return Shot(
         scene=Scene.from_dict(data['scene']),
         stroke=_stroke(data['stroke']),
@@ -135,8 +129,8 @@ def _shot(data: dict[str, Any]) -> Shot:
         discontinuity=data['discontinuity'],
         run=_run(data['run']),
         _strike=strike[0],
-        _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, 2),
-        _group=_group(data['group']) if data['group'] else None,
+        _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, len(losses) or 2),
+        _losses=losses,
     )
 
 
@@ -160,28 +154,6 @@ def _run(data: dict[str, Any]) -> TableRun:
         np.array(data['places'], dtype=np.int64),
         data['jaws_met'],
     )
-
-
-def _group(data: dict[str, Any]) -> CollisionResult:
-    arrays = ('velocities', 'spins', 'impulses', 'dissipated', 'slips', 'lengths')
-    return CollisionResult(
-        status=Status[data['status']],
-        duration=data['duration'],
-        evaluations=data['evaluations'],
-        phases=tuple(map(_phase, data['phases'])),
-        **{name: np.array(data[name], dtype=float) for name in arrays},
-    )
-
-
-def _phase(data: dict[str, Any]) -> Phase:
-    impulses, energies = (np.array(data[name], float) for name in ('impulses', 'energies'))
-    active, ending = tuple(data['active']), Ending[data['ending']]
-    return Phase(active, ending, data['contact'], impulses, energies)
-
-
-def _fields(value: Any) -> dict[str, Any]:
-    """Return the fields of a dataclass by name."""
-    return {each.name: getattr(value, each.name) for each in fields(value)}
 
 
 def _columns(records: NDArray[np.void] | np.void) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.collide import CollisionResult, Phase, read_log
+from billiard_shot.impact.collide import Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
@@ -55,9 +55,9 @@ class Shot:
     discontinuity: float
     run: TableRun  # of every ball, from the end of the strike
     _strike: np.void = field(repr=False)  # Strike
-    _log: NDArray[np.void] = field(repr=False)  # (phases, 2) PhaseLog
-    # If the ball reached other balls or a cushion while the tip touched it.
-    _group: CollisionResult | None = field(repr=False)
+    _log: NDArray[np.void] = field(repr=False)  # (phases, N) PhaseLog of N contacts
+    # (N, 2) J: restitution, friction; if the strike was solved with moving bodies
+    _losses: NDArray[np.float64] = field(repr=False)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -128,8 +128,9 @@ class Shot:
     @cached_property
     def impact(self) -> Impact:
         """The impact in detail."""
-        if self._group:
-            return Impact(self._group.dissipated, self._group.phases)
+        if self._strike['moving']:
+            axes = np.tile(np.eye(3), (len(self._losses), 1, 1))
+            return Impact(self._losses, read_log(self._log, axes))
         phases = read_log(self._log, self._strike['axes'].reshape(2, 3, 3))
         return Impact(self._strike['losses'].reshape(2, 2), phases)
 

@@ -7,11 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.collide import CollisionResult
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
-from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import Floats, record, ROWS, Storage, Vector, Vector3
+from billiard_shot.records import Floats, record, Storage, Vector, Vector3
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.contacts import (
@@ -32,6 +30,7 @@ from billiard_shot.status import (
     OK,
 )
 from billiard_shot.table.params import AUTO, BallClothParams
+from billiard_shot.table.run import EventLog
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
@@ -41,8 +40,6 @@ ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by roun
 # `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
 PHASES = 16  # of a strike that is recorded: room at first, most have fewer
-FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
-LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
 @record
@@ -58,9 +55,8 @@ class Strike:
     axes: Annotated[Any, 18]  # of tip and table: normal and two tangents as rows
     discontinuity_margin: float  # see `ContactResult`; the least of tip and table
     tip: Vector3  # [m] from the ball's centre to that of the tip's sphere
-    # How often tip or cloth, whichever did more often, met the ball; or, if a strike was solved
-    # with moving normals, the tip.
-    hits: int
+    hits: int  # how often the tip met the ball
+    moving: bool  # whether it was solved with moving bodies, see moving_strikes.py
     together: bool  # whether the ball reached another one or a cushion meanwhile
     status: int  # Status: that of the impact, MISCUE or a refusal
     phases: int
@@ -216,12 +212,6 @@ def finish_strikes(
 
 
 @inner
-def follow_through_time(speed: float) -> float:
-    """For how long a cue with a speed [m/s] goes on after its stroke, or recoils [s]."""
-    return FOLLOW_THROUGH / max(abs(speed), FOLLOW_THROUGH / LONGEST_FOLLOW_THROUGH)
-
-
-@inner
 def write_strike(
     model: StrikeModel,
     strike: Strike,
@@ -267,12 +257,9 @@ class Strikes(NamedTuple):
     """What n strokes did."""
 
     rows: NDArray[np.void]  # (n,) Strike
-    log: NDArray[np.void]  # (phases, 2) PhaseLog of the last impact, of tip and table
-    # Of the last impact, if it was with other balls or a cushion: in detail; the balls that met.
-    group: CollisionResult | None = None
-    met: tuple[tuple[int, int], ...] = ()
-
-
-def no_phases() -> NDArray[np.void]:
-    """Return an empty log (0, 2) of `PhaseLog`."""
-    return ROWS.records(PhaseLog, 0).reshape(-1, 2)
+    starts: NDArray[np.void]  # (n, balls) BallStart: the balls afterwards
+    # Of the last strike, if it is recorded: PhaseLog (phases, N) of its N contacts; and if it was
+    # solved with moving bodies, their losses (N, 2) [J], and the meetings of balls.
+    log: NDArray[np.void]
+    losses: NDArray[np.float64]
+    events: EventLog

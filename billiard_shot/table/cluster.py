@@ -1,32 +1,33 @@
 """
-Impacts of three balls or more, all at once, by billiard_shot.impact.
+Impacts of three bodies or more, and of the cue, all at once, by billiard_shot.impact.
 
-The balls take part that are connected to those that meet by gaps within reach of the impact
-(contact_duration.py). A cushion does not: its contact is so long that balls meet within it one
-after the other.
-
-A simulation stops for such an impact: `gather` writes its balls and contacts, `solve` solves it,
-and `conclude` lets its balls go on. In the record each of them moves evenly, while the impact
-lasts, to where it is at the end.
+A simulation stops for such an impact: `gather` (gather.py) writes its bodies and contacts, `solve`
+solves it, and `conclude` lets balls and cue go on. In the record each ball moves evenly, while the
+impact lasts, to where it is at the end. An impact with which a run begins takes no time there: the
+run begins at its end.
 """
 
 from math import inf, sqrt
-from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Collisions, ContactProperties
-from billiard_shot.impact.kernel import Scratch, solve_collisions
+from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
-from billiard_shot.impact.state import BALL, BodyState, PhaseLog
-from billiard_shot.records import Storage
+from billiard_shot.impact.state import BodyState, PhaseLog
+from billiard_shot.numerics import rounding
+from billiard_shot.numerics.vectors import dot
+from billiard_shot.records import as_rows, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
-from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.cue import Cue, THE_CUE
 from billiard_shot.table.cushion import advance_free
+from billiard_shot.table.flight_boundary import edge_at
+from billiard_shot.table.gather import CLOTH, ImpactRoom, TIP
 from billiard_shot.table.geometry import Table
-from billiard_shot.table.motion import Ball, CLUSTER, FLIGHT, IMPACT, NOTHING, SLIDE
+from billiard_shot.table.motion import BALL, Ball, CLUSTER, CUE, FLIGHT, IMPACT, NOTHING, SLIDE
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import (
     energy_of,
@@ -38,38 +39,30 @@ from billiard_shot.table.simulation_state import (
     Simulation,
 )
 
-TOLERANCE = 1e-7  # of the impact, relative to the approach
 MOST_CONTACTS = 6  # per ball: twelve balls around each one
+MOST_EDGES = 7  # of a ball in the mouth of a pocket, with the cloth; of at most three balls
 MAX_SWEEPS = 100
 CLEARANCE = 1e-7  # m, to which balls are set apart
-UNLIMITED = 1_000_000  # closings of a contact
 LONGEST = 10e-3  # s: then the cloth would have slowed sliding balls by 0.02 m/s
+MAX_HITS = 8  # of the cue: then it is taken away
+STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 
 
-class ClusterRoom(NamedTuple):
-    """Room for an impact of N contacts at most among B balls at most."""
-
-    members: Any  # (B,) ints: the balls that take part
-    scratch: Scratch
-    bodies: list[BodyState]  # B, and N contacts: parts of `Collisions`
-    properties: list[ContactProperties]
-    unused: Any  # (1, 1, 1) in place of W
-    results: Results
-    participants: Any  # (room, 2) ints: number of an event, and a ball that took part in it
-
-
-def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
+def room_for(storage: Storage, balls: int, participants: int, with_cue: bool) -> ImpactRoom:
     """Make room for the impacts on a table of so many balls, and for a record of participants."""
-    count = max(min(balls * (balls - 1) // 2, MOST_CONTACTS * balls), 1)
-    return ClusterRoom(
+    count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
+    count += 2 + MOST_EDGES * min(balls, 3) if with_cue else 0
+    count = max(count, 1)
+    bodies = balls + (count if with_cue else 0)
+    return ImpactRoom(
         storage.array(np.zeros(balls, np.int64)),
         scratch(storage, count),
-        storage.records(BodyState, balls),
+        storage.records(BodyState, bodies),
         storage.records(ContactProperties, count),
-        storage.zeros(1, 1, 1),
+        storage.array(np.zeros(count, np.int64)),
         Results(
             storage.records(ContactResult, count),
-            storage.records(BodyState, balls),
+            storage.records(BodyState, bodies),
             storage.records(PhaseLog, 0),
             storage.records(CollisionOutcome, 1),
         ),
@@ -77,137 +70,135 @@ def room_for(storage: Storage, balls: int, participants: int) -> ClusterRoom:
     )
 
 
-def solve(storage: Storage, table: Table, p: Progress, room: ClusterRoom) -> None:
-    """Solve an impact after `gather`."""
-    params, moving = table.params, bool(table.numbers.ball_duration > 0.0)
+def solve(
+    storage: Storage, table: Table, p: Progress, room: ImpactRoom, phases: int = 0
+) -> NDArray[np.void]:
+    """
+    Solve an impact after `gather`.
+
+    Returns the log (phases, N) of PhaseLog. If there are more phases than asked for, and any were,
+    the impact is solved again, and all are logged.
+    """
+    params, with_cue, count = table.params, p.other == THE_CUE, int(p.contacts)
+    moves = bool(table.cue.moves if with_cue else table.numbers.ball_duration > 0.0)
+    unused = storage.zeros(1, 1, 1)
     collision = Collisions(
-        properties=room.properties,
+        properties=room.properties[:count],
         law=int(params.law),
         exponent=float(params.exponent),
-        bodies=room.bodies[: int(p.members)],
-        moves=moving,
-        interval=inf,
-        delassus=room.unused,
-        velocity=room.unused[0],
-        distances=moving,
-        lengths=room.unused[0],
-        tolerance=storage.array([TOLERANCE]),
+        bodies=room.bodies[: int(p.bodies)],
+        moves=moves,
+        interval=table.cue.interval if with_cue else inf,
+        delassus=unused,
+        velocity=unused[0],
+        distances=moves,
+        lengths=unused[0],
+        tolerance=storage.array([p.tolerance]),
     )
-    contacts = room.scratch.contacts[: int(p.contacts)]
-    solve_collisions.on(storage)(collision, room.scratch._replace(contacts=contacts), room.results)
+    work = room.scratch._replace(contacts=room.scratch.contacts[:count])
+    while True:
+        log = storage.records(PhaseLog, phases * count)
+        solve_collisions.on(storage)(collision, work, room.results._replace(log=log))
+        needed = int(room.results.outcomes[0].phases) if phases else 0
+        if needed <= phases:
+            return as_rows(PhaseLog, log)[: needed * count].reshape(-1, count)
+        phases = needed
 
 
 @inner
-def find_members(s: Simulation, members: Any, reach: float) -> int:
-    """Write the balls that take part in an order that is theirs; return their number."""
-    p, count = s.progress, len(s.balls)
-    for i in range(count):
-        members[i] = 1 if i in (p.ball, p.other) else 0
-    grows = True
-    while grows:
-        grows = False
-        for i in range(count):
-            if members[i] == 1 or s.balls[i].motion > FLIGHT:
-                continue
-            x, y, z = position_at(s.balls[i], p.time)
-            for k in range(count):
-                if members[k] == 1:
-                    u, v, w = position_at(s.balls[k], p.time)
-                    u, v, w = x - u, y - v, z - w
-                    if u * u + v * v + w * w <= reach * reach:
-                        members[i], grows = 1, True
-                        break
-    number = 0
-    for i in range(count):
-        if members[i] == 1:
-            members[number] = i
-            number += 1
-    return number
+def settle(table: Table, s: Simulation, room: ImpactRoom) -> None:
+    """
+    Stop what only rounding moves, and put balls onto the cloth.
 
-
-@inner
-def write_ball(params: BallClothParams, ball: Ball, time: float, body: BodyState) -> None:
-    """Write a ball of a time as a body, free of any cushion."""
-    dt = time - ball.time
-    body.kind, body.turning = BALL, params.radius * params.radius / params.inertia
-    body.response = body.across = 1.0 / params.mass
-    body.position[0], body.position[1], body.position[2] = position_at(ball, time)
-    for k in range(3):
-        if ball.nose != NOTHING:
-            velocity, spin = ball.exit_velocity[k], ball.exit_spin[k]
-        else:
-            velocity = ball.velocity[k] + ball.acceleration[k] * dt
-            spin = ball.spin[k] + ball.spin_acceleration[k] * dt
-        body.velocity[k], body.spin[k] = velocity, params.radius * spin
-
-
-@inner
-def gather(table: Table, s: Simulation, room: ClusterRoom) -> None:
-    """Write the balls and contacts of an impact that is pending; their numbers to `progress`."""
-    p, n, radius = s.progress, table.numbers, table.params.radius
-    bodies = room.bodies
-    farthest = 2.0 * radius + p.reach
-    p.members = find_members(s, room.members, farthest)
+    The cloth gives way to the ball that the cue hits. Afterwards this ball lies on it, or is above
+    it by its distance, and the tip moves with it.
+    """
+    p, radius, bodies = s.progress, table.params.radius, room.results.bodies
+    fastest = 0.0
     for k in range(p.members):
-        write_ball(table.params, s.balls[room.members[k]], p.time, bodies[k])
-    stiffness = n.impact_stiffness if n.ball_duration > 0.0 else n.ball_stiffness
-    number = 0
-    for a in range(p.members):
-        for b in range(a + 1, p.members):
-            square, one, other = 0.0, bodies[a].position, bodies[b].position
-            for k in range(3):
-                apart = one[k] - other[k]
-                square += apart * apart
-            if square > farthest * farthest or number == len(room.properties):
-                continue  # there is always room, see MOST_CONTACTS
-            gap = sqrt(square) - 2.0 * radius
-            if gap <= n.contact_gap or n.ball_duration == 0.0:
-                gap = 0.0
-            properties = room.properties[number]
-            properties.body_a, properties.body_b, properties.gap = a, b, gap
-            # Tangents parallel and normal to the cloth: balls that lie on it stay in a plane.
-            tangent = properties.tangent
-            tangent[0], tangent[1], tangent[2] = other[1] - one[1], one[0] - other[0], 0.0
-            properties.max_closings = UNLIMITED
-            properties.friction = friction_of_balls(n, 0.0)
-            properties.fading, properties.decay = n.friction_slow, n.friction_decay
-            properties.restitution, properties.stiffness = n.ball_restitution, stiffness
-            number += 1
-    p.contacts = number
+        fastest = max(fastest, dot(bodies[k].velocity, bodies[k].velocity))
+    still = STILL * sqrt(fastest)
+    for k in range(p.members):
+        body = bodies[k]
+        for i in range(3):
+            if abs(body.velocity[i]) <= still:
+                body.velocity[i] = 0.0
+            if abs(body.spin[i]) <= still:
+                body.spin[i] = 0.0
+        if k > 0 or p.other != THE_CUE:
+            _, _, z = position_at(s.balls[room.members[k]], p.begin)
+            if z == radius:  # the ball lies, and stays there in `leave_impact`
+                body.position[2] = radius
+    if p.other == THE_CUE:
+        height = max(bodies[0].position[2], radius)
+        if table.cue.on_cloth:
+            height = max(radius - room.results.contacts[CLOTH].length, radius)
+        shift_ball(p, room, 0, 0.0, 0.0, height - bodies[0].position[2])
 
 
 @inner
-def set_apart(bodies: list[BodyState], count: int, diameter: float) -> bool:
-    """
-    Move balls apart that are still dented, each by half of what they overlap.
+def shift_ball(p: Progress, room: ImpactRoom, member: int, x: float, y: float, z: float) -> None:
+    """Shift a ball, and the tip of the cue with the ball that it hits."""
+    place = room.results.bodies[member].position
+    place[0] += x
+    place[1] += y
+    place[2] += z
+    if member == 0 and p.other == THE_CUE:
+        tip = room.results.bodies[p.members].position
+        tip[0] += x
+        tip[1] += y
+        tip[2] += z
 
-    Return whether none overlap in the end.
+
+@inner
+def set_apart(table: Table, p: Progress, room: ImpactRoom) -> bool:
     """
+    Move balls apart that are still dented, and out of cushions; return whether none overlap then.
+
+    Two balls move by half of what they overlap each, but none into the cloth.
+    """
+    bodies, radius = room.results.bodies, table.params.radius
     for _ in range(MAX_SWEEPS):
         apart = True
-        for a in range(count):
-            for b in range(a + 1, count):
+        for a in range(p.members):
+            for b in range(a + 1, p.members):
                 one, other = bodies[a].position, bodies[b].position
-                square = 0.0
-                for k in range(3):
-                    away = one[k] - other[k]
-                    square += away * away
-                if square < diameter * diameter:
+                x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
+                square = x * x + y * y + z * z
+                if square < 4.0 * radius * radius:
                     size = sqrt(square)
-                    share = 0.5 * (diameter + CLEARANCE - size) / size
-                    apart = False
-                    for k in range(3):
-                        shift = share * (one[k] - other[k])
-                        one[k] += shift
-                        other[k] -= shift
+                    share, apart = 0.5 * (2.0 * radius + CLEARANCE - size) / size, False
+                    x, y, z = share * x, share * y, share * z
+                    shift_ball(p, room, a, x, y, max(z, radius - one[2]))
+                    shift_ball(p, room, b, -x, -y, max(-z, radius - other[2]))
+        for j in range(p.contacts):
+            if room.edges[j] != NOTHING and leave_edge(table, p, room, j):
+                apart = False
         if apart:
             return True
     return False
 
 
 @inner
-def takes_part(p: Progress, room: ClusterRoom, member: int) -> bool:
-    """Whether a contact of a member closed."""
+def leave_edge(table: Table, p: Progress, room: ImpactRoom, contact: int) -> bool:
+    """Move a ball sideways out of the edge of a contact; return whether it was in it."""
+    radius, member = table.params.radius, room.properties[contact].body_a
+    place = room.results.bodies[member].position
+    x, y, away = edge_at(table, room.edges[contact], place[0], place[1])
+    up = place[2] - table.numbers.nose_height
+    inside = sqrt(max(radius * radius - up * up, 0.0)) - away
+    if inside <= 0.5 * rounding.PLACE:
+        return False
+    inside += CLEARANCE
+    shift_ball(p, room, member, inside * x, inside * y, 0.0)
+    return True
+
+
+@inner
+def takes_part(p: Progress, room: ImpactRoom, member: int) -> bool:
+    """Whether a contact of a member closed. The cue hits ball 0 in any case."""
+    if member == 0 and p.other == THE_CUE:
+        return True
     for j in range(p.contacts):
         c = room.properties[j]
         if room.results.contacts[j].closings > 0 and member in (c.body_a, c.body_b):
@@ -216,17 +207,21 @@ def takes_part(p: Progress, room: ClusterRoom, member: int) -> bool:
 
 
 @inner
-def first_partner(p: Progress, room: ClusterRoom, member: int) -> int:
-    """Ball that a member met first: one that began the impact, or the first by index."""
-    found = NOTHING
+def first_partner(p: Progress, room: ImpactRoom, member: int) -> int:
+    """Ball that a member met: one that began the impact, or the one that it pushed most."""
+    found, most = NOTHING, -1.0
     for j in range(p.contacts):
-        c = room.properties[j]
-        if room.results.contacts[j].closings > 0 and member in (c.body_a, c.body_b):
-            other = room.members[c.body_a + c.body_b - member]
-            if other in (p.ball, p.other):
-                return other
-            if found == NOTHING or other < found:
-                found = other
+        c, result = room.properties[j], room.results.contacts[j]
+        other = c.body_a + c.body_b - member
+        if result.closings == 0 or member not in (c.body_a, c.body_b) or other >= p.members:
+            continue
+        ball = room.members[other]
+        if ball in (p.ball, p.other):
+            return ball
+        push = result.impulse * result.impulse + result.impulse_1 * result.impulse_1
+        push += result.impulse_2 * result.impulse_2
+        if push > most:
+            found, most = ball, push
     return found
 
 
@@ -260,21 +255,46 @@ def leave_impact(
 
 
 @inner
-def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
-    """Let the balls of an impact that is solved go on; `resume` begins their segments."""
-    p, params, outcome = s.progress, table.params, room.results.outcomes[0]
-    bodies = room.results.bodies
-    lasting = outcome.duration if table.numbers.ball_duration > 0.0 else 0.0
-    for k in range(p.members):
-        _, _, z = position_at(s.balls[room.members[k]], p.time)
-        if z == params.radius:  # the ball lies, and stays there in `leave_impact`
-            bodies[k].position[2] = params.radius
-    if lasting > LONGEST or not set_apart(bodies, p.members, 2.0 * params.radius):
-        lasting = 0.0
-    if outcome.status == BUDGET_EXCEEDED or outcome.status == TOLERANCE_NOT_REACHED:
-        p.unsolved = outcome.status
-    elif outcome.status == NEGATIVE_ENERGY:
-        p.flaw = outcome.status
+def conclude(table: Table, s: Simulation, cues: list[Cue], number: int, room: ImpactRoom) -> None:
+    """Let balls and cue go on after an impact is solved; `resume` begins the balls' segments."""
+    p, outcome = s.progress, room.results.outcomes[0]
+    with_cue, status, lasting = p.other == THE_CUE, outcome.status, 0.0
+    settle(table, s, room)
+    apart = set_apart(table, p, room)
+    if not apart and with_cue:
+        status = BUDGET_EXCEEDED
+    if apart and not p.strikes:
+        moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
+        lasting = max(outcome.duration - (p.time - p.begin), 0.0) if moves else 0.0
+        lasting = lasting if lasting <= LONGEST else 0.0
+    unsolved = status in (BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED)
+    if unsolved and not with_cue:
+        p.unsolved = status
+    elif not p.strikes and (unsolved or status == NEGATIVE_ENERGY):
+        p.flaw = status
+    if p.strikes:
+        begin_after_strike(table, s, room, apart)
+        write_strike(p, room, cues[number], status)
+    else:
+        let_go(table, s, room, lasting)
+    if with_cue:
+        release_cue(s, cues[number], room, lasting)
+    p.pending = p.pending and not p.strikes
+    p.strikes = False
+
+
+@inner
+def write_exit(params: BallClothParams, ball: Ball, body: BodyState) -> float:
+    """Write velocity and spin with which a ball leaves an impact; return its kinetic energy."""
+    for i in range(3):
+        ball.exit_velocity[i], ball.exit_spin[i] = body.velocity[i], body.spin[i] / params.radius
+    return kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
+
+
+@inner
+def let_go(table: Table, s: Simulation, room: ImpactRoom, lasting: float) -> None:
+    """Let the balls of an impact go on, and log it."""
+    p, params, with_cue = s.progress, table.params, s.progress.other == THE_CUE
     before, after, first = 0.0, 0.0, s.balls[p.ball]
     was = first.motion
     for k in range(p.members):
@@ -284,11 +304,8 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
             continue
         advance_free(table, ball, p.time)
         before += energy_of(params, ball)
-        for i in range(3):
-            ball.exit_velocity[i] = bodies[k].velocity[i]
-            ball.exit_spin[i] = bodies[k].spin[i] / params.radius
-        after += kinetic_energy(params, ball.exit_velocity, ball.exit_spin)
-        place = bodies[k].position
+        after += write_exit(params, ball, room.results.bodies[k])
+        place = room.results.bodies[k].position
         leave_impact(params, ball, place[0], place[1], place[2], lasting)
         if ball.first_contact == NOTHING:
             ball.first_contact = first_partner(p, room, k)
@@ -296,8 +313,84 @@ def conclude(table: Table, s: Simulation, room: ClusterRoom) -> None:
             room.participants[p.participants][0] = p.events
             room.participants[p.participants][1] = room.members[k]
         p.participants += 1
+    note_meetings(s, room)
+    cause, other = (CUE, NOTHING) if with_cue else (CLUSTER, p.other)
+    log_event(s, p.time, cause, first, other, before, after, was)
+
+
+@inner
+def note_meetings(s: Simulation, room: ImpactRoom) -> None:
+    """Note which balls ball 0 met in an impact."""
+    p = s.progress
     for j in range(p.contacts):
-        if room.results.contacts[j].closings > 0:
-            c = room.properties[j]
+        c = room.properties[j]
+        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
             note_meeting(s, room.members[c.body_a], room.members[c.body_b], p.time)
-    log_event(s, p.time, CLUSTER, first, p.other, before, after, was)
+
+
+@inner
+def begin_after_strike(table: Table, s: Simulation, room: ImpactRoom, moved: bool) -> None:
+    """Put balls where a strike leaves them, or where they were; log the meetings of balls."""
+    p, params, bodies = s.progress, table.params, room.results.bodies
+    for k in range(p.members):
+        if not takes_part(p, room, k):
+            continue
+        ball = s.balls[room.members[k]]
+        write_exit(params, ball, bodies[k])
+        leave_impact(params, ball, 0.0, 0.0, 0.0, 0.0)
+        ball.first_contact = first_partner(p, room, k)
+        for i in range(3):
+            if moved:
+                ball.position[i] = bodies[k].position[i]
+    note_meetings(s, room)
+    for j in range(p.contacts):
+        c = room.properties[j]
+        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
+            one, other = s.balls[room.members[c.body_a]], s.balls[room.members[c.body_b]]
+            energy = energy_of(params, one) + energy_of(params, other)
+            one.motion = SLIDE
+            log_event(s, p.time, BALL, one, other.ball, energy, energy, SLIDE)
+
+
+@inner
+def write_strike(p: Progress, room: ImpactRoom, cue: Cue, status: int) -> None:
+    """Write what the impact did with which a run begins."""
+    outcome, tip = room.results.outcomes[0], room.results.contacts[TIP]
+    cue.status, cue.phases, cue.steps = status, outcome.phases, outcome.steps
+    cue.hits, cue.first_slip, cue.others = max(tip.closings, 1), tip.first_slip, False
+    for j in range(p.contacts):
+        result = room.results.contacts[j]
+        if j > CLOTH:
+            cue.others = cue.others or result.closings > 0
+        else:
+            cue.losses[2 * j] = result.restitution_loss
+            cue.losses[2 * j + 1] = result.friction_loss
+            cue.impulses[3 * j], cue.impulses[3 * j + 1] = result.impulse, result.impulse_1
+            cue.impulses[3 * j + 2] = result.impulse_2
+
+
+@inner
+def release_cue(s: Simulation, cue: Cue, room: ImpactRoom, lasting: float) -> None:
+    """Let the cue go on beside the ball that it hit."""
+    p, tip, ball = s.progress, room.results.bodies[s.progress.members], s.balls[0]
+    speed = dot(cue.axis, tip.velocity)
+    # An impact that is over by now leaves the ball, and the tip beside it, where the ball is.
+    place = room.results.bodies[0].position if lasting > 0.0 else ball.position
+    for k in range(3):
+        s.cue.position[k] = place[k] + tip.position[k] - room.results.bodies[0].position[k]
+        s.cue.velocity[k] = speed * cue.axis[k]
+    s.cue.time = p.time + lasting
+    if p.strikes:
+        cue.speed = speed
+        for k in range(3):
+            cue.tip[k] = s.cue.position[k]
+        return
+    p.cue_hits += max(room.results.contacts[TIP].closings, 1)
+    if p.cue_hits >= MAX_HITS:
+        s.cue.end = p.time
+
+
+def losses_of(room: ImpactRoom, contacts: int) -> NDArray[np.float64]:
+    """Losses (contacts, 2) of an impact that is solved [J]: restitution, friction."""
+    rows = as_rows(ContactResult, room.results.contacts)[:contacts]
+    return np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1)

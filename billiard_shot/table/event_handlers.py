@@ -12,6 +12,7 @@ from billiard_shot.status import BUDGET_EXCEEDED
 from billiard_shot.table.ball_collision import collide_balls, line_of_centres, relative_component
 from billiard_shot.table.ball_impact import collide_fixed, MIN_APPROACH_SPEED
 from billiard_shot.table.contact_duration import reach_of_impact
+from billiard_shot.table.cue import THE_CUE
 from billiard_shot.table.cushion import (
     advance_free,
     collide_cushion,
@@ -61,7 +62,6 @@ from billiard_shot.table.simulation_state import (
 # Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
 # height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
 HOP_AT_CUSHION = 5e-5
-THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 
@@ -233,7 +233,7 @@ def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
 
 @inner
 def defer_to_cluster(s: Simulation, time: float, ball: int, other: int, reach: float) -> None:
-    """Stop for an impact of three bodies or more."""
+    """Stop for an impact of three bodies or more, or of the cue."""
     p = s.progress
     p.reach = reach
     p.pending, p.unsolved, p.time, p.ball, p.other = True, 0, time, ball, other

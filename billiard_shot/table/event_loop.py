@@ -14,7 +14,8 @@ from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats, record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
-from billiard_shot.table.cluster import ClusterRoom, conclude, gather, room_for
+from billiard_shot.table.cluster import conclude, room_for
+from billiard_shot.table.cue import Cue, THE_CUE
 from billiard_shot.table.event_handlers import (
     defer_to_cluster,
     handle_boundary,
@@ -22,8 +23,8 @@ from billiard_shot.table.event_handlers import (
     handle_segment_end,
     next_event,
     start_next_segment,
-    THE_CUE,
 )
+from billiard_shot.table.gather import gather, ImpactRoom
 from billiard_shot.table.geometry import lay_out, Layout, Table
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.model import ENDLESS
@@ -45,7 +46,6 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.params import AUTO, BallClothParams
 from billiard_shot.table.simulation_state import (
-    FollowingCue,
     log_segment,
     note_meeting,
     position_at,
@@ -62,13 +62,13 @@ class Beginnings(NamedTuple):
     """How tables of n balls begin."""
 
     balls: list[BallStart]  # n of each table, one table after the other
-    cues: list[FollowingCue]  # which struck ball 0 of each table; or none
+    cues: list[Cue]  # which struck ball 0 of each table, or strike it; or none
 
 
 class Window(NamedTuple):
     """Until when tables are simulated, and when the places of their balls are noted."""
 
-    until: float  # s, or inf: until all balls rest
+    until: float  # s; inf: until all balls rest; 0: only strikes are simulated
     times: Floats  # (n,) s, ascending
     places: Floats  # (tables, balls, n, 3) m, written; zero of tables that cannot be simulated
 
@@ -206,7 +206,7 @@ def run_events(
         elif j == THE_CUE and len(s.rules) > 0:
             p.cue_hits += 1  # a foul decides the run: nobody needs to know where the ball goes
         elif j == THE_CUE:
-            defer_to_cluster(s, now, i, j, 0.0)
+            defer_to_cluster(s, now, i, j, table.cue.neighbour_reach)
         elif j == i:
             handle_boundary(table, s, s.balls[i])
         else:
@@ -233,7 +233,7 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
     p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
-    p.noted = 0
+    p.noted, p.strikes, p.cue_reach = 0, False, table.cue.reach
     p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], beginnings.balls[number * len(s.balls) + i]
@@ -266,8 +266,11 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
         stroke = beginnings.cues[number]
         for k in range(3):
             cue.position[k], cue.velocity[k] = stroke.tip[k], stroke.speed * stroke.axis[k]
-        cue.end, p.cue_reach = stroke.end, stroke.reach
+        cue.end = stroke.end
         cue.motion = FLIGHT  # its height counts
+        if stroke.strikes:
+            defer_to_cluster(s, 0.0, 0, THE_CUE, table.cue.neighbour_reach)
+            p.strikes = True
     return True
 
 
@@ -298,11 +301,11 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         room_for_simulation(storage, 1, 0, 0),
         Beginnings(
             storage.from_rows(BallStart, starts[0]),
-            storage.records(FollowingCue, 1),
+            storage.records(Cue, 1),
         ),
         0,
         1,
-        room_for(storage, 1, 0),
+        room_for(storage, 1, 0, True),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
         Window(math.inf, storage.zeros(1), storage.zeros(1, 1, 1, 3)),
@@ -316,7 +319,7 @@ def simulate_tables(
     beginnings: Beginnings,
     first: int,
     max_events: int,
-    room: ClusterRoom,
+    room: ImpactRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
     window: Window,
@@ -324,7 +327,7 @@ def simulate_tables(
     """
     Simulate tables, one after the other, each to its end or until an impact is pending.
 
-    An impact of several balls is for `cluster.solve`; one of the cue is solved by Python.
+    The impact is for `cluster.solve`.
 
     Parameters
     ----------
@@ -333,11 +336,12 @@ def simulate_tables(
         For the present table; at first `room_for_simulation`. Segments of all tables and events of
         the last one are recorded as far as there is room.
     beginnings : Beginnings
+        Cues that strike are changed.
     first : int
         The first table; if an impact was pending, it is the one that goes on.
     max_events : int
         Of a table.
-    room : ClusterRoom
+    room : ImpactRoom
         For an impact that is pending.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
     window : Window
@@ -349,7 +353,14 @@ def simulate_tables(
         The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
-    table = Table(layout.params, layout.numbers[0], layout.jaws, layout.pockets, layout.rebounds)
+    table = Table(
+        layout.params,
+        layout.numbers[0],
+        layout.jaws,
+        layout.pockets,
+        layout.rebounds,
+        layout.cue,
+    )
     s = Simulation(
         simulation.balls,
         simulation.collisions,
@@ -363,18 +374,17 @@ def simulate_tables(
     p, count, number = s.progress, len(s.balls), first
     while number < len(table_outcomes):
         outcome = table_outcomes[number]
-        goes_on = p.pending
-        valid = goes_on or begin(table, s, beginnings, number)
-        if goes_on and p.other != THE_CUE:
-            conclude(table, s, room)
-        if valid:
-            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
-            if p.pending:
-                if p.other != THE_CUE:
-                    gather(table, s, room)
-                break
+        valid, goes_on = True, p.pending
+        if goes_on:
+            conclude(table, s, beginnings.cues, number, room)
         else:
-            outcome.duration, outcome.status = 0.0, INVALID_REQUEST
+            valid = begin(table, s, beginnings, number)
+        outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
+        if valid and window.until > 0.0 and (goes_on or not p.pending):
+            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
+        if p.pending:
+            gather(table, s, beginnings.cues, number, room)
+            break
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
         outcome.jaws_met = s.balls[0].jaws if valid else 0

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from billiard_shot.records import Floats, OBJECTS, record, Storage
 from billiard_shot.table.contact_duration import stiffness_of
+from billiard_shot.table.cue import CueParams, NO_CUE
 from billiard_shot.table.params import BallClothParams, Mouth, ON, TableParams
 from billiard_shot.table.rebound_table import room_for_rebounds
 
@@ -102,6 +103,7 @@ class Table(NamedTuple):
     jaws: list[Jaw]  # 12, or none
     pockets: list[Pocket]  # 6, or none
     rebounds: Floats  # see rebound_table.py; empty: all rebounds are solved
+    cue: CueParams
 
 
 class Layout(NamedTuple):
@@ -112,6 +114,7 @@ class Layout(NamedTuple):
     jaws: list[Jaw]
     pockets: list[Pocket]
     rebounds: Floats
+    cue: CueParams
 
 
 def table_of(layout: Layout) -> Table:
@@ -127,6 +130,7 @@ def lay_out(
     tolerance: float = 1.0,
     hop_tolerance: float = 1.0,
     fast_rebounds: bool = False,
+    cue: CueParams = NO_CUE,
 ) -> Layout:
     """
     Lay out a table; not to be changed.
@@ -155,7 +159,7 @@ def lay_out(
     rebounds = (
         room_for_rebounds(storage, params, table, sine) if fast_rebounds else storage.zeros(0)
     )
-    return Layout(params, numbers, *edges_of(storage, table, params.radius), rebounds)
+    return Layout(params, numbers, *edges_of(storage, table, params.radius), rebounds, cue)
 
 
 def edges_of(

@@ -97,7 +97,7 @@ class EventLog(NamedTuple):
         for found, cause, ball, other in zip(members, *columns, strict=True):
             if cause == Cause.BALL:
                 found += [ball, other]
-            elif cause != Cause.CLUSTER:
+            elif cause not in (Cause.CLUSTER, Cause.CUE):
                 found.append(ball)
         return members
 

@@ -19,10 +19,10 @@ from billiard_shot.scene.parameters import rows_of_parameters
 from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
-from billiard_shot.table.cluster import room_for
+from billiard_shot.table.cluster import losses_of, room_for
+from billiard_shot.table.cue import Cue, CueParams, NO_CUE
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.event_handlers import THE_CUE
 from billiard_shot.table.event_loop import (
     BallOutcome,
     Beginnings,
@@ -30,7 +30,7 @@ from billiard_shot.table.event_loop import (
     TableOutcome,
     Window,
 )
-from billiard_shot.table.geometry import lay_out, Table, table_of
+from billiard_shot.table.geometry import lay_out, table_of
 from billiard_shot.table.initial_states import (
     BallStart,
     in_cushions,
@@ -43,10 +43,7 @@ from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, POCKET_NAMES, TableRun
 from billiard_shot.table.simulation_state import (
     Event,
-    FollowingCue,
     room_for_simulation,
-    Simulation,
-    simulation_in,
 )
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
 from billiard_shot.table.words import count_in_words, plural
@@ -63,22 +60,6 @@ INTERPRETED_AT_MOST = 100  # tables or strokes: a larger batch waits for machine
 _CAPACITY, _CAPACITY_IN_BATCH = 32, 8
 
 
-class Cues(NamedTuple):
-    """
-    Cues that follow their strokes, and may hit ball 0 again.
-
-    Attributes
-    ----------
-    rows : (tables,) array of FollowingCue
-    hit : callable
-        Changes ball 0 and the cue of a table, at whose time they meet; also takes the axis (3,).
-
-    """
-
-    rows: NDArray[np.void]
-    hit: Callable[[Table, Simulation, NDArray[np.float64]], None]
-
-
 class TableTask(NamedTuple):
     """
     Tables to be simulated.
@@ -91,14 +72,17 @@ class TableTask(NamedTuple):
         See `TableNumbers` [m].
     max_events : int
         A run that takes more ends with BUDGET_EXCEEDED.
-    cues : Cues, optional
+    cue : CueParams
+        Of the cues.
+    cues : (tables,) array of Cue, optional
+        Without them, there are no cues.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
     fast_rebounds : bool
         Rebounds of lying balls are interpolated (rebound_table.py): a fiftieth of the cost, and an
         error of 0.5 % of the ball's speed in 95 % of rebounds. Interpreted code solves all.
     until : float
-        Time at which runs end if balls still move [s].
+        Time at which runs end if balls still move [s]. 0: only strikes are simulated.
     times : tuple of float
         Times at which the places of the balls are noted [s], ascending.
 
@@ -110,7 +94,8 @@ class TableTask(NamedTuple):
     tolerance: float
     hop_tolerance: float = DEFAULT_TOLERANCE
     max_events: int = DEFAULT_MAX_EVENTS
-    cues: Cues | None = None
+    cue: CueParams = NO_CUE
+    cues: NDArray[np.void] | None = None
     rules: NDArray[np.void] | None = None
     fast_rebounds: bool = False
     until: float = math.inf
@@ -120,7 +105,7 @@ class TableTask(NamedTuple):
         """Return some of the tables."""
         return self._replace(
             starts=self.starts[part],
-            cues=self.cues and self.cues._replace(rows=self.cues.rows[part]),
+            cues=None if self.cues is None else self.cues[part],
         )
 
 
@@ -171,6 +156,13 @@ def simulate(
     return run_one(task, tuple(states))
 
 
+class Impact(NamedTuple):
+    """An impact of several bodies in detail: phases, and losses of N contacts."""
+
+    log: NDArray[np.void]  # (phases, N) PhaseLog
+    losses: NDArray[np.float64]  # (N, 2) J: restitution, friction
+
+
 class BatchRecording(NamedTuple):
     """
     Simulated tables.
@@ -185,6 +177,10 @@ class BatchRecording(NamedTuple):
         Of the last table, as far as there was room.
     places : (tables, balls, times, 3) float array
         At the times of the task [m].
+    cues : (tables,) array of Cue, or none
+        After the strikes, if they strike.
+    impact : Impact, optional
+        The last impact of several bodies, if its phases were asked for.
 
     """
 
@@ -193,6 +189,8 @@ class BatchRecording(NamedTuple):
     segments: NDArray[np.void]
     events: EventLog
     places: NDArray[np.float64]
+    cues: NDArray[np.void]
+    impact: Impact | None = None
 
 
 def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
@@ -218,11 +216,11 @@ def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> 
     )
 
 
-def run_with_events(task: TableTask) -> BatchRecording:
-    """Simulate one table in this thread, recording all motion and all events."""
+def run_with_events(task: TableTask, phases: int = 0) -> BatchRecording:
+    """Simulate one table in this thread, recording all motion and all events; see `run_tables`."""
     segments = events = _CAPACITY * (2 + task.starts.shape[1])
     while True:
-        played = run_tables(task, segments, events)
+        played = run_tables(task, segments, events, phases)
         end = played.tables[0]
         if end['segments'] <= segments and end['events'] <= events:
             return played
@@ -241,17 +239,19 @@ def run_recorded(task: TableTask) -> BatchRecording:
         capacity = needed
 
 
-def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchRecording:
+def run_tables(
+    task: TableTask, segments: int = 0, events: int = 0, phases: int = 0
+) -> BatchRecording:
     """
     Simulate tables in this thread.
 
     Motion is recorded as far as there is room for segments of all tables, and for events of the
-    last one.
+    last one. If `phases` is above 0, all phases of the last impact are recorded.
     """
     run = simulate_tables.current()
     storage = run.storage
     tables, count = task.starts.shape
-    cues = task.cues
+    cues, impact = task.cues, None
     layout = lay_out(
         storage,
         task.params,
@@ -259,16 +259,17 @@ def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchReco
         task.tolerance,
         task.hop_tolerance,
         task.fast_rebounds,
+        task.cue,
     )
+    table = table_of(layout)
     simulation = room_for_simulation(storage, count, segments, events, task.rules)
     progress = simulation.progress[0]
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.records(FollowingCue, 0)
-        if cues is None
-        else storage.from_rows(FollowingCue, cues.rows),
+        storage.records(Cue, 0) if cues is None else storage.from_rows(Cue, cues),
     )
-    room = room_for(storage, count, segments if events else 0)  # each begins a segment
+    participants = segments if events else 0  # each begins a segment
+    room = room_for(storage, count, participants, cues is not None)
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
     places = storage.zeros(tables, count, len(task.times), 3)
@@ -280,11 +281,9 @@ def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchReco
         )
         if number == tables:
             break
-        if cues is not None and progress.other == THE_CUE:
-            axis = cues.rows['axis'][number]
-            cues.hit(table_of(layout), simulation_in(simulation), axis)
-        else:
-            cluster.solve(storage, table_of(layout), progress, room)
+        log = cluster.solve(storage, table, progress, room, phases)
+        if phases:
+            impact = Impact(log, losses_of(room, int(progress.contacts)))
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),
@@ -294,6 +293,8 @@ def run_tables(task: TableTask, segments: int = 0, events: int = 0) -> BatchReco
             np.array(room.participants[: int(progress.participants)], np.int64).reshape(-1, 2),
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
+        as_rows(Cue, beginnings.cues),
+        impact,
     )
 
 
@@ -544,6 +545,7 @@ def joined(parts: list[BatchRecording]) -> BatchRecording:
         balls=np.concatenate([part.balls for part in parts]),
         tables=np.concatenate([part.tables for part in parts]),
         places=np.concatenate([part.places for part in parts]),
+        cues=np.concatenate([part.cues for part in parts]),
     )
 
 

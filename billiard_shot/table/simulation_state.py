@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.records import record, Storage, Vector, Vector3
+from billiard_shot.records import record, Storage, Vector
 from billiard_shot.table.ball_collision import collision_time
 from billiard_shot.table.flight_boundary import next_flight_boundary
 from billiard_shot.table.geometry import Table
@@ -58,7 +58,11 @@ class Progress:
     ball: int
     other: int
     reach: float  # m: balls at so small distances take part
-    members: int  # balls within reach, and contacts between them
+    strikes: bool  # the run begins with this impact
+    begin: float  # s, when it begins; before its time if ball 0 presses a nose
+    tolerance: float  # of the impact, relative to the approach
+    members: int  # balls within reach, all bodies, and contacts between them
+    bodies: int
     contacts: int
     cue_time: float  # s, when the cue meets ball 0, or inf
     cue_reach: float  # m, between the centres of tip and ball as they meet
@@ -79,17 +83,6 @@ class BallRule:
     # It is to be pocketed: the run ends if all such balls that were met rest, or met more than
     # this many straight cushions. 0: it need not be pocketed.
     sought: int
-
-
-@record
-class FollowingCue:
-    """A cue that follows its stroke, and may hit ball 0 again."""
-
-    tip: Vector3  # m, centre of the sphere of its tip at time 0
-    axis: Vector3  # unit vector along the stroke
-    speed: float  # m/s along the axis; below 0 if it recoils
-    end: float  # s, until when it follows
-    reach: float  # m, between the centres of tip and ball as they meet
 
 
 class Simulation(NamedTuple):
@@ -131,20 +124,6 @@ def room_for_simulation(
         storage.records(Event, events),
         storage.records(BallRule, 0) if rules is None else storage.from_rows(BallRule, rules),
         storage.records(Ball, 1),
-    )
-
-
-def simulation_in(room: SimulationRoom) -> Simulation:
-    """Return the simulation in a room; for Python, because numba cannot return a record."""
-    return Simulation(
-        room.balls,
-        room.collisions,
-        room.progress[0],
-        room.rebound[0],
-        room.segments,
-        room.events,
-        room.rules,
-        room.cue[0],
     )
 
 

@@ -2,48 +2,50 @@
 
 import math
 
+from moving_strike import strike
 import numpy as np
 import pytest
-from strike_reference import ARC, BALL, CLOTH, EDGE, integrate, Springs
+from strike_reference import BALL, CLOTH, EDGE, integrate, Springs
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.shot.cue_contact import MAX_HITS, meet, Meeting
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import TIP, tip_reach, tip_stiffness
-from billiard_shot.shot.neighbours import FIXED, neighbours_of
+from billiard_shot.shot.model import cue_params, TABLE, TIP
+from billiard_shot.table.cluster import MAX_HITS
 from billiard_shot.table.effects import table_on
-from billiard_shot.table.geometry import layout_of
 
 POOL = {'like': 'pool_table'}
 GUIDED = {'like': 'pool_table', 'cue': {'mass': 0.5, 'guided': True}}
 R = Scene.load('pool_table').ball.radius
-TABLE = Scene.load('pool_table').table
-TOUCHING = 0.5 * TABLE.length - math.sqrt(R**2 - (TABLE.cushion.height * 2.0 * R - R) ** 2)
+FURNITURE = Scene.load('pool_table').table
+TOUCHING = 0.5 * FURNITURE.length - math.sqrt(R**2 - (FURNITURE.cushion.height * 2.0 * R - R) ** 2)
 STEP = 4e-7  # s; half of it changes the reference by less than 0.001 of the cue's speed
 
 
-def springs_of(model, neighbours):
-    """State tip, cloth and neighbours in the terms of the reference."""
-    scale = tip_stiffness(model) / model.stiffness[TIP]
-    nowhere = np.zeros(3)
+def springs_of(scene, params):
+    """State tip, cloth, balls and the nose at the foot in the terms of the reference."""
+    nowhere, model = np.zeros(3), model_of(scene)
+    places = np.array([[*place, R] for place in scene.balls.values()])
+    cloth = model.restitution[TABLE], 0.0, params.cloth_stiffness
+    tip = model.restitution[TIP], 0.0, params.stiffness
     rows = [
-        (CLOTH, 0, -1, nowhere, nowhere, 0.0, friction, 0.0, 0.0, restitution, 0.0, scale * k)
-        for friction, restitution, k in zip(
-            model.friction, model.restitution, model.stiffness, strict=True
-        )
+        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TIP], 0.0, 0.0, *tip),
+        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TABLE], 0.0, 0.0, *cloth),
     ]
-    for each in neighbours:
-        kind, point, along, size, nose = BALL, nowhere, nowhere, 0.0, each.nose
-        if nose is not None and nose.is_round:
-            kind, point, size = ARC, np.array([nose.x, nose.y, nose.height]), -nose.away
-        elif nose is not None:
-            kind, along = EDGE, np.array([-nose.y, nose.x, 0.0])
-            point = np.array([-nose.away * nose.x, -nose.away * nose.y, nose.height])
-        elif each.b == FIXED:
-            kind = CLOTH
-        friction = each.friction, each.fading, each.decay
-        law = each.restitution, each.softening, each.stiffness
-        rows.append((kind, each.a, each.b, point, along, size, *friction, *law))
+    nose, balls = scene.table.cushion, scene.contacts.ball_ball
+    if len(places) > 1:
+        friction = balls.friction_fast + balls.friction_slow
+        fading = balls.friction_slow, balls.friction_decay
+        law = balls.restitution, 0.0, params.ball_stiffness
+        rows.append((BALL, 0, 1, nowhere, nowhere, 0.0, friction, *fading, *law))
+    for ball, place in enumerate(places):
+        if place[0] > 0.5 * scene.table.length - 2.0 * R:
+            point = np.array([0.5 * scene.table.length, 0.0, nose.height * 2.0 * R])
+            along, law = np.array([0.0, 1.0, 0.0]), (nose.restitution, nose.fading)
+            rows.append((EDGE, ball, -1, point, along, 0.0, nose.friction, 0.0, 0.0, *law,
+                         params.nose_stiffness))  # fmt: skip
+            if ball > 0:
+                rows.append((CLOTH, ball, -1, nowhere, nowhere, 0.0, model.friction[TABLE], 0.0,
+                             0.0, *cloth))  # fmt: skip
     return Springs(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
@@ -52,30 +54,26 @@ def both(scene, stroke):
     Solve a strike by the library and by the reference.
 
     Returns velocities, spins times radius and the speed of the cue, relative to the cue's speed
-    before; and how often contacts closed; each twice.
+    before; and how often the tip met the ball; each twice.
     """
-    model = model_of(scene)
-    balls = scene.balls or {'cue': (0.0, 0.0)}
-    places = np.array([[*place, R] for place in balls.values()])
-    table = layout_of(model.surface, table_on(scene))
-    members, neighbours = neighbours_of(table, model, places)
-    places, velocity = places[members], np.array(stroke.velocity)
-    speed, normal = np.linalg.norm(velocity), np.array(stroke.normal)
-    axis, tip = velocity / speed, places[0] + tip_reach(model) * normal / np.linalg.norm(normal)
-    still = np.zeros((1, *places.shape))
-    begin = Meeting(places[np.newaxis], still, still, tip[np.newaxis], np.array([speed]))
-    met = meet(model, axis[np.newaxis], begin, np.array([1e-9]), neighbours)
-    assert met.status[0] == Status.OK
-    found = np.concatenate(
-        [met.after.velocity.ravel(), R * met.after.spin.ravel(), met.after.speed]
-    )
-    ball, cue = model.surface, np.array([1.0 / model.cue_mass, model.inverse_end_mass, *axis])
+    model, table = model_of(scene), table_on(scene)
+    params, ball = cue_params(model, table), model.surface
+    places = np.array([[*place, R] for place in scene.balls.values()])
+    velocity, normal = np.array(stroke.velocity), np.array(stroke.normal)
+    speed, normal = np.linalg.norm(velocity), normal / np.linalg.norm(normal)
+    axis = velocity / speed
+    run = strike(model, places, axis[np.newaxis], normal[np.newaxis], np.array([speed]), table)
+    cue, after = run.cues[0], run.balls[0]
+    assert cue['status'] == Status.OK
+    found = np.concatenate([after['velocity'].ravel(), R * after['spin'].ravel(), [cue['speed']]])
+    numbers = np.array([params.response, params.across, *axis])
+    tip = places[0] + params.reach * normal
     v, w, left, closings, _ = integrate(
-        springs_of(model, neighbours), cue, model.exponent, ball.mass, ball.inertia, R,
-        tip_reach(model), tip, speed, places.copy(), MAX_HITS, STEP, 0.05,
+        springs_of(scene, params), numbers, model.exponent, ball.mass, ball.inertia, R,
+        params.reach, tip, speed, places.copy(), MAX_HITS, STEP, 0.05,
     )  # fmt: skip
     wanted = np.concatenate([v.ravel(), R * w.ravel(), [left]])
-    return found / speed, wanted / speed, met.closings[0], closings
+    return found / speed, wanted / speed, cue['hits'], closings[TIP]
 
 
 def steep(rng, azimuth):
@@ -104,7 +102,7 @@ def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
         scene = Scene.from_dict({**cue, 'balls': places(kind, rng)})
         ahead = 1.0 if kind == 'ball and cushion' else 0.0
         found, wanted, hits, closings = both(scene, steep(rng, ahead + rng.uniform(-0.8, 0.8)))
-        assert hits[TIP] == closings[TIP]
+        assert hits == closings
         errors.append(np.abs(found - wanted).max())
     assert np.median(errors) < 0.002
     assert max(errors) < 0.02
@@ -132,12 +130,10 @@ def test_no_ratio_of_masses_or_stiffnesses_makes_energy(seed):
         stiffness=(stiffness, 1.0),
     )
     axes, normals = directions(rng, 40)
-    place = np.tile([0.0, 0.0, ball.radius], (40, 1, 1))
-    still, speed = np.zeros((40, 1, 3)), 10.0 ** rng.uniform(-1.0, 1.0, 40)
-    begin = Meeting(place, still, still, place[:, 0] + tip_reach(model) * normals, speed)
-    met = meet(model, axes, begin, np.full(40, 1e-9))
-    assert (met.status == Status.OK).all()
-    energy = 0.5 * model.cue_mass * met.after.speed**2
-    energy += 0.5 * ball.mass * (met.after.velocity**2).sum(axis=(1, 2))
-    energy += 0.5 * ball.inertia * (met.after.spin**2).sum(axis=(1, 2))
+    place, speed = np.array([[0.0, 0.0, ball.radius]]), 10.0 ** rng.uniform(-1.0, 1.0, 40)
+    run = strike(model, place, axes, normals, speed)
+    assert (run.cues['status'] == Status.OK).all()
+    energy = 0.5 * model.cue_mass * run.cues['speed'] ** 2
+    energy += 0.5 * ball.mass * (run.balls['velocity'] ** 2).sum(axis=(1, 2))
+    energy += 0.5 * ball.inertia * (run.balls['spin'] ** 2).sum(axis=(1, 2))
     assert (energy <= 0.5 * model.cue_mass * speed**2 * (1.0 + 1e-9)).all()

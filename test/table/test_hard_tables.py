@@ -169,8 +169,8 @@ def test_a_frozen_rack_breaks_whatever_its_springs(exponent):
 def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only."""
 
-    def unsolved(storage, table, progress, room):
-        solve(storage, table, progress, room)
+    def unsolved(storage, table, progress, room, phases):
+        solve(storage, table, progress, room, phases)
         room.results.outcomes[0].status = status
 
     frozen = {'cue': rolling(-0.3, 0, 2, 0), '1': state(0, 0), '2': state(2 * R, 0)}

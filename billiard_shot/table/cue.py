@@ -1,0 +1,72 @@
+"""A cue that strikes ball 0 of a table, or follows its stroke and may hit the ball again."""
+
+from math import inf
+from typing import Annotated, Any, NamedTuple
+
+from billiard_shot.compiled import inner
+from billiard_shot.records import record, Vector3
+
+THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
+# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
+TIP_DURATION = 1.3e-3
+FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
+LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+
+
+class CueParams(NamedTuple):
+    """
+    What an impact with the cue depends on.
+
+    Stiffnesses are in N/m^exponent if bodies move during the impact; else only ratios matter.
+    """
+
+    response: float  # 1/kg, of the tip along the axis of the cue: 1 / mass of the cue
+    across: float  # 1/kg, across the axis: 1 / mass of the end of the cue
+    reach: float  # m, between the centres of tip and ball as they touch
+    friction: float  # of tip and ball, like the next two
+    restitution: float
+    stiffness: float
+    cloth_friction: float
+    cloth_restitution: float
+    cloth_stiffness: float
+    ball_stiffness: float  # of two balls
+    nose_stiffness: float  # of a cushion
+    neighbour_reach: float  # m: balls and cushions at so small distances take part
+    interval: float  # s, after which pressed contacts take their normals anew
+    on_cloth: bool  # whether the cloth under ball 0 takes part
+    moves: bool  # whether bodies move during the impact
+    max_hits: int  # of one impact; then the cue is taken away
+
+
+NO_CUE = CueParams(*(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0)
+
+
+@record
+class Cue:
+    """
+    The cue of a table. Frame `table`.
+
+    A cue that strikes touches ball 0, and the run begins with their impact. Its tip and speed, and
+    the fields from `status` on, are written then.
+    """
+
+    tip: Vector3  # m, centre of the sphere of its tip at time 0
+    axis: Vector3  # unit vector along the stroke
+    speed: float  # m/s along the axis; below 0 if it recoils
+    end: float  # s, until when it follows
+    tolerance: float  # of its impacts, relative to their largest approach speeds
+    strikes: bool
+    status: int  # Status
+    hits: int  # how often the tip met the ball; 0: the table cannot begin
+    others: bool  # whether other balls or cushions took part
+    first_slip: float  # m/s, of the tip when it left the ball for the first time
+    impulses: Annotated[Any, 6]  # N s, on the cue and from the cloth on the ball: x, y, z each
+    losses: Annotated[Any, 4]  # J: tip restitution, tip friction; the same of the cloth
+    phases: int
+    steps: int
+
+
+@inner
+def follow_through_time(speed: float) -> float:
+    """For how long a cue with a speed [m/s] goes on after its stroke, or recoils [s]."""
+    return FOLLOW_THROUGH / max(abs(speed), FOLLOW_THROUGH / LONGEST_FOLLOW_THROUGH)

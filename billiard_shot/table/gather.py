@@ -1,0 +1,248 @@
+"""
+Who takes part in an impact of several bodies, and how these touch.
+
+The balls take part that are connected to those that meet by gaps within reach of the impact. If
+the cue hits ball 0, so do its tip, the cloth under ball 0, and the cushions within reach. In an
+impact of balls alone a cushion takes no part: its contact is so long that balls meet within it one
+after the other.
+
+Bodies are the balls, then tip and cloth, then edges of cushions and, beside these, the cloth under
+other balls. The contacts of the cue are TIP and CLOTH; those of balls and edges come after them.
+"""
+
+from math import sqrt
+from typing import Any, NamedTuple
+
+from billiard_shot.compiled import inner
+from billiard_shot.impact.beginning import ContactProperties
+from billiard_shot.impact.kernel import Scratch
+from billiard_shot.impact.outcome import Results
+from billiard_shot.impact.state import BALL, BodyState, EDGE, PLANE
+from billiard_shot.impact.state import TIP as TIP_BODY
+from billiard_shot.numerics import rounding
+from billiard_shot.numerics.vectors import dot
+from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.cue import Cue, THE_CUE
+from billiard_shot.table.cushion import advance_free
+from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
+from billiard_shot.table.geometry import Table
+from billiard_shot.table.motion import Ball, FLIGHT, IMPACT, NOTHING
+from billiard_shot.table.params import BallClothParams, OFF
+from billiard_shot.table.rolling_boundary import FACINGS, HOLES
+from billiard_shot.table.simulation_state import position_at, Simulation
+
+TIP, CLOTH = 0, 1  # contacts of an impact with the cue: tip and ball 0, ball 0 and cloth
+TOLERANCE = 1e-7  # of an impact of balls, relative to the approach
+UNLIMITED = 1_000_000  # closings of a contact
+FAR = 1.0  # m, to the cloth where it takes no part
+
+
+class ImpactRoom(NamedTuple):
+    """Room for an impact of N contacts at most."""
+
+    members: Any  # (balls,) ints: the balls that take part
+    scratch: Scratch
+    bodies: list[BodyState]  # and N contacts: parts of `Collisions`
+    properties: list[ContactProperties]
+    edges: Any  # (N,) ints: the feature of the table that each contact is with, or NOTHING
+    results: Results
+    participants: Any  # (room, 2) ints: number of an event, and a ball that took part in it
+
+
+@inner
+def gather(table: Table, s: Simulation, cues: list[Cue], number: int, room: ImpactRoom) -> None:
+    """
+    Write the bodies and contacts of an impact that is pending; their numbers to `progress`.
+
+    If ball 0 presses a nose when the cue hits it, the impact begins when that began: nose and tip
+    then act at once.
+    """
+    p = s.progress
+    p.begin, p.tolerance = p.time, TOLERANCE
+    with_cue, ball = p.other == THE_CUE, s.balls[p.ball]
+    if with_cue:
+        p.tolerance = cues[number].tolerance
+        if ball.nose == NOTHING or ball.nose == IMPACT:
+            advance_free(table, ball, p.time)
+        else:
+            p.begin = ball.time
+    p.members = find_members(table, s, room.members)
+    for k in range(p.members):
+        write_ball(table.params, s.balls[room.members[k]], p.begin, room.bodies[k])
+    p.bodies, p.contacts = p.members, 0
+    if with_cue:
+        for k in range(3):  # also if it presses a nose
+            room.bodies[0].velocity[k] = ball.velocity[k]
+            room.bodies[0].spin[k] = table.params.radius * ball.spin[k]
+        add_cue(table, s, cues[number], room)
+    add_pairs(table, s, room)
+    if with_cue and not table.numbers.endless:
+        for k in range(p.members):
+            add_edges(table, s, room, k)
+
+
+@inner
+def find_members(table: Table, s: Simulation, members: Any) -> int:
+    """Write the balls that take part in an order that is theirs; return their number."""
+    p, count = s.progress, len(s.balls)
+    reach = 2.0 * table.params.radius + p.reach
+    for i in range(count):
+        members[i] = 1 if i in (p.ball, p.other) else 0
+    grows = table.numbers.pair_gate != OFF
+    while grows:
+        grows = False
+        for i in range(count):
+            if members[i] == 1 or s.balls[i].motion > FLIGHT:
+                continue
+            x, y, z = position_at(s.balls[i], p.begin)
+            for k in range(count):
+                if members[k] == 1:
+                    u, v, w = position_at(s.balls[k], p.begin)
+                    u, v, w = x - u, y - v, z - w
+                    if u * u + v * v + w * w <= reach * reach:
+                        members[i], grows = 1, True
+                        break
+    number = 0
+    for i in range(count):
+        if members[i] == 1:
+            members[number] = i
+            number += 1
+    return number
+
+
+@inner
+def write_ball(params: BallClothParams, ball: Ball, time: float, body: BodyState) -> None:
+    """Write a ball of a time as a body, free of any cushion."""
+    dt = time - ball.time
+    body.kind, body.turning = BALL, params.radius * params.radius / params.inertia
+    body.response = body.across = 1.0 / params.mass
+    body.position[0], body.position[1], body.position[2] = position_at(ball, time)
+    for k in range(3):
+        if ball.nose != NOTHING:
+            velocity, spin = ball.exit_velocity[k], ball.exit_spin[k]
+        else:
+            velocity = ball.velocity[k] + ball.acceleration[k] * dt
+            spin = ball.spin[k] + ball.spin_acceleration[k] * dt
+        body.velocity[k], body.spin[k] = velocity, params.radius * spin
+
+
+@inner
+def write_fixed(body: BodyState, kind: int, x: float, y: float, z: float) -> None:
+    """Write a fixed body whose axis is (x, y, z)."""
+    body.kind, body.response, body.across, body.turning = kind, 0.0, 0.0, 0.0
+    body.axis[0], body.axis[1], body.axis[2] = x, y, z
+    for k in range(3):
+        body.position[k] = body.velocity[k] = body.spin[k] = 0.0
+
+
+@inner
+def connect(table: Table, s: Simulation, room: ImpactRoom, a: int, b: int, gap: float) -> None:
+    """Add a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
+    p = s.progress
+    c = room.properties[p.contacts]
+    c.body_a, c.body_b = a, b
+    c.gap = gap if gap > max(table.numbers.contact_gap, 0.0) else 0.0
+    c.tangent[0], c.tangent[1], c.tangent[2] = 0.0, 0.0, 1.0
+    c.fading, c.decay, c.softening = 0.0, 0.0, 0.0
+    c.keeps_normal, c.max_closings = False, UNLIMITED
+    room.edges[p.contacts] = NOTHING
+    p.contacts += 1
+
+
+@inner
+def add_cue(table: Table, s: Simulation, cue: Cue, room: ImpactRoom) -> None:
+    """Add tip and cloth, and their contacts with ball 0."""
+    p, params, q = s.progress, table.params, table.cue
+    ball, tip, cloth = room.bodies[0], room.bodies[p.bodies], room.bodies[p.bodies + 1]
+    write_fixed(tip, TIP_BODY, cue.axis[0], cue.axis[1], cue.axis[2])
+    write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
+    cloth.position[2] = 0.0 if q.on_cloth else -FAR
+    tip.response, tip.across = q.response, q.across
+    speed, square = dot(cue.axis, s.cue.velocity), 0.0
+    for k in range(3):
+        tip.position[k] = s.cue.position[k] + (p.begin - s.cue.time) * s.cue.velocity[k]
+        tip.velocity[k] = speed * cue.axis[k]
+        square += (tip.position[k] - ball.position[k]) * (tip.position[k] - ball.position[k])
+    connect(table, s, room, p.bodies, 0, sqrt(square) - q.reach)
+    connect(table, s, room, 0, p.bodies + 1, ball.position[2] - cloth.position[2] - params.radius)
+    p.bodies += 2
+    c, under = room.properties[TIP], room.properties[CLOTH]
+    c.friction, c.restitution, c.stiffness = q.friction, q.restitution, q.stiffness
+    c.max_closings = q.max_hits
+    set_cloth(table, under)
+    # Horizontal and normal to the axis, so that first tangents are in the plane of the stroke
+    x, y = -cue.axis[1], cue.axis[0]
+    if x * x + y * y < rounding.COUPLING * rounding.COUPLING:
+        x, y = 0.0, 1.0
+    u, v = tip.position[0] - ball.position[0], tip.position[1] - ball.position[1]
+    w = tip.position[2] - ball.position[2]
+    c.tangent[0], c.tangent[1], c.tangent[2] = y * w, -x * w, x * v - y * u
+    under.tangent[0], under.tangent[1], under.tangent[2] = y, -x, 0.0
+
+
+@inner
+def set_cloth(table: Table, c: ContactProperties) -> None:
+    """Set the properties of a contact with the cloth, whose normal never turns."""
+    c.friction, c.restitution = table.cue.cloth_friction, table.cue.cloth_restitution
+    c.stiffness, c.keeps_normal = table.cue.cloth_stiffness, True
+
+
+@inner
+def add_pairs(table: Table, s: Simulation, room: ImpactRoom) -> None:
+    """Add the contacts of balls with each other."""
+    p, n, with_cue = s.progress, table.numbers, s.progress.other == THE_CUE
+    diameter = 2.0 * table.params.radius
+    stiffness = n.impact_stiffness if n.ball_duration > 0.0 else n.ball_stiffness
+    for a in range(p.members):
+        for b in range(a + 1, p.members):
+            square, one, other = 0.0, room.bodies[a].position, room.bodies[b].position
+            for k in range(3):
+                apart = one[k] - other[k]
+                square += apart * apart
+            gap = sqrt(square) - diameter
+            if gap > p.reach or p.contacts == len(room.properties):
+                continue  # there is always room, see MOST_CONTACTS
+            moves = with_cue or n.ball_duration > 0.0
+            connect(table, s, room, a, b, gap if moves else 0.0)
+            c = room.properties[p.contacts - 1]
+            if not with_cue:
+                # Tangents parallel and normal to the cloth: balls that lie on it stay in a plane.
+                c.tangent[0], c.tangent[1] = other[1] - one[1], one[0] - other[0]
+                c.tangent[2] = 0.0
+            c.friction = friction_of_balls(n, 0.0)
+            c.fading, c.decay = n.friction_slow, n.friction_decay
+            c.restitution = n.ball_restitution
+            c.stiffness = table.cue.ball_stiffness if with_cue else stiffness
+
+
+@inner
+def add_edges(table: Table, s: Simulation, room: ImpactRoom, member: int) -> None:
+    """Add the edges of cushions that a ball may reach, and the cloth under a ball beside them."""
+    p, n, radius = s.progress, table.numbers, table.params.radius
+    place = room.bodies[member].position
+    x, y, up = place[0], place[1], place[2] - n.nose_height
+    if max(abs(x) - n.nose_half_length, abs(y) - n.nose_half_width) + radius + p.reach < 0.0:
+        return
+    found = False
+    for feature in range(HOLES if len(table.jaws) > 0 else FACINGS):
+        u, v, away = edge_at(table, feature, x, y)
+        gap = sqrt(away * away + up * up) - radius
+        if away <= 0.0 or gap > p.reach or not projects_onto_edge(table, feature, x, y):
+            continue
+        if p.contacts == len(room.properties):
+            continue  # there is always room, see MOST_EDGES
+        edge = room.bodies[p.bodies]
+        write_fixed(edge, EDGE, -v, u, 0.0)
+        edge.position[0], edge.position[1] = x - u * away, y - v * away
+        edge.position[2] = n.nose_height
+        connect(table, s, room, member, p.bodies, gap)
+        p.bodies, found = p.bodies + 1, True
+        room.edges[p.contacts - 1] = feature
+        c = room.properties[p.contacts - 1]
+        c.friction, c.restitution = n.cushion_friction, n.cushion_restitution
+        c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
+        c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
+    if found and member > 0 and p.contacts < len(room.properties):
+        cloth = p.members + 1
+        connect(table, s, room, member, cloth, place[2] - room.bodies[cloth].position[2] - radius)
+        set_cloth(table, room.properties[p.contacts - 1])
