@@ -1,5 +1,5 @@
 """
-Spots, and balls that go back onto them.
+Spots, balls that go back onto them, and racks.
 
 The foot spot, the middle and the head spot are at a quarter, half and three quarters of the
 length, seen from the foot (WPA Equipment Specifications); the foot of the table is at +x.
@@ -11,9 +11,28 @@ import math
 from billiard_shot.game.state import State
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Rack, racked
 
 Place = tuple[float, float]
 APART = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
+
+
+def rack_of(layout: str, state: State, balls: tuple[str, ...]) -> dict[str, Place]:
+    """
+    Rack balls by the seed of a state [m].
+
+    Parameters
+    ----------
+    layout : str
+        As of `Rack`: `eight_ball` or `nine_ball`.
+    state : State
+        Gives sizes and seed.
+    balls : tuple of str
+        Those of the layout that are there.
+
+    """
+    places = racked(Rack(layout, seed=state.seed), state, state.radius)
+    return {ball: place for ball, place in places.items() if ball in balls}
 
 
 def foot_spot(state: State) -> Place:

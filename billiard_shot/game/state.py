@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 import dataclasses
 from dataclasses import dataclass, replace
 import json
@@ -19,63 +19,49 @@ from billiard_shot.scene.values import as_float, whole
 
 PHASES = ('break', 'second', 'play')
 IN_HAND = ('', 'kitchen', 'anywhere')
+GROUPS = ('solids', 'stripes', '')
 # Choices that rules offer: play on, take the cue ball in hand behind the head string, break a new
 # rack, let the offender break again, let the other player shoot.
 CHOICES = ('accept', 'kitchen', 'break', 'rebreak', 'pass')
 
 
-def _pair(minimum: int) -> Any:
-    """Field for two whole numbers, of player 0 and player 1."""
+def _field(wanted: str, convert: Callable[[Any], Any], default: Any = None) -> Any:
+    """Field that a function converts; it raises TypeError or ValueError for a wrong value."""
 
-    def convert(value: object) -> tuple[int, int]:
+    def checked(value: object) -> Any:
         try:
-            one, two = (whole('', each, minimum) for each in value)  # type: ignore[attr-defined]
+            return convert(value)
         except (TypeError, ValueError):
-            raise refused(value, f'two whole numbers, at least {minimum}') from None
-        return one, two
+            raise refused(value, wanted) from None
 
-    return dataclasses.field(default=(0, 0), metadata={TAKES: convert})
-
-
-def _names(count: int | None, *options: str) -> Any:
-    """Field for a list of options, `count` of them or any number."""
-
-    def convert(value: object) -> tuple[str, ...]:
-        listed = tuple(value) if isinstance(value, tuple | list) else (value,)
-        if count not in (None, len(listed)) or any(each not in options for each in listed):
-            many = 'a list' if count is None else f'{count}'
-            raise refused(value, f'{many} of {", ".join(map(repr, options))}')
-        return listed
-
-    return dataclasses.field(default=('',) * (count or 0), metadata={TAKES: convert})
+    return dataclasses.field(default=default, metadata={TAKES: checked})
 
 
-def _clocks() -> Any:
-    """Field for the times that two players have left [s], or None without a limit."""
-
-    def convert(value: object) -> tuple[float, float] | None:
-        if value is None:
-            return None
-        try:
-            one, two = (as_float(each) for each in value)  # type: ignore[attr-defined]
-        except (TypeError, ValueError):
-            one = two = math.nan
-        if not (math.isfinite(one) and math.isfinite(two)):
-            raise refused(value, 'two finite numbers (s)')
-        return one, two
-
-    return dataclasses.field(default=None, metadata={TAKES: convert})
+def _two_whole(value: Any, minimum: int) -> tuple[int, int]:
+    one, two = (whole('', each, minimum) for each in value)
+    return one, two
 
 
-def _player() -> Any:
-    """Field for a player, 0 or 1, or None."""
+def _words(value: Any, options: tuple[str, ...], count: int | None = None) -> tuple[str, ...]:
+    listed = tuple(value) if isinstance(value, tuple | list) else (value,)
+    if count not in (None, len(listed)) or any(each not in options for each in listed):
+        raise ValueError
+    return listed
 
-    def convert(value: object) -> int | None:
-        if value is not None and (isinstance(value, bool) or value not in (0, 1)):
-            raise refused(value, '0 or 1')
-        return None if value is None else int(value)
 
-    return dataclasses.field(default=None, metadata={TAKES: convert})
+def _times(value: Any) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    one, two = map(as_float, value)
+    if not (math.isfinite(one) and math.isfinite(two)):
+        raise ValueError
+    return one, two
+
+
+def _player(value: Any) -> int:
+    if isinstance(value, bool) or value not in (0, 1):
+        raise ValueError
+    return int(value)
 
 
 def _overlaps(state: Any) -> Iterator[Mistake]:
@@ -137,18 +123,28 @@ class State:
     width: float = number('m', above=0)
     radius: float = number('m', above=0)
     balls: Mapping[str, tuple[float, float]] = places()
-    player: int = dataclasses.field(default=0, metadata=_player().metadata)
+    player: int = _field('0 or 1', _player, 0)
     phase: str = choice(*PHASES, default='break')
     in_hand: str = choice(*IN_HAND, default='')
-    choices: tuple[str, ...] = _names(None, *CHOICES)
-    groups: tuple[str, str] = _names(2, 'solids', 'stripes', '')
-    fouls: tuple[int, int] = _pair(0)
-    scores: tuple[int, int] = _pair(-(10**9))
+    choices: tuple[str, ...] = _field(
+        f'a list of {", ".join(map(repr, CHOICES))}', lambda value: _words(value, CHOICES), ()
+    )
+    groups: tuple[str, str] = _field(
+        f'2 of {", ".join(map(repr, GROUPS))}', lambda value: _words(value, GROUPS, 2), ('', '')
+    )
+    fouls: tuple[int, int] = _field(
+        'two whole numbers, at least 0', lambda value: _two_whole(value, 0), (0, 0)
+    )
+    scores: tuple[int, int] = _field(
+        'two whole numbers', lambda value: _two_whole(value, -(10**9)), (0, 0)
+    )
     target: int = whole_number(minimum=0, default=0)
-    time_left: tuple[float, float] | None = _clocks()
+    time_left: tuple[float, float] | None = _field('two finite numbers (s)', _times)
     over: bool = boolean(default=False)
-    winner: int | None = _player()
-    breaker: int = dataclasses.field(default=0, metadata=_player().metadata)
+    winner: int | None = _field(
+        '0, 1 or None', lambda value: None if value is None else _player(value)
+    )
+    breaker: int = _field('0 or 1', _player, 0)
     shots: int = whole_number(minimum=0, default=0)
     seed: int = whole_number(minimum=0, default=0)
 

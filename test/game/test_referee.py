@@ -60,6 +60,7 @@ def test_a_state_is_saved_and_loaded(game, tmp_path):
     ('field', 'value', 'allowed'),
     [
         ('player', 2, '0 or 1'),
+        ('player', None, '0 or 1'),
         ('phase', 'lag', 'break, second, play'),
         ('fouls', (1, -1), 'two whole numbers, at least 0'),
         ('groups', ('solids',), "2 of 'solids', 'stripes'"),

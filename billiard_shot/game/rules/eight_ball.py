@@ -4,15 +4,16 @@ Eight-ball: World Pool-Billiard Association, The Rules of Play, 15 March 2016, p
 Numbers of rules are those of that edition. Three consecutive fouls have no penalty in it (3.10).
 """
 
+from functools import partial
+
 from billiard_shot.game.call import Call
 from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.spots import Place
+from billiard_shot.game.spots import rack_of
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Rack, racked
 
 SOLIDS = tuple(str(ball) for ball in range(1, 8))
 STRIPES = tuple(str(ball) for ball in range(9, 16))
@@ -104,19 +105,13 @@ def _break(state: State, outcome: Outcome) -> Ruling:
     return Ruling(after, fouls, in_words(fouls, text), ('8',) if '8' in outcome.gone else ())
 
 
-def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
-    """Rack the balls by the seed of the state (3.2)."""
-    places = racked(Rack('eight_ball', seed=state.seed), state, state.radius)
-    return {ball: place for ball, place in places.items() if ball in balls}
-
-
 GAME = Game(
     name='eight_ball',
     edition=f'{WPA}, part 3',
     rule=rule,
     targets=targets,
     pots=pots,
-    rack=rack,
+    rack=partial(rack_of, 'eight_ball'),  # 3.2
     balls=(*SOLIDS, '8', *STRIPES),
     needs=needs,
     shared=False,

@@ -4,15 +4,16 @@ Nine-ball: World Pool-Billiard Association, The Rules of Play, 15 March 2016, pa
 Numbers of rules are those of that edition.
 """
 
+from functools import partial
+
 from billiard_shot.game.call import Call
 from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import Place
+from billiard_shot.game.spots import rack_of
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Rack, racked
 
 DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (2.3)
 FOULS_THAT_LOSE = 3  # consecutive fouls (2.8, 6.14)
@@ -58,19 +59,13 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     )
 
 
-def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
-    """Rack the balls by the seed of the state (2.2)."""
-    places = racked(Rack('nine_ball', seed=state.seed), state, state.radius)
-    return {ball: place for ball, place in places.items() if ball in balls}
-
-
 GAME = Game(
     name='nine_ball',
     edition=f'{WPA}, part 2',
     rule=rule,
     targets=targets,
     pots=targets,
-    rack=rack,
+    rack=partial(rack_of, 'nine_ball'),  # 2.2
     balls=tuple(str(ball) for ball in range(1, 10)),
     calls=False,
 )
