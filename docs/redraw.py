@@ -1,7 +1,8 @@
 """
 Draw the pictures of docs/figures anew: python docs/redraw.py [NAME.png ...] (default: all).
 
-Two are screenshots: view.jpg of `billiard-shot view`, foxglove.png of Foxglove.
+Two are screenshots: view.jpg of `billiard-shot view`, foxglove.png of Foxglove. games-rack.png is
+drawn by `benchmarks/games.py --write`.
 """
 
 import os
@@ -16,6 +17,7 @@ from billiard_shot.pictures.figures import FIGURES
 
 DOCS = Path(__file__).resolve().parent
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
+MEASURED = {'games-rack.png'}
 FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 """A file that a page shows: its name and its text."""
 STUDIES = (

@@ -198,7 +198,7 @@ def test_pages_show_the_pictures_that_are_there():
     pages = ''.join(page.read_text() for page in PAGES)
     there = {path.name for path in (ROOT / 'docs' / 'figures').iterdir()}
     assert set(re.findall(r'\]\((?:docs/)?figures/([^)]+)\)', pages)) == there
-    assert redraw.commands().keys() | redraw.SCREENSHOTS == there
+    assert redraw.commands().keys() | redraw.SCREENSHOTS | redraw.MEASURED == there
 
 
 def test_every_block_is_of_a_known_kind():

@@ -1,12 +1,18 @@
-"""A rack as pages: a list of its shots, and for each shot a page that plays it."""
+"""A rack as pages, with a page for each shot that plays it; and as one picture."""
 
 from html import escape
 from pathlib import Path
 
 from billiard_shot.game.rack import replayed
 from billiard_shot.game.rack_record import PlayedShot, RackRecord
+from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.table import draw_balls, draw_table, draw_trails
+from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import page_of
 from billiard_shot.scene import Scene
+from billiard_shot.table.outline import outline_of
+
+COLUMNS = 4  # panels side by side
 
 STYLE = 'body{font:16px sans-serif;max-width:50em;margin:2em auto;padding:0 1em}li{margin:.5em 0}'
 
@@ -52,6 +58,43 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
     except OSError as error:
         raise ValueError(f'{folder}: {error}') from None
     return page
+
+
+def draw_rack(record: RackRecord, scene: Scene, path: Path) -> None:
+    """
+    Draw the strokes of a rack from above, one panel for each.
+
+    Parameters
+    ----------
+    record, scene
+        As of `write_rack`.
+    path : Path
+        The picture.
+
+    Raises
+    ------
+    ValueError
+        If matplotlib is missing, or the file cannot be written.
+
+    """
+    shots = list(replayed(record, scene))
+    rows = -(-len(shots) // COLUMNS)
+    figure = new_figure(3.4 * COLUMNS, 2.05 * rows)
+    half = outline_of(scene).frame
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for number, (axes, (played, shot)) in enumerate(zip(panels, shots, strict=False), 1):
+        axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
+        draw_table(axes, shot.scene)
+        if not shot.status.refused:
+            trails = trails_of(shot)
+            draw_trails(axes, trails)
+            draw_balls(axes, shot.scene, {name: trails.start(name) for name in trails.balls})
+        ball = played.call.get('ball')
+        what = f'ball {ball}' if ball else played.reason.partition(':')[0]
+        axes.set_title(f'{number}. {what}', fontsize='small', loc='left')
+    for axes in panels:
+        axes.set_axis_off()
+    save(figure, path)
 
 
 def _in_words(record: RackRecord, played: PlayedShot) -> str:

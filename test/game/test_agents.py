@@ -17,6 +17,7 @@ from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
 from billiard_shot.game.valuation import at_table, SHOT, win_probability
+from billiard_shot.pictures.rack import draw_rack
 
 TABLE = Scene.load('seven_foot')
 EXACT = replace(TABLE, noise=TABLE.noise.times(0.0))
@@ -229,6 +230,15 @@ def test_a_person_plays_and_the_rack_becomes_pages(tmp_path, capsys, monkeypatch
     assert 'index.html' in out
     assert (tmp_path / 'rack' / 'shot-01.html').stat().st_size > 10_000
     assert 'practice, rack 0' in (tmp_path / 'rack' / 'index.html').read_text()
+
+
+def test_a_rack_is_drawn_with_a_panel_for_each_stroke(tmp_path):
+    record = play(Pairing('practice', TABLE, ('greedy',), seed=2, balls=2), 0)
+    assert 1 <= len(record.shots) <= 2
+    draw_rack(record, TABLE, tmp_path / 'rack.png')
+    assert (tmp_path / 'rack.png').read_bytes().startswith(b'\x89PNG')
+    with pytest.raises(ValueError, match='picture: '):
+        draw_rack(record, TABLE, tmp_path / 'nowhere' / 'rack.png')
 
 
 def test_unknown_players_are_refused(capsys):

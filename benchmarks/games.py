@@ -1,0 +1,381 @@
+"""
+Games: how often players clear tables and win racks, and how surely they state their chances.
+
+    python benchmarks/games.py [--racks FOLDER] [--count N] [--full] [--write] [--no-play]
+
+Racks are appended to files in FOLDER, and are not played again. `--count` is the largest number of
+racks of each series, `--full` plays them all, which takes hours. `--write` writes docs/games.md
+and its picture from the racks in FOLDER.
+"""
+
+import argparse
+from concurrent.futures import as_completed, ProcessPoolExecutor
+import json
+from multiprocessing import get_context
+import os
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import NamedTuple
+
+import numpy as np
+from tools.timing import machine, Report
+
+from billiard_shot import Scene
+from billiard_shot.game import Decision, Pairing, play, start, State, summary
+from billiard_shot.game.agent import scene_of, simulated
+from billiard_shot.game.breaks import best_break
+from billiard_shot.game.rack import play_rack
+from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.referee import judge
+from billiard_shot.game.tournament import find_agent
+from billiard_shot.pictures.rack import draw_rack
+from billiard_shot.planning.statistics import interval_in_words, percent, wilson_interval
+
+DOCS = Path(__file__).resolve().parent.parent / 'docs'
+NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
+MEDIAN, MOST = 1.0, 3.0  # s of CPU time of a decision: median, and 95 %
+FEW = 30  # shots of a bin of stated chances: with fewer its interval is too wide to say anything
+
+
+class Series(NamedTuple):
+    """Racks of one kind: game, table, players, balls; how many are played; the share to reach."""
+
+    game: str
+    scene: str
+    players: tuple[str, ...]
+    balls: int | None
+    full: int
+    goal: float = 0.0
+
+
+PRACTICE = {
+    f'practice-{balls}': Series('practice', NINE_FOOT, ('player',), balls, 60, goal)
+    for balls, goal in ((1, 0.97), (3, 0.97), (5, 0.95), (8, 0.92), (15, 0.85))
+}
+GAMES = {
+    f'{game}-{kind}': Series(game, SEVEN_FOOT, ('player', other), None, full, goal)
+    for kind, other, full, goal in (('greedy', 'greedy', 200, 0.85), ('self', 'player', 200, 0.0))
+    for game in ('eight_ball', 'nine_ball')
+}
+RUN_OUT = {'run-out': Series('eight_ball', SEVEN_FOOT, ('player', 'resigns'), None, 100, 0.7)}
+ABLATION = {
+    f'practice-8-{name}': Series('practice', NINE_FOOT, (f'player:{options}',), 8, 60)
+    for name, options in (
+        ('one-ply', 'plies=1'),
+        ('no-leave', 'plies=0'),
+        ('half', 'effort=0.5'),
+        ('double', 'effort=2'),
+    )
+} | {
+    f'eight_ball-{name}': Series('eight_ball', SEVEN_FOOT, (f'player:{options}', other), None, 100)
+    for name, options, other in (
+        ('no-safety', 'safe=false', 'player'),
+        ('hasty', 'seconds=0.3', 'greedy'),
+    )
+}
+SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION
+
+
+class Resigns:
+    """The opponent of run-outs: it loses the rack as soon as it is its turn."""
+
+    def place(self, state):
+        """Place the cue ball off the table, which loses the rack."""
+        return state.length, 0.0
+
+    def decide(self, state):
+        """Take a choice that is not there, which loses the rack."""
+        return Decision(choice='resign')
+
+    def saw(self, state, decision, ruling):
+        """Learn nothing."""
+
+
+def play_one(key, number):
+    """Play a rack of a series."""
+    series = SERIES[key]
+    scene = Scene.load(series.scene)
+    if key in RUN_OUT:
+        return run_out(series, scene, number)
+    return play(Pairing(series.game, scene, series.players, balls=series.balls), number)
+
+
+def run_out(series, scene, number):
+    """Play from cue ball in hand after a legal break, until the player wins or its visit ends."""
+    place, stroke = best_break(scene, series.game)
+    for seed in range(1000 * number, 1000 * (number + 1)):
+        state = start(series.game, scene, seed).with_cue_ball(*place)
+        errors = np.random.default_rng(seed)
+        state = judge(state, shot=simulated(scene_of(scene, state), stroke, errors)).state
+        if not (state.over or state.choices or state.in_hand):
+            break
+    balls = {ball: at for ball, at in state.balls.items() if ball != 'cue'}
+    after = state.to_dict() | {'balls': balls, 'in_hand': 'anywhere', 'player': 0}
+    agents = [find_agent('player')(scene, number), Resigns()]
+    return play_rack(State.from_dict(after), scene, agents, series.players, 1, number)
+
+
+def known(folder):
+    """Read the racks of all series that are in a folder."""
+    found = {}
+    for key in SERIES:
+        path = folder / f'{key}.jsonl'
+        lines = path.read_text().splitlines() if path.exists() else []
+        racks = [RackRecord.from_dict(json.loads(line)) for line in lines]
+        found[key] = sorted(racks, key=lambda rack: rack.number)
+    return found
+
+
+def play_missing(folder, count):
+    """Play the racks that are not in the folder, a rack of each series in turn."""
+    there = {key: {rack.number for rack in racks} for key, racks in known(folder).items()}
+    missing = [
+        (key, number)
+        for number in range(max(series.full for series in SERIES.values()))
+        for key, series in SERIES.items()
+        if number < min(count, series.full) and number not in there[key]
+    ]
+    # Fresh processes: a fork of a process with threads can hang.
+    with ProcessPoolExecutor(os.cpu_count() or 1, get_context('spawn')) as executor:
+        work = {executor.submit(play_one, key, number): key for key, number in missing}
+        for done in as_completed(work):
+            with (folder / f'{work[done]}.jsonl').open('a') as file:
+                file.write(json.dumps(done.result().to_dict()) + '\n')
+
+
+def first_player(racks):
+    """Summarize the racks of the first player, and check that no move was illegal."""
+    players = summary(racks[0].players, racks)['players']
+    for player in players:
+        assert player['name'] == 'resigns' or 'illegal' not in player['ends'], player
+    return players[0]
+
+
+def run_outs(racks):
+    """Count racks that were won in the first visit."""
+    return sum(all(shot.state['player'] == 0 for shot in rack.shots) for rack in racks)
+
+
+def breaks(racks):
+    """Count the breaks of `player`, and those that kept the turn."""
+    first = [rack.shots[0] for rack in racks if rack.shots]
+    own = [
+        shot
+        for shot, rack in zip(first, racks, strict=True)
+        if rack.players[shot.state['player']] == 'player'
+    ]
+    return len(own), sum(shot.kept or shot.end == 'won' for shot in own)
+
+
+def calibration(racks):
+    """Yield deciles of the stated chances: shots, mean chance, shots that kept the turn."""
+    shots = [
+        (shot.success, shot.kept or shot.end == 'won')
+        for rack in racks
+        for shot in rack.shots
+        if shot.success is not None and rack.players[shot.state['player']].startswith('player')
+    ]
+    stated, came = np.array(shots, float).reshape(-1, 2).T
+    for decile in range(10):
+        inside = np.minimum((10.0 * stated).astype(int), 9) == decile
+        if inside.any():
+            yield int(inside.sum()), float(stated[inside].mean()), int(came[inside].sum())
+
+
+def report_on(racks):
+    """Print the numbers, and whether they reach the goals."""
+    report = Report('Games')
+    decisions = []
+    for key, series in SERIES.items():
+        if not racks[key]:
+            continue
+        player = first_player(racks[key])
+        count = len(racks[key])
+        won = run_outs(racks[key]) if key in RUN_OUT else player['wins']
+        high = wilson_interval(won, count)[1]
+        report.row(
+            f'{key}: {won} of {count}, upper end of the 95 % interval',
+            100.0 * high,
+            '%',
+            -100.0 * series.goal if series.goal else None,
+        )
+        if key not in ABLATION:
+            decisions += [
+                shot.cpu
+                for rack in racks[key]
+                for shot in rack.shots
+                if rack.players[shot.state['player']] == 'player' and shot.success is not None
+            ]
+    median, most = np.quantile(decisions, [0.5, 0.95])
+    report.row('CPU time of a decision, median', median, 's', MEDIAN)
+    report.row('the same, 95 %', most, 's', MOST)
+    report.end()
+
+
+def share(count, total):
+    """Write a share with its interval."""
+    return f'{count} of {total} ({interval_in_words(wilson_interval(count, total))})'
+
+
+def as_page(racks):
+    """Write docs/games.md."""
+    lines = [
+        '# Games, measured',
+        '',
+        'Written by `benchmarks/games.py --write` from racks that were played on',
+        f'{machine()}.',
+        'The player is `player`, unless another name is stated. The execution noise is that of',
+        'the computer pool tournaments. Intervals are Wilson intervals of 95 %. Times are CPU',
+        'times of decisions with a stroke, median and 95 %. The full size, 60 tables and 100 to',
+        '200 racks of each series, is played by `benchmarks/games.py --full`.',
+        '',
+        '## Practice',
+        '',
+        'Cue ball in hand on a nine-foot table with random balls, until a stroke pots nothing.',
+        '',
+        '| balls | cleared | goal | visits ended by | CPU time |',
+        '|---|---|---|---|---|',
+    ]
+    for key, series in PRACTICE.items():
+        if racks[key]:
+            player = first_player(racks[key])
+            lines.append(
+                f'| {series.balls} | {share(player["wins"], len(racks[key]))} | '
+                f'{series.goal:.0%} | {ends(player)} | {times(player)} |'
+            )
+    lines += [
+        '',
+        '## Racks',
+        '',
+        'On a seven-foot table. A break keeps the turn if it is legal and pots a ball without a',
+        'scratch. Run-outs and breaks are those of all players that are `player`.',
+        '',
+        '| series | won | broken and run out | break kept the turn | visits ended by | CPU time |',
+        '|---|---|---|---|---|---|',
+    ]
+    for key, series in GAMES.items():
+        if racks[key]:
+            player, count = first_player(racks[key]), len(racks[key])
+            own = [
+                each
+                for each in summary(series.players, racks[key])['players']
+                if each['name'] == 'player'
+            ]
+            runs, broken = (sum(each[k] for each in own) for k in ('break_and_run', 'broken'))
+            made, kept = breaks(racks[key])
+            name = f'{series.game} against `{series.players[1]}`'
+            lines.append(
+                f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
+                f'{share(kept, made)} | {ends(player)} | {times(player)} |'
+            )
+    for key in RUN_OUT:
+        if racks[key]:
+            player = first_player(racks[key])
+            lines.append(
+                f'| eight_ball from cue ball in hand after a break | '
+                f'{share(run_outs(racks[key]), len(racks[key]))} in one visit | | | '
+                f'{ends(player)} | {times(player)} |'
+            )
+    lines += [
+        '',
+        'Professionals break and run 41 % of the racks of eight-ball on seven-foot tables (51 of',
+        '124).',
+        '',
+        '## What the parts contribute',
+        '',
+        'Practice with 8 balls: the same tables and errors for each row.',
+        '',
+        '| player | balls cleared | CPU time |',
+        '|---|---|---|',
+    ]
+    for key in ('practice-8', *ABLATION):
+        series = SERIES[key]
+        if racks[key] and series.game == 'practice':
+            player = first_player(racks[key])
+            lines.append(
+                f'| `{series.players[0]}` | {share(player["wins"], len(racks[key]))} | '
+                f'{times(player)} |'
+            )
+    lines += ['', '| eight-ball | won | CPU time |', '|---|---|---|']
+    for key, series in ABLATION.items():
+        if racks[key] and series.game != 'practice':
+            player = first_player(racks[key])
+            lines.append(
+                f'| `{series.players[0]}` against `{series.players[1]}` | '
+                f'{share(player["wins"], len(racks[key]))} | {times(player)} |'
+            )
+    lines += [
+        '',
+        '## Stated and measured chances',
+        '',
+        'Shots of all racks above, by the chance that the player stated: that it keeps its turn.',
+        f'Deciles with fewer than {FEW} shots say little.',
+        '',
+        '| stated | shots | kept the turn |',
+        '|---|---|---|',
+    ]
+    everything = [rack for each in racks.values() for rack in each]
+    for count, stated, came in calibration(everything):
+        lines.append(f'| {percent(stated)} % | {count} | {share(came, count)} |')
+    return '\n'.join([*lines, *told(racks), ''])
+
+
+def told(racks):
+    """Tell a rack of eight-ball shot by shot: the first one that the breaker ran out, or any."""
+    candidates = racks['eight_ball-self'] or racks['eight_ball-greedy']
+    if not candidates:
+        return []
+    rack = max(
+        candidates, key=lambda rack: run_outs([rack]) and rack.shots[0].state['player'] == 0
+    )
+    draw_rack(rack, Scene.load(SEVEN_FOOT), DOCS / 'figures' / 'games-rack.png')
+    lines = [
+        '',
+        '## A rack, shot by shot',
+        '',
+        f'Rack {rack.number} of eight-ball, `{rack.players[0]}` against `{rack.players[1]}`:',
+        f'{rack.winner} wins. `billiard-shot play --pages` writes such racks as pages in 3-D.',
+        '',
+        '![The strokes of the rack from above](figures/games-rack.png)',
+        '',
+        '| | stated chance | reason | ruling |',
+        '|---|---|---|---|',
+    ]
+    for number, shot in enumerate(rack.shots, 1):
+        chance = '' if shot.success is None else f'{percent(shot.success)} %'
+        lines.append(f'| {number} | {chance} | {shot.reason} | {shot.text} |')
+    return lines
+
+
+def ends(player):
+    """Write how visits ended, without those that won."""
+    listed = [f'{end} {count}' for end, count in player['ends'].items() if end != 'won']
+    return ', '.join(listed) or 'none'
+
+
+def times(player):
+    """Write the CPU time of decisions: median and 95 %."""
+    return f'{player["cpu"][0]:.2f} s, {player["cpu"][1]:.2f} s'
+
+
+def main():
+    """Play, print, and write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
+    parser.add_argument('--racks', type=Path)
+    parser.add_argument('--count', type=int, default=2)
+    parser.add_argument('--full', action='store_true')
+    parser.add_argument('--write', action='store_true')
+    parser.add_argument('--no-play', action='store_true')
+    options = parser.parse_args()
+    folder = options.racks or Path(mkdtemp())
+    folder.mkdir(parents=True, exist_ok=True)
+    if not options.no_play:
+        play_missing(folder, 10**9 if options.full else options.count)
+    racks = known(folder)
+    if options.write:
+        (DOCS / 'games.md').write_text(as_page(racks), encoding='utf-8')
+    report_on(racks)
+
+
+if __name__ == '__main__':
+    main()
