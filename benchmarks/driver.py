@@ -116,6 +116,9 @@ def stop_latencies(player, clear_fault, name, count):
         estop.publish(Bool(data=True))
         assert player.until(lambda: stopped, 5.0)
         latencies.append(1e3 * (stopped[0] - begin))
+        assert player.until(
+            lambda: any(each.state == State.ESTOP for each in player.states), 10.0
+        ), player.states[-1]  # the driver stopped for another reason
         player.safety_inputs_on = True
         assert player.until(
             lambda: player.states[-1].state == State.DISARMED or clear_fault(), 60.0

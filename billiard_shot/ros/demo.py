@@ -21,21 +21,18 @@ from billiard_shot.ros.processes import (
     SIMULATION,
 )
 
+SCENE = 'robot_table'
+"""Scene of the mechanical cue."""
+
+ON_IT, WARN = ('-p', f'scene:={SCENE}'), ('--log-level', 'warn')
 PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
-WARN = ('--log-level', 'warn')
-
-
-def simulation(scene: str) -> dict[str, tuple[str, ...]]:
-    """Driver, simulated mechanism and simulated table of a scene, and their arguments."""
-    named = ('-p', f'scene:={scene}')
-    return {
-        'cue_driver': (*named, '-p', 'autostart:=true', *SIMULATION, *WARN),
-        'cue_sim': (*SIMULATION, *WARN),
-        'table_sim': (*named, '-p', 'real_time_factor:=4.0', *WARN),
-    }
-
-
-NODES = {**PREDICTOR, **simulation('paper'), 'planner': ('-p', 'scene:=paper', *WARN)}
+NODES = {
+    'predictor': (*ON_IT, *WARN),
+    'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, *WARN),
+    'cue_sim': (*SIMULATION, '-p', 'rate:=100.0', *WARN),
+    'table_sim': (*ON_IT, '-p', 'real_time_factor:=4.0', *WARN),
+    'planner': (*ON_IT, *WARN),
+}
 """Nodes and their arguments."""
 
 STROKES = Path(__file__).with_name('demo_strokes.yaml')
@@ -44,10 +41,10 @@ STROKES = Path(__file__).with_name('demo_strokes.yaml')
 TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}')
 """Targets for which strokes are planned and played."""
 
-GAME = ('--scene', 'robot_table', '--game', 'practice', '--balls', '3', '--seed', '0')
+GAME = ('--game', 'practice', '--balls', '3', '--seed', '0')
 """Game that is played: the first three balls lie at random, the cue ball is in hand."""
 
-UNATTENDED = ('--arm', '--simulate-safety-inputs')
+UNATTENDED = ('--scene', SCENE, '--arm', '--simulate-safety-inputs')
 """Options for a simulation without an operator."""
 
 NEXT = """\
@@ -83,16 +80,13 @@ def main() -> None:
                 flush=True,
             )
             with running(NODES, environment):
-                failed = run_client(
-                    'player', environment, '--strokes', str(STROKES), *UNATTENDED
-                ) or run_client('player', environment, *TARGETS, '--budget', '6000', *UNATTENDED)
-        if not failed:
-            print(
-                '\nThe player clears three balls: it decides, aims, fires, and watches.\n',
-                flush=True,
-            )
-            with running(simulation('robot_table'), environment):
-                failed = run_client('player', environment, *GAME, *UNATTENDED)
+                for said, arguments in (
+                    ('', ('--strokes', str(STROKES))),
+                    ('', (*TARGETS, '--budget', '6000')),
+                    ('\nThe player clears three balls: decides, aims, fires, watches.\n', GAME),
+                ):
+                    print(said, end='', flush=True)
+                    failed = failed or run_client('player', environment, *arguments, *UNATTENDED)
     if not failed:
         print(NEXT)
     sys.exit(failed)
