@@ -67,7 +67,7 @@ def evaluate_strokes(
     places: Array | None = None,
     *,
     to_the_end: bool = True,
-    fast_rebounds: bool = False,
+    coarse: bool = False,
     value: Value | None = None,
 ) -> Outcomes:
     """
@@ -80,14 +80,15 @@ def evaluate_strokes(
         a, b, elevation, azimuth, speed; see `vectors_of`.
     motions : (n, MOTION) float array, optional
         Motions of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN
-        are solved. If motions are given, trajectories are only as accurate as a search needs.
+        are solved.
     places : (n, balls, 2) float array, optional
         Where the balls lie [m], see `draw_places`; by default where the problem has them. The
         strokes are relative to these cue balls, see `as_struck`.
     to_the_end : bool
         Whether a ball that has missed its pocket is followed further.
-    fast_rebounds : bool
-        See `TableTask`.
+    coarse : bool
+        Whether motion is only as accurate as a search needs: larger tolerances, and rebounds from
+        a table.
     value : callable, optional
         Of outcomes; then all balls are followed to rest. A stroke that cannot be played, or whose
         tip slides, has the value 0.
@@ -99,7 +100,7 @@ def evaluate_strokes(
     elif not to_the_end:
         rules = problem.rules.copy()
         rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
-    recording, usable = simulate_strokes(problem, strokes, motions, places, rules, fast_rebounds)
+    recording, usable = simulate_strokes(problem, strokes, motions, places, rules, coarse)
     penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
     success = penalty == 0.0
     if value is None:
@@ -151,30 +152,30 @@ def simulate_strokes(
     motions: Array | None = None,
     places: Array | None = None,
     rules: NDArray[np.void] | None = None,
-    fast_rebounds: bool = False,
+    coarse: bool = False,
 ) -> tuple[BatchRecording, NDArray[np.bool_]]:
     """
     Simulate strokes on the table; return the recording, and whether each strike is usable.
 
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
-    task, strikes = start_strokes(problem, strokes, motions)
+    task, strikes = start_strokes(problem, strokes, motions, coarse)
     if places is not None:
         put_at(problem, task, strikes, places)
     usable = np.isin(strikes['status'], USABLE_STATUSES)
     if rules is not None:
         task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
-    return run_recorded(task._replace(rules=rules, fast_rebounds=fast_rebounds)), usable
+    return run_recorded(task._replace(rules=rules)), usable
 
 
 def start_strokes(
-    problem: Problem, strokes: Array, motions: Array | None
+    problem: Problem, strokes: Array, motions: Array | None, coarse: bool
 ) -> tuple[TableTask, NDArray[np.void]]:
     """Strike the ball; return the tables as that leaves them, and the strikes (n,) Strike."""
     scene, model = problem.scene, problem.model
     centre = np.array([*problem.cue_ball, problem.radius])
     tolerance = TOLERANCE
-    if motions is not None:
+    if coarse:
         tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
     asked = Strokes(model, *vectors_of(strokes), centre, surroundings_of(scene))
     mapped = np.zeros(len(strokes), np.bool_)
@@ -195,7 +196,8 @@ def start_strokes(
         starts['velocity'][mapped, 0] = rows['velocity'][mapped]
         starts['spin'][mapped, 0] = rows['spin'][mapped]
     strikes = played._replace(rows=rows, starts=starts)
-    return table_task(asked, strikes, problem.table, tolerance), rows
+    task = table_task(asked, strikes, problem.table, tolerance)
+    return task._replace(fast_rebounds=coarse), rows
 
 
 def is_alone(problem: Problem) -> bool:

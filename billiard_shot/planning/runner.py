@@ -139,7 +139,7 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _motions(self, strokes: Array) -> Array | None:
+    def _motions(self, strokes: Array, *, strict: bool) -> Array | None:
         """Map strokes to motions, fitting missing cells; None if no maps apply."""
         maps = self._maps
         if not maps.applies or not self._alone:
@@ -149,7 +149,7 @@ class Runner:
         for cell, fit in zip(missing, self._results(futures), strict=True):
             maps.fits[cell] = fit
             self.poll()
-        return maps.motions(strokes)
+        return maps.motions(strokes, strict=strict)
 
     def evaluate(
         self,
@@ -162,9 +162,10 @@ class Runner:
         """
         Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
 
-        Unless `exact`, strokes use maps of the strike where the maps are accurate enough, and a
-        table of rebounds. Unless `to_the_end`, a ball that has missed its pocket is not followed,
-        and cannot fall by chance. `places` (n, balls, 2) [m]: where its balls lie.
+        Strokes use maps of the strike where the maps are accurate enough; if `exact`, the maps are
+        stricter, rebounds are solved, and tolerances are smaller. Unless `to_the_end`, a ball that
+        has missed its pocket is not followed, and cannot fall by chance. `places` (n, balls, 2)
+        [m]: where its balls lie.
         """
         self.poll()
         strokes = strokes[: self.left]
@@ -173,8 +174,8 @@ class Runner:
             strokes = as_struck(self._problem, strokes, places)
         size = self._chunk
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
-        motions = None if exact else self._motions(strokes)
-        work = partial(self._work, to_the_end=to_the_end, fast_rebounds=not exact)
+        motions = self._motions(strokes, strict=exact)
+        work = partial(self._work, to_the_end=to_the_end, coarse=not exact)
         futures = [
             self._executor.submit(
                 work,

@@ -66,7 +66,7 @@ def predict_within_noise(
     """
     Predict many strokes at once, as accurately as the errors of the player call for.
 
-    Where at least 48 strokes are alike, their strikes come from a polynomial that was fitted to
+    Where at least 24 strokes are alike, their strikes come from a polynomial that was fitted to
     exact strikes, if held-out strikes agree with it within a fifth of the player's errors. Other
     strikes are solved. Rebounds of lying balls are interpolated: 95 % of them err by less than
     0.5 % of the ball's speed. Trajectories err by at most the displacement that the error of the
@@ -101,7 +101,7 @@ def predict_within_noise(
     motions = _motions(problem, strokes, workers)
 
     def start(part: slice) -> Any:
-        return start_strokes(problem, strokes[part], motions[part])
+        return start_strokes(problem, strokes[part], motions[part], coarse=True)
 
     parts = in_threads(start, len(strokes), workers) or [start(slice(0, 0))]
     tasks = [task for task, _ in parts]
@@ -109,7 +109,6 @@ def predict_within_noise(
     task = tasks[0]._replace(
         starts=np.concatenate([each.starts for each in tasks]),
         cues=None if tasks[0].cues is None else np.concatenate([each.cues for each in tasks]),
-        fast_rebounds=True,
     )
     run = run_many(task, names_of(scene), workers)
     status = strikes['status'].astype(np.uint16)
