@@ -142,9 +142,9 @@ def _check_files(options: argparse.Namespace) -> None:
         path = getattr(options, name, None)
         option = f'--{name.replace("_", "-")}'
         if path and path.is_dir():
-            raise ValueError(f'{option}: {path} is not allowed; it must be a file, not a folder')
+            raise ValueError(f'{option} must be a file, not a folder, got {path}')
         if path and not path.absolute().parent.is_dir():
-            raise ValueError(f'{option}: {path}: there is no such folder')
+            raise ValueError(f'{option} must be in a folder that exists, got {path}')
 
 
 def _discard_output() -> None:

@@ -188,6 +188,6 @@ def _grid(text: str) -> tuple[int, int]:
         along, across = (int(each) for each in text.lower().split('x'))
     except ValueError:
         raise argparse.ArgumentTypeError(
-            f'{text!r} is not allowed; it must be two whole numbers, such as 24x12'
+            f'must be two whole numbers, such as 24x12, got {text!r}'
         ) from None
     return along, across

@@ -46,7 +46,7 @@ class Person:
                 print('two numbers, such as -0.8 0.1')
                 continue
             if why := state.no_place(x, y):
-                print(why)
+                print(f'the cue ball must be {why} (m)')
                 continue
             return x, y
 

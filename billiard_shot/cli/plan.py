@@ -170,7 +170,7 @@ def run(options: argparse.Namespace) -> int:
     """Plan and print; 1 if there is no plan. ValueError for an invalid request."""
     wait_for_machine_code()
     if options.rank < 1:
-        raise ValueError(f'--rank: {options.rank} is not allowed; it must be at least 1')
+        raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
     noise = noise_of(options, scene)
     estimate_without_machine_code(options.budget, scene)
@@ -210,7 +210,7 @@ def _write(result: PlanResult, options: argparse.Namespace) -> None:
         return
     if options.rank > len(result.ranking):
         raise ValueError(
-            f'--rank: {options.rank} is not allowed; there are {len(result.ranking)} strokes'
+            f'--rank must be at most {len(result.ranking)}, the strokes found, got {options.rank}'
         )
     chosen = result.ranking[options.rank - 1]
     if options.output:

@@ -15,6 +15,7 @@ from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.explain import why_missed
+from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
@@ -153,8 +154,8 @@ def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     table = shot.scene.table
     if options.pot not in shot.scene.balls or table is None or not table.pockets:
         raise ValueError(
-            f'--pot: there is no ball {options.pot!r} on a table with pockets; there are: '
-            + (', '.join(shot.scene.balls) or 'none')
+            f'--pot {must_be_one_of(shot.scene.balls, options.pot, "ball")}, on a table with '
+            'pockets'
         )
     pockets = [options.pocket] if options.pocket else POCKET_NAMES
     return why_missed(shot, options.pot, pockets)

@@ -46,8 +46,6 @@ def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: 
 def noise_of(options: argparse.Namespace, scene: Scene) -> Noise:
     """Select the execution noise; ValueError if an option is invalid."""
     if not 0.0 <= options.noise_scale < math.inf:
-        raise ValueError(
-            f'--noise-scale: {options.noise_scale!r} is not allowed; it must be at least 0'
-        )
+        raise ValueError(f'--noise-scale must be at least 0, got {options.noise_scale!r}')
     noise = NOISES[options.noise] if options.noise else scene.noise
     return noise.times(options.noise_scale)

@@ -61,14 +61,14 @@ def scene_name(options: argparse.Namespace) -> str:
         and isinstance(read_yaml(Path(first)), list)
     ):
         if strokes_given(options):
-            raise ValueError('--strokes: is not allowed together with a stroke by other options')
+            raise ValueError('--strokes must not be given together with a stroke')
         options.strokes, first = Path(first), None
     if first and named:
-        raise ValueError(f'--scene: is not allowed together with scene {first}')
+        raise ValueError(f'--scene must not be given together with scene {first}')
     name = first or named or options.default_scene
     if name is None:
         raise ValueError(
-            f'SCENE: missing; it must be a YAML file or one of {", ".join(scene_names())}'
+            f'SCENE is missing; it must be a YAML file or one of {", ".join(scene_names())}'
         )
     return str(name)
 
@@ -78,11 +78,13 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
     if options.scene and Path(options.scene).suffix == '.json':
         path = Path(options.scene)
         if strokes_given(options):
-            raise ValueError(f'SCENE: {path} is not allowed together with a stroke')
+            raise ValueError(
+                f'SCENE must be a scene together with a stroke, got the recorded shot {path}'
+            )
         for name, value in (('scene', options.scene_option), ('tolerance', options.tolerance)):
             if value is not None:
                 raise ValueError(
-                    f'--{name}: is not allowed together with a recorded shot, which has one'
+                    f'--{name} must not be given together with a recorded shot, which has one'
                 )
         return {path.stem: load_shot(path)}
     scene = Scene.load(scene_name(options))

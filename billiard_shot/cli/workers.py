@@ -71,7 +71,7 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
 
     """
     if workers < 1:
-        raise ValueError(f'--workers: {workers} is not allowed; it must be at least 1')
+        raise ValueError(f'--workers must be at least 1, got {workers}')
     if dask is not None:
         with _dask(workers, dask) as executor:
             yield executor

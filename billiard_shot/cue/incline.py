@@ -24,8 +24,8 @@ def _lengths_of_a_triangle(incline: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('shortest',),
             (
-                f'{incline.shortest:g}, and longest {incline.longest:g}, is not allowed; they '
-                f'must ascend, between {low:g} and {high:g}, where the triangle is flat (m)'
+                f'and longest must ascend, between {low:g} and {high:g}, where the triangle is '
+                f'flat, got {incline.shortest:g} and {incline.longest:g} (m)'
             ),
         )
 

@@ -35,7 +35,7 @@ UNITS = ('m', 'm', 'm', 'rad', 'm', 'm')
 
 def _range_of_an_axis(axis: Any) -> Iterator[Mistake]:
     if not axis.min < axis.max:
-        yield Mistake(('min',), f'{axis.min:g} is not allowed; it must be below max, {axis.max:g}')
+        yield Mistake(('min',), f'must be below max, {axis.max:g}, got {axis.min:g}')
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +71,7 @@ def _axis(*numbers: float) -> Any:
 
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
     if mechanism.stroke.min != 0.0:
-        yield Mistake(
-            ('stroke', 'min'), (f'{mechanism.stroke.min:g} is not allowed; it must be 0 (m)')
-        )
+        yield Mistake(('stroke', 'min'), (f'must be 0, got {mechanism.stroke.min:g} (m)'))
 
 
 def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
@@ -82,8 +80,8 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('incline',),
             (
-                f'{incline.min:g} to {incline.max:g} is not allowed; it must lie within '
-                f'{geometry.shortest:g} to {geometry.longest:g}, the range of incline_geometry (m)'
+                f'must be within {geometry.shortest:g} to {geometry.longest:g}, the range of '
+                f'incline_geometry, got {incline.min:g} to {incline.max:g} (m)'
             ),
         )
         return
@@ -92,9 +90,9 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('max_elevation',),
             (
-                f'{mechanism.max_elevation:g}, and min_elevation '
-                f'{mechanism.min_elevation:g}, is not allowed; they must ascend, within '
-                f'{low:.4g} to {high:.4g}, the range of the incline (rad)'
+                f'must be above min_elevation, both within {low:.4g} to {high:.4g}, the range of '
+                f'the incline, got {mechanism.max_elevation:g} and {mechanism.min_elevation:g} '
+                '(rad)'
             ),
         )
 
@@ -110,8 +108,8 @@ def _travels_above_the_balls(mechanism: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('base_z', 'max'),
             (
-                f'{mechanism.base_z.max:g} is not allowed; it must be at least {needed:.4g}, or '
-                'the tip cannot travel at travel_height (m)'
+                f'must be at least {needed:.4g}, or the tip cannot travel at travel_height, got '
+                f'{mechanism.base_z.max:g} (m)'
             ),
         )
 

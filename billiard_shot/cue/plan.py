@@ -149,9 +149,11 @@ def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTra
 def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     invalid = Outcome.INVALID_PLAN
     if not plan.shot_id:
-        raise RefusedError(invalid, "shot_id: '' is not allowed; it must not be empty")
+        raise RefusedError(invalid, "shot_id must not be empty, got ''")
     if 'cue' not in plan.balls:
-        raise RefusedError(invalid, "balls: there must be a ball 'cue'")
+        raise RefusedError(
+            invalid, f"balls must have 'cue', got {', '.join(plan.balls) or 'none'}"
+        )
     for name, ball in plan.balls.items():
         if not all(map(math.isfinite, (*ball.position, *ball.covariance))):
             raise RefusedError(
@@ -171,8 +173,8 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     if not abs(plan.elevation - elevation) <= ELEVATION_TOLERANCE:
         raise RefusedError(
             invalid,
-            f'elevation: {plan.elevation!r} is not allowed; the '
-            f'quaternion says {elevation:.6g} (rad)',
+            f'elevation must be that of the quaternion, {elevation:.6g}, got {plan.elevation!r} '
+            '(rad)',
         )
     return stroke
 

@@ -129,7 +129,7 @@ def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
     if state.places_cue_ball:
         x, y = agent.place(state)
         if why := state.no_place(x, y):
-            return state, Decision(), f'the cue ball cannot be placed at {(x, y)}: {why}'
+            return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)
     decision = agent.decide(state)
     if decision.choice not in (state.choices or ('',)):

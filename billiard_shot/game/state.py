@@ -182,9 +182,9 @@ class State:
 
         """
         if not self.places_cue_ball:
-            raise ValueError('cue ball: is not in hand, and must not be placed')
+            raise ValueError('cue ball must not be placed: it is not in hand')
         if why := self.no_place(x, y):
-            raise ValueError(f'cue ball: {(x, y)!r} is not allowed; {why}')
+            raise ValueError(f'cue ball must be {why}, got ({x!r}, {y!r}) (m)')
         return replace(self, balls={**self.balls, CUE_BALL: (float(x), float(y))})
 
     def without(self, ball: str) -> Self:
@@ -192,17 +192,17 @@ class State:
         return replace(self, balls={name: at for name, at in self.balls.items() if name != ball})
 
     def no_place(self, x: float, y: float) -> str:
-        """Say why the cue ball in hand cannot be placed at (x, y) [m]; empty if it can."""
+        """Say where the cue ball in hand must be, if not at (x, y) [m]; empty if there."""
         r = self.radius
         along, across = 0.5 * self.length - r, 0.5 * self.width - r
         if not (abs(x) <= along and abs(y) <= across):
-            return f'x must be {-along:.4g} to {along:.4g} and y {-across:.4g} to {across:.4g} (m)'
+            return f'at x {-along:.4g} to {along:.4g} and y {-across:.4g} to {across:.4g}'
         # The base of the ball has to be behind the head string, not on it (WPA 8.1, 6.10).
         if self.in_hand == 'kitchen' and x >= -0.25 * self.length:
-            return f'x must be below {-0.25 * self.length:.4g} (m), behind the head string'
+            return f'behind the head string, x below {-0.25 * self.length:.4g}'
         for ball, place in self.balls.items():
             if ball != CUE_BALL and math.dist(place, (x, y)) < 2.0 * r:
-                return f'it must be at least {2e3 * r:.4g} mm from ball {ball!r}'
+                return f'at least {2e3 * r:.4g} mm from ball {ball!r}'
         return ''
 
     def to_dict(self) -> dict[str, Any]:

@@ -192,8 +192,8 @@ def trace_of_strike(shot: Shot) -> CollisionTrace:
     """Trace the strike of a shot; ValueError if it was refused, or the ball touched others."""
     if shot.status.refused or len(shot.impact.dissipated) != 2:
         raise ValueError(
-            'strike: is not allowed here; it must be of a ball that touches nothing but the '
-            f'cloth, with a stroke that can be played, here: {shot.message}'
+            'shot must be a stroke that can be played, of a ball that touches nothing but the '
+            f'cloth, got {shot.status.name}: {shot.message}'
         )
     model = model_of(shot.scene)
     stroke = shot.stroke.touching(model.tip_curvature)

@@ -106,7 +106,7 @@ WRITERS = {'.gif': _write_gif, '.mp4': _write_mp4}
 def require_encoder(path: Path) -> None:
     """Raise ValueError, with the command that installs it, if the encoder of a file is missing."""
     if path.suffix not in WRITERS:
-        raise ValueError(f'{path}: is not allowed; a video must end with {" or ".join(WRITERS)}')
+        raise ValueError(f'video must be a file {" or ".join(WRITERS)}, got {path}')
     require_matplotlib()  # matplotlib depends on Pillow, which writes a GIF
     if path.suffix == '.mp4':
         try:

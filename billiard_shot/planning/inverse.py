@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
@@ -89,8 +90,8 @@ def invert_strike(
     azimuth, speed = problem.project(found[np.newaxis])[1:]
     if speed[0] <= SLOWEST:
         raise ValueError(
-            f'velocity: {velocity!r} is not allowed; it must be one to which, with the spin '
-            f'{spin!r}, a stroke comes nearer than a ball at rest (m/s)'
+            f'velocity must be one to which, with the spin {spin!r}, a stroke comes nearer than '
+            f'a ball at rest, got {velocity!r} (m/s)'
         )
     numbers = np.concatenate([found, azimuth, speed])
     errors = motions_after(scene, model, numbers[np.newaxis])[0] - problem.wanted
@@ -215,10 +216,8 @@ def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Row:
     for name, values, unit in (('velocity', velocity, 'm/s'), ('spin', spin, 'rad/s')):
         part = as_floats(values)
         if part.shape != (3,) or not np.isfinite(part).all():
-            raise ValueError(
-                f'{name}: {values!r} is not allowed; it must be three finite numbers ({unit})'
-            )
+            raise refused(values, 'three finite numbers', name, unit)
         parts.append(part)
     if not parts[0].any():
-        raise ValueError(f'velocity: {velocity!r} is not allowed; it must not be zero (m/s)')
+        raise ValueError(f'velocity must not be zero, got {velocity!r} (m/s)')
     return np.concatenate([parts[0], surface_speed(scene, parts[1])])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.strikes import Array, wrapped
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
-from billiard_shot.scene.errors import found_in, InputError, Mistake, unknown
+from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import check_type, one_or_many
 from billiard_shot.shot.refusals import COARSE, FINE, first_free
@@ -118,8 +118,7 @@ def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple
     others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
         if str(name) not in others:
-            there = ', '.join(others) or 'none'
-            mistakes.append(Mistake((key,), f'there is no ball {name!r}; of {there}'))
+            mistakes.append(Mistake((key,), must_be_one_of(others, name, 'ball')))
     return tuple(map(str, names))
 
 
@@ -156,12 +155,13 @@ def check_clearance(scene: Scene, limits: Limits) -> None:
     needed = raise_for_clearance(scene, free, strokes)[:, ELEVATION]
     if np.isnan(needed).all():
         raise ValueError(
-            'constraints: azimuth_deg, azimuth_half_range_deg: the cue has no clearance in any '
-            'direction that they allow'
+            'constraints: azimuth_deg, azimuth_half_range_deg must allow a direction in which the '
+            f'cue has clearance, got {robot.azimuth_deg:g} and {robot.azimuth_half_range_deg:g} '
+            '(degrees)'
         )
     if np.nanmin(needed) > limits.elevations[1]:
         raise ValueError(
-            f'constraints: elevation_max_deg: {robot.elevation_max_deg:g} is not allowed; with '
-            'the obstacles around the cue ball and the errors of strokes it must be at least '
-            f'{math.degrees(np.nanmin(needed)):.3g} (degrees)'
+            'constraints: elevation_max_deg must be at least '
+            f'{math.degrees(np.nanmin(needed)):.3g} beside the obstacles around the cue ball and '
+            f'with the errors of strokes, got {robot.elevation_max_deg:g} (degrees)'
         )

@@ -33,6 +33,5 @@ def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noi
         except InputError as error:
             raise InputError(error.mistakes, 'noise') from None
     raise ValueError(
-        f'noise: {noise!r} is not allowed; it must be {", ".join(NOISES)} or a mapping of '
-        'standard deviations'
+        f'noise must be {", ".join(NOISES)} or a mapping of standard deviations, got {noise!r}'
     )

@@ -11,7 +11,14 @@ from typing import Any, TypeAlias
 
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import check, read
-from billiard_shot.scene.errors import InputError, Mistake, refused
+from billiard_shot.scene.errors import (
+    InputError,
+    Mistake,
+    must_be,
+    must_be_one_of,
+    refused,
+    unknown,
+)
 from billiard_shot.scene.fields import name, number, point, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, lying, no_place
 from billiard_shot.scene.values import one_or_many
@@ -29,9 +36,9 @@ def _segment() -> Any:
             found = tuple(ends(each) for each in value)  # type: ignore[attr-defined]
             begin, end = found
         except (TypeError, ValueError):
-            raise refused(value, 'two points, ((x1, y1), (x2, y2)) (m)') from None
+            raise refused(value, 'two points, ((x1, y1), (x2, y2))', unit='m') from None
         if begin == end:
-            raise refused(value, 'two different points (m)')
+            raise refused(value, 'two different points', unit='m')
         return begin, end
 
     return dataclasses.field(metadata={TAKES: convert})
@@ -126,9 +133,9 @@ class Gate:
 
 def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
     if hit.direction is not None and hit.at is not None:
-        yield Mistake(('at',), 'is not allowed together with direction')
+        yield Mistake(('at',), 'must not be given together with direction')
     if hit.direction is not None and math.hypot(*hit.direction) == 0.0:
-        yield Mistake(('direction',), f'{hit.direction!r} is not allowed; it must not be zero')
+        yield Mistake(('direction',), f'must not be zero, got {hit.direction!r}')
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,12 +305,11 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
         raise refused(wanted, f'a mapping with one of the keys {", ".join(KINDS)}', 'target')
     for key, field in FIELDS.items():
         if field in wanted:
-            text = f'unknown key; the nearest known one is {key}'
-            raise InputError([Mistake((field,), text)], 'target')
+            raise InputError([Mistake((field,), unknown(field, [key]))], 'target')
     kinds = [kind for kind in KINDS if kind in wanted]
     if len(kinds) != 1:
-        text = f'{dict(wanted)!r} is not allowed; it must have one of the keys '
-        raise InputError([Mistake((), text + ', '.join(KINDS))], 'target')
+        allowed = f'a mapping with one of the keys {", ".join(KINDS)}'
+        raise refused(dict(wanted), allowed, 'target')
     data = {FIELDS.get(str(key), key): value for key, value in wanted.items()}
     try:
         target: Target = read(KINDS[kinds[0]], data)
@@ -331,8 +337,8 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
             if target.at is not None:
                 yield from _on_table(scene, 'at', target.at)
                 if tuple(target.at) == scene.balls.get(target.hit):
-                    text = f'{list(target.at)} is not allowed; it is the middle of ball '
-                    yield Mistake(('at',), text + repr(target.hit))
+                    allowed = f'beside the middle of ball {target.hit!r}'
+                    yield Mistake(('at',), must_be(allowed, list(target.at), 'm'))
         case Safe():
             yield from _balls(scene, 'safe', target.safe)
             yield from _balls(scene, 'against', target.against)
@@ -349,7 +355,7 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
 
 def _without_pockets(scene: Scene, key: str) -> Iterator[Mistake]:
     if scene.table is None or not scene.table.pockets:
-        yield Mistake((key,), 'the scene has no pockets; it needs a table with some')
+        yield Mistake((key,), 'needs a table with pockets; the scene has none')
 
 
 def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
@@ -357,16 +363,15 @@ def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
         if ball != ANY:
             yield from _ball(scene, key, ball)
     if not set(scene.balls) - {CUE_BALL}:
-        yield Mistake((key,), 'the scene has no balls but the cue ball')
+        yield Mistake((key,), 'needs a ball; the scene has only the cue ball')
 
 
 def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:
     others = [other for other in scene.balls if other != CUE_BALL]
     if ball == CUE_BALL:
-        yield Mistake((key,), f'{ball!r} is not allowed; it must be another ball')
+        yield Mistake((key,), f'must be another ball, got {ball!r}')
     elif ball not in others:
-        there = f'there are: {", ".join(others)}' if others else 'the scene has none'
-        yield Mistake((key,), f'there is no ball {ball!r}; {there}')
+        yield Mistake((key,), must_be_one_of(others, ball, 'ball'))
 
 
 def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
@@ -378,8 +383,8 @@ def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
         yield Mistake(
             (key,),
             (
-                f'{place!r} is not allowed; it must be on the table, x from {-x:g} to {x:g} and y '
-                f'from {-y:g} to {y:g} (m)'
+                f'must be on the table, x from {-x:g} to {x:g} and y from {-y:g} to {y:g}, got '
+                f'{place!r} (m)'
             ),
         )
 
@@ -394,7 +399,7 @@ def _place(
         and scene.table is not None
         and (why := no_place(scene.table, *place, scene.ball.radius))
     ):
-        off = [Mistake((key,), f'{place!r} is not allowed; {why}')]
+        off = [Mistake((key,), must_be(why, place, 'm'))]
     yield from off
     for other, there in lying(scene).items():
         apart = math.dist(place, there)
@@ -406,7 +411,7 @@ def _place(
             yield Mistake(
                 (key,),
                 (
-                    f'{place!r} is not allowed; a ball there overlaps ball {other!r} by '
-                    f'{1e3 * (2.0 * scene.ball.radius - apart):.3g} mm'
+                    f'must be at least {2e3 * scene.ball.radius:.4g} mm from ball {other!r}, got '
+                    f'{place!r}, {1e3 * apart:.4g} mm from it'
                 ),
             )

@@ -24,8 +24,8 @@ def guided_scene(name_or_path: str) -> Scene:
     scene = Scene.load(name_or_path)
     if not scene.cue.guided:
         raise ValueError(
-            f'scene: {name_or_path!r} is not allowed; its cue must be guided, as in '
-            'the scenes paper and robot_table'
+            'scene must be one with a guided cue, such as paper and robot_table, got '
+            f'{name_or_path!r}'
         )
     return scene
 
@@ -33,14 +33,14 @@ def guided_scene(name_or_path: str) -> Scene:
 def _six_names(names: list[str]) -> None:
     if len(set(names)) != len(JOINTS) or not all(names):
         raise ValueError(
-            f'joint_names: {list(names)} is not allowed; it must be {len(JOINTS)} '
-            f'different names, in the order {", ".join(JOINTS)}'
+            f'joint_names must be {len(JOINTS)} different names, in the order '
+            f'{", ".join(JOINTS)}, got {list(names)}'
         )
 
 
 def _topic(name: str) -> None:
     if not name or ' ' in name:
-        raise ValueError(f'topic {name!r} is not allowed; it must be the name of a topic')
+        raise ValueError(f'topic must be the name of a topic, got {name!r}')
 
 
 SCENE = Parameter(
@@ -241,13 +241,12 @@ def settings_of(node: Node) -> Settings:
     period = node.get_parameter('period').value
     if settings.max_pause < 2.0 * period:
         raise ValueError(
-            'estop_timeout, interlock_timeout, joint_states_timeout: '
-            f'{2 * settings.max_pause:g} s is not allowed; each must be at least four times the '
-            f'period of {period:g} s'
+            'estop_timeout, interlock_timeout, joint_states_timeout must be at least four times '
+            f'the period, {period:g}, got {2 * settings.max_pause:g} (s)'
         )
     if settings.settle_time >= settings.arm_timeout:
         raise ValueError(
-            f'settle_time: {settings.settle_time:g} s is not allowed; it must be below '
-            f'arm_timeout, {settings.arm_timeout:g} s, or the cue would disarm before it fires'
+            f'settle_time must be below arm_timeout, {settings.arm_timeout:g}, or the cue would '
+            f'disarm before it fires, got {settings.settle_time:g} (s)'
         )
     return settings

@@ -124,8 +124,8 @@ class CueSim(Node):
             raise ValueError('a later command has arrived before')
         if 1e-9 * (now - stamp) > self._command_timeout:
             raise ValueError(
-                f'header.stamp: {1e-9 * (now - stamp):.3g} s ago is not allowed; it must be at '
-                f'most {self._command_timeout:g} s ago'
+                f'header.stamp must be at most {self._command_timeout:g} ago, got '
+                f'{1e-9 * (now - stamp):.3g} (s)'
             )
         self._trajectory = conversions.trajectory_of(message, self._names)
         self._driver, self._stamp = driver, stamp

@@ -112,8 +112,8 @@ def read_into(kind: type, node: Node) -> Any:
 def _frame(name: str) -> None:
     if not name or name != name.strip('/ ') or len(name.split()) != 1:
         raise ValueError(
-            f'frame: {name!r} is not allowed; it must be the name of a tf2 frame, without spaces '
-            "and without '/' at either end"
+            "frame must be the name of a tf2 frame, without spaces and without '/' at either "
+            f'end, got {name!r}'
         )
 
 

@@ -15,8 +15,8 @@ def _target(text: str) -> None:
         raise ValueError(f'target: {text!r} is not YAML: {error}') from None
     if not isinstance(target, dict) or not {*KINDS} & {*target}:
         raise ValueError(
-            f"target: {text!r} is not allowed; it must be such as {{pot: '8', pocket: any}}, with "
-            f'one of the keys {", ".join(KINDS)}'
+            "target must be such as {pot: '8', pocket: any}, with one of the keys "
+            f'{", ".join(KINDS)}, got {text!r}'
         )
 
 

@@ -5,8 +5,9 @@ Their files are in config/scenes. `pip install` and `colcon build` copy that fol
 package as `billiard_shot/scenes`; a source checkout (also `pip install -e`) reads it in place.
 """
 
-import difflib
 from pathlib import Path
+
+from billiard_shot.scene.errors import must_be_one_of, refused
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FOLDERS = (_PACKAGE / 'scenes', _PACKAGE.parent / 'config' / 'scenes')
@@ -29,9 +30,7 @@ def scene_path(name: str) -> Path:
     """
     names = scene_names()
     if name not in names:
-        near = difflib.get_close_matches(name, names, 1)
-        hint = f'the nearest name is {near[0]}' if near else f'there are: {", ".join(names)}'
-        raise ValueError(f'scene: no bundled scene {name!r}; {hint}')
+        raise ValueError(f'scene {must_be_one_of(names, name)}')
     return _folder() / f'{name}.yaml'
 
 
@@ -50,7 +49,7 @@ def find_scene(name_or_path: str | Path, folder: Path = Path()) -> Path:
     text = str(name_or_path)
     suffix = Path(text).suffix
     if suffix not in ('', '.yaml', '.yml'):
-        raise ValueError(f'scene: {text} is not allowed; it must be a .yaml file, not {suffix}')
+        raise refused(text, 'a bundled scene or a .yaml file', 'scene')
     is_file = isinstance(name_or_path, Path) or suffix != ''
     return folder / text if is_file or Path(text).name != text else scene_path(text)
 

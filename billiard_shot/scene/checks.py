@@ -141,7 +141,7 @@ def _examine(
         name, metadata = field.name, field.metadata
         value = given[name] if name in given else _default(field)
         if value is dataclasses.MISSING:
-            mistakes.append(Mistake((name,), 'missing'))
+            mistakes.append(Mistake((name,), 'is missing'))
         elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
             derived.append(field)
         elif reading and SECTION in metadata and isinstance(value, Mapping):

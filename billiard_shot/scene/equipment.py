@@ -27,10 +27,7 @@ def _inertia_of_a_ball(ball: Any) -> Iterator[Mistake]:
     if ball.inertia > hollow * (1 + 1e-9):
         yield Mistake(
             ('inertia',),
-            (
-                f'{ball.inertia!r} is not allowed; '
-                f'it must be at most 2/3 m r^2 = {hollow:.3g} (kg m^2)'
-            ),
+            (f'must be at most 2/3 m r^2 = {hollow:.3g}, got {ball.inertia!r} (kg m^2)'),
         )
 
 
@@ -66,15 +63,12 @@ def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
     if cue.guided and cue.end_mass != math.inf:
         yield Mistake(
             ('end_mass',),
-            (f'{cue.end_mass!r} is not allowed; a guided cue has no end mass (omit it)'),
+            f'must be omitted for a guided cue, got {cue.end_mass!r} (kg)',
         )
     if not cue.guided and cue.end_mass > cue.mass:
         yield Mistake(
             ('end_mass',),
-            (
-                f'{cue.end_mass!r} is not allowed; it must be at most the mass of the cue, '
-                f'{cue.mass:g} (kg)'
-            ),
+            (f'must be at most the mass of the cue, {cue.mass:g}, got {cue.end_mass!r} (kg)'),
         )
 
 

@@ -1,4 +1,9 @@
-"""Mistakes in user input, each with its place; one error reports all of them."""
+"""
+Mistakes in user input, each with its place; one error reports all of them.
+
+The messages have one form: 'FIELD must be ALLOWED, got VALUE (unit)'. If a name is unknown, the
+message adds the nearest known one.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping
 import difflib
@@ -10,7 +15,12 @@ Lines = Mapping[Path, int]  # line of each key of a file, from 1
 
 
 class Mistake(NamedTuple):
-    """A mistake in one value: its path, and a text that follows the path."""
+    """
+    A mistake in one value: its path, and a text that says what is wrong there.
+
+    The text continues the sentence that the path begins, such as 'must be above 0, got -1'. A text
+    that is a sentence itself begins with a colon.
+    """
 
     path: Path
     text: str
@@ -55,21 +65,37 @@ class InputError(ValueError):
     def __str__(self) -> str:
         texts = [_text(mistake) for mistake in self.mistakes]
         if len(texts) == 1:
-            return f'{self.about}: {texts[0]}' if self.about else texts[0]
+            colon = ':' if self.mistakes[0].path or self.mistakes[0].line else ''
+            return f'{self.about}{colon} {texts[0]}' if self.about else texts[0]
         heading = f'{len(texts)} mistakes'
         return '\n  '.join([f'{self.about}: {heading}' if self.about else heading, *texts])
 
 
-def refused(value: object, allowed: str, about: str = '') -> InputError:
-    """Make the error for a value that is not allowed; `about` names the value."""
-    return InputError([Mistake((), f'{value!r} is not allowed; it must be {allowed}')], about)
+def must_be(allowed: str, got: object, unit: str = '') -> str:
+    """Text of a mistake: the allowed values, and the given one as `repr` writes it."""
+    return f'must be {allowed}, got {got!r}' + (f' ({unit})' if unit else '')
+
+
+def must_be_one_of(known: Iterable[object], got: object, what: str = '') -> str:
+    """Text about a value that is none of the known ones, with the nearest of them."""
+    names = [str(name) for name in known]
+    if not names:
+        return f'must name a {what or "value"}, but there is none, got {got!r}'
+    text = must_be(f'one of {", ".join(names)}', got)
+    near = difflib.get_close_matches(str(got), names, 1) if len(names) > 1 else []
+    return f'{text}; the nearest is {near[0]}' if near else text
+
+
+def refused(value: object, allowed: str, name: str = '', unit: str = '') -> InputError:
+    """Make the error for a value that is not allowed."""
+    return InputError([Mistake((name,) if name else (), must_be(allowed, value, unit))])
 
 
 def unknown(key: str, known: Iterable[str]) -> str:
     """Text about an unknown key, with the nearest known key and a list of all."""
     names = list(known)
     nearest = difflib.get_close_matches(key, names, 1, 0.0)[0]
-    return f'unknown key; the nearest known one is {nearest} (of {", ".join(names)})'
+    return f'is unknown; the nearest key is {nearest} (of {", ".join(names)})'
 
 
 def found_in(error: ValueError, *keys: str) -> Iterator[Mistake]:
@@ -77,16 +103,15 @@ def found_in(error: ValueError, *keys: str) -> Iterator[Mistake]:
     if isinstance(error, InputError):
         yield from (mistake.below(*keys) for mistake in error.mistakes)
     else:
-        yield Mistake(keys, str(error))
+        yield Mistake(keys, f': {error}' if keys else str(error))
 
 
 def _text(mistake: Mistake) -> str:
     place = f'line {mistake.line}: ' if mistake.line else ''
-    return (
-        f'{place}{".".join(mistake.path)}: {mistake.text}'
-        if mistake.path
-        else (f'{place}{mistake.text}')
-    )
+    if not mistake.path:
+        return place + mistake.text
+    space = '' if mistake.text.startswith(':') else ' '
+    return f'{place}{".".join(mistake.path)}{space}{mistake.text}'
 
 
 def _line(path: Path, lines: Lines) -> int | None:

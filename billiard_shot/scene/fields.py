@@ -11,7 +11,15 @@ import dataclasses
 import math
 from typing import Any, NamedTuple
 
-from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, TWICE
+from billiard_shot.scene.by_name import ByName
+from billiard_shot.scene.errors import (
+    found_in,
+    InputError,
+    Mistake,
+    must_be_one_of,
+    refused,
+    TWICE,
+)
 from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
@@ -75,7 +83,7 @@ def choice(*options: str, default: str | None = None) -> Any:
         if isinstance(value, bool):
             value = 'on' if value else 'off'
         if value not in options:
-            raise refused(value, f'one of {", ".join(options)}')
+            raise InputError([Mistake((), must_be_one_of(options, value))])
         return str(value)
 
     return _field(convert, dataclasses.MISSING if default is None else default)
@@ -104,7 +112,7 @@ def places() -> Any:
     def convert(value: object) -> dict[str, tuple[float, float]]:
         if not isinstance(value, Mapping):
             raise refused(value, 'a mapping of names to [x, y]')
-        found: dict[str, tuple[float, float]] = {}
+        found: ByName[tuple[float, float]] = ByName()
         mistakes: list[Mistake] = []
         for key, point in value.items():
             name = str(key)
@@ -118,12 +126,12 @@ def places() -> Any:
                 x, y = point
                 found[name] = coordinate(x), coordinate(y)
             except (TypeError, ValueError):
-                mistakes += found_in(refused(point, 'two finite numbers, [x, y] (m)'), name)
+                mistakes += found_in(refused(point, 'two finite numbers, [x, y]', unit='m'), name)
         if mistakes:
             raise InputError(mistakes, valid_part=found)
         return found
 
-    return dataclasses.field(default_factory=dict, hash=False, metadata={TAKES: convert})
+    return dataclasses.field(default_factory=ByName, hash=False, metadata={TAKES: convert})
 
 
 def name(*, nullable: bool = False) -> Any:
@@ -150,7 +158,7 @@ def point(*, nullable: bool = False) -> Any:
             x, y = (coordinate(each) for each in value)  # type: ignore[attr-defined]
             return x, y
         except (TypeError, ValueError):
-            raise refused(value, 'two finite numbers, (x, y) (m)') from None
+            raise refused(value, 'two finite numbers, (x, y)', unit='m') from None
 
     return _field(convert, None if nullable else dataclasses.MISSING)
 
@@ -182,8 +190,7 @@ def _number_within(
         for word, bound in (('above', above), ('at least', minimum), ('at most', maximum))
         if bound is not None
     ]
-    allowed = 'a finite number ' + ' and '.join(bounds)
-    allowed = allowed.rstrip() + (f' ({unit})' if unit else '')
+    allowed = ('a finite number ' + ' and '.join(bounds)).rstrip()
 
     def convert(value: object) -> float:
         found = as_float(value)
@@ -193,7 +200,7 @@ def _number_within(
             or (minimum is not None and found < minimum)
             or (maximum is not None and found > maximum)
         ):
-            raise refused(value, allowed)
+            raise refused(value, allowed, unit=unit)
         return found
 
     return convert

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot.scene.bundled import find_scene
-from billiard_shot.scene.errors import InputError, Mistake
+from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be
 from billiard_shot.scene.yaml_file import read_yaml
 
 LIKE = 'like'
@@ -35,10 +35,11 @@ def resolved(data: object, folder: Path, descent: tuple[Path, ...] = ()) -> obje
     try:
         path = find_scene(str(data[LIKE]), folder).resolve()
         if path in descent:
-            raise ValueError(f'{data[LIKE]!r} is not allowed; that scene inherits from this one')
+            allowed = 'a scene that does not inherit from this one'
+            raise InputError([Mistake((), must_be(allowed, data[LIKE]))])
         other = resolved(read_yaml(path), path.parent, (*descent, path))
     except ValueError as error:
-        raise InputError([Mistake((LIKE,), str(error))]) from error
+        raise InputError(found_in(error, LIKE)) from error
     return merged(other, {key: value for key, value in data.items() if key != LIKE})
 
 

@@ -86,7 +86,7 @@ def with_parameters(scene: Any, names: Sequence[str], values: ArrayLike) -> Any:
         Naming each name that is unknown, and each value that is not allowed.
 
     """
-    known = {each.name for each in _numbers(scene, ())}
+    known = [each.name for each in _numbers(scene, ())]
     row = as_floats(values)
     if row.shape != (len(names),):
         raise ValueError(f'values must be of shape ({len(names)},), got {row.shape}')

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from billiard_shot.numerics import rounding
-from billiard_shot.scene.errors import Mistake
+from billiard_shot.scene.errors import Mistake, must_be
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
@@ -25,10 +25,8 @@ def overlapping_balls(scene: Any) -> Iterator[Mistake]:
             yield Mistake(
                 ('balls', other),
                 (
-                    f'overlaps ball {one!r} by {1e3 * overlap:.3g} mm; '
-                    f'their centres must be at least {1e3 * diameter:.4g} mm apart'
-                    + unplaced
-                    * (one == CUE_BALL)
+                    f'must be at least {1e3 * diameter:.4g} mm from ball {one!r}, got '
+                    f'{1e3 * (diameter - overlap):.4g} mm' + unplaced * (one == CUE_BALL)
                 ),
             )
 
@@ -43,7 +41,7 @@ def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
     if scene.table is not None:
         for name, (x, y) in scene.balls.items():
             if why := no_place(scene.table, x, y, scene.ball.radius):
-                yield Mistake(('balls', name), f'{[x, y]} is not allowed; {why}')
+                yield Mistake(('balls', name), must_be(why, [x, y], 'm'))
 
 
 def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
@@ -58,7 +56,9 @@ def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[floa
 
 def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0) -> str:
     """
-    Say why a ball cannot lie at (x, y) [m]; empty between the noses or in a pocket's mouth.
+    Say where a ball must lie if it cannot lie at (x, y) [m]; empty if it can.
+
+    It can between the noses, and in a pocket's mouth.
 
     The ball may be in a nose up to the depth `pressed` [m].
     """
@@ -74,7 +74,7 @@ def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0
     )
     for pocket, out, aside in pockets if table.pockets else ():
         if math.hypot(out - pocket.shelf - pocket.radius, aside) < pocket.radius:
-            return 'a ball there is over a pocket'
+            return 'beside the pockets, not over one'
         # The edge of the hole is round: beside its middle the shelf is longer than `pocket.shelf`.
         in_reach = -radius <= out <= pocket.shelf + pocket.radius
         if in_reach and _between_noses(pocket, out, aside, standoff):
@@ -83,8 +83,8 @@ def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0
         return ''
     along, across = 0.5 * table.length - standoff, 0.5 * table.width - standoff
     return (
-        f'the cushions leave a ball x from {-along:.4g} to {along:.4g} and y from {-across:.4g} '
-        f'to {across:.4g} (m)'
+        f'between the cushions, x from {-along:.4g} to {along:.4g} and y from {-across:.4g} to '
+        f'{across:.4g}'
     )
 
 
@@ -92,7 +92,7 @@ def no_start(
     table: Any, position: Sequence[float], velocity: Sequence[float], radius: float
 ) -> str:
     """
-    Say why a ball cannot begin at (x, y, z) [m] with a velocity; empty if it can.
+    Say where a ball must be if it cannot begin at (x, y, z) [m] with a velocity; empty if it can.
 
     At rest it must lie as `no_place` says. If it moves, it may be pressing a nose; in the air, it
     may be above one.

@@ -48,8 +48,8 @@ def _limits_in_order(robot: Any) -> Iterator[Mistake]:
             yield Mistake(
                 (high,),
                 (
-                    f'{getattr(robot, high):g} is not allowed; it must be at least {low}, '
-                    f'{getattr(robot, low):g} ({unit})'
+                    f'must be at least {low}, {getattr(robot, low):g}, got '
+                    f'{getattr(robot, high):g} ({unit})'
                 ),
             )
 

@@ -93,7 +93,7 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
     if scene.rack is None:
         return
     if scene.table is None:
-        yield Mistake(('rack',), 'needs a table: table is missing')
+        yield Mistake(('rack',), 'needs a table; table is missing')
         return
     radius = scene.ball.radius
     rack = racked(scene.rack, scene.table, radius)
@@ -102,9 +102,9 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
             yield Mistake(('rack',), f'puts balls {name!r} and {other!r} into each other')
     for name, (x, y) in rack.items():
         if name in scene.balls:
-            yield Mistake(('balls', name), 'is there twice: the rack has a ball of this name')
+            yield Mistake(('balls', name), 'is there twice; the rack has a ball of this name')
         elif why := no_place(scene.table, x, y, radius):
-            yield Mistake(('rack',), f'puts ball {name!r} at ({x:.4g}, {y:.4g}); {why}')
+            yield Mistake(('rack',), f'must put ball {name!r} {why}, got ({x:.4g}, {y:.4g}) (m)')
         for other, place in lying(scene).items():
             if other != name and math.dist(place, (x, y)) < 2.0 * radius - rounding.PLACE:
                 yield Mistake(('balls', other), f'overlaps ball {name!r} of the rack')

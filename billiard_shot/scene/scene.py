@@ -12,7 +12,7 @@ from billiard_shot.scene.bundled import find_scene, scene_names
 from billiard_shot.scene.checks import check, fill_in, read, write
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
-from billiard_shot.scene.errors import InputError, Mistake, TWICE
+from billiard_shot.scene.errors import InputError, Mistake, refused, TWICE
 from billiard_shot.scene.fields import choice, Derived, number, places, section
 from billiard_shot.scene.inheritance import resolved
 from billiard_shot.scene.parameters import Parameter, parameters_of, with_parameters
@@ -25,7 +25,7 @@ from billiard_shot.scene.yaml_file import Document, read_document
 
 def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
     if scene.cue.guided and scene.effects.end_mass == 'on':
-        yield Mistake(('effects', 'end_mass'), "'on' is not allowed; a guided cue has no end mass")
+        yield Mistake(('effects', 'end_mass'), "must be auto or off for a guided cue, got 'on'")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,10 +120,8 @@ class Scene:
         if isinstance(name_or_path, cls):
             return name_or_path
         if not isinstance(name_or_path, str | Path):
-            raise ValueError(
-                f'scene: {name_or_path!r} is not allowed; it must be a Scene, a path, or one of '
-                + ', '.join(scene_names())
-            )
+            allowed = f'a Scene, a path, or one of {", ".join(scene_names())}'
+            raise refused(name_or_path, allowed, 'scene')
         path = find_scene(name_or_path)
         document = read_document(path)
         return cls._read(document, f'scene {path}', path.parent)

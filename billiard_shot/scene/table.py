@@ -189,8 +189,8 @@ def _too_small_for_pockets(table: Any) -> Iterator[Mistake]:
                 yield Mistake(
                     (name,),
                     (
-                        f'{getattr(table, name)!r} is not allowed; with these pockets it must be '
-                        f'above {needed:.4g} (m)'
+                        f'must be above {needed:.4g} with these pockets, got '
+                        f'{getattr(table, name)!r} (m)'
                     ),
                 )
 
@@ -221,8 +221,8 @@ def hasty_cushion(scene: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('table', 'cushion', 'duration'),
             (
-                f'{cushion!r} is not allowed; it must be 0 or at least ten times '
-                f'contacts.ball_ball.duration, {10.0 * balls:.4g} (s)'
+                'must be 0 or at least ten times contacts.ball_ball.duration, '
+                f'{10.0 * balls:.4g}, got {cushion!r} (s)'
             ),
         )
 

@@ -46,7 +46,7 @@ def positive(name: str, value: object, unit: str) -> float:
     """Return a finite number above 0; raise ValueError for other values."""
     number = as_float(value)
     if not 0.0 < number < math.inf:
-        raise refused(value, f'finite and above 0 ({unit})', name)
+        raise refused(value, 'finite and above 0', name, unit)
     return number
 
 

@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import unknown
+from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.refusals import lowest_elevation
@@ -71,9 +71,7 @@ def azimuth_at(scene: Scene, target: Target, cut: float = 0.0) -> float:
         return _heading(np.array(target, float) - start)
     away = _place_of(scene, target) - start
     if not abs(cut) < 0.5 * math.pi:
-        raise ValueError(
-            f'cut: {math.degrees(cut):.4g} degrees is not allowed; it must be between -90 and 90'
-        )
+        raise ValueError(f'cut must be between -90 and 90, got {math.degrees(cut):.4g} (degrees)')
     sine = 2.0 * scene.ball.radius * math.sin(cut) / math.hypot(*away)
     return math.remainder(_heading(away) + math.asin(min(max(sine, -1.0), 1.0)), math.tau)
 
@@ -89,11 +87,11 @@ def cut_for_pocket(scene: Scene, target: Target, pocket: str) -> float:
 
     """
     if not isinstance(target, str):
-        raise ValueError('pocket: is not allowed here; the target must be a ball, not a point')
+        raise ValueError('pocket must not be given for a point; it needs a ball')
     if scene.table is None or not scene.table.pockets:
-        raise ValueError('pocket: is not allowed here; the scene has no pockets')
+        raise ValueError('pocket needs a table with pockets; the scene has none')
     if pocket not in POCKET_NAMES:
-        raise ValueError(f'pocket: {pocket}: {unknown(pocket, POCKET_NAMES)}')
+        raise ValueError(f'pocket {must_be_one_of(POCKET_NAMES, pocket)}')
     place = _place_of(scene, target)
     way = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2] - place
     ghost = place - 2.0 * scene.ball.radius * way / math.hypot(*way)
@@ -101,8 +99,8 @@ def cut_for_pocket(scene: Scene, target: Target, pocket: str) -> float:
     cut = math.remainder(_heading(line) - _heading(way), math.tau)
     if not abs(cut) < 0.5 * math.pi:
         raise ValueError(
-            f'pocket: {pocket} is not allowed; ball {target!r} would need a cut of '
-            f'{abs(math.degrees(cut)):.0f} degrees, which must be below 90'
+            f'pocket must be one that ball {target!r} reaches by a cut below 90 degrees, got '
+            f'{pocket}, {abs(math.degrees(cut)):.0f} degrees'
         )
     return cut
 
@@ -117,9 +115,7 @@ def squirt_of(scene: Scene, stroke: Stroke) -> float:
 def _place_of(scene: Scene, ball: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
     others = [name for name in scene.balls if name != CUE_BALL]
     if ball not in others:
-        raise ValueError(
-            f'there is no ball {ball!r} to aim at; there are: {", ".join(others) or "none"}'
-        )
+        raise ValueError(f'target {must_be_one_of(others, ball, "ball")}')
     return np.array(scene.balls[ball])
 
 

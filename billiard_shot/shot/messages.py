@@ -39,21 +39,20 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
             return 'step budget exceeded in the impact or the bounces; the result is incomplete'
         case Status.MISS:
             return stroke.miss or (
-                f'normal: {_vector(stroke.normal)} is not allowed; it must point against the '
-                f'stroke, here its cosine is {_cosine(stroke):.3g}, which must be below 0'
+                f'normal must point against the stroke, with a cosine below 0, got '
+                f'{_vector(stroke.normal)}, cosine {_cosine(stroke):.3g}'
             )
         case Status.NEGATIVE_ELEVATION:
             return (
-                f'elevation: {elevation:.3g} degrees is not allowed; it must be 0 to 90 (the '
-                f'velocity of the cue, {_vector(stroke.velocity)}, must not point up)'
+                f'elevation must be 0 to 90, got {elevation:.3g} (degrees); the velocity of the '
+                f'cue, {_vector(stroke.velocity)} m/s, points up'
             )
         case Status.CUE_THROUGH_CLOTH:
             height = scene.ball.radius * (1.0 + stroke.normal[2])
             needed = scene.cue.ferrule_radius * math.cos(math.radians(elevation))
             return (
-                f'normal: {_vector(stroke.normal)} is not allowed; the tip hits the ball '
-                f'{1e3 * height:.3g} mm above the cloth, and the cue would go through it below '
-                f'{1e3 * needed:.3g} mm'
+                f'normal must be at least {1e3 * needed:.3g} mm above the cloth, or the cue goes '
+                f'through it, got {_vector(stroke.normal)}, {1e3 * height:.3g} mm above it'
             )
         case Status.CUE_THROUGH_BALL | Status.CUE_THROUGH_CUSHION:
             return _in_the_way(status, scene, stroke, trajectory, elevation)
@@ -81,14 +80,10 @@ def _in_the_way(
     a, b, _, azimuth, _ = touching.offsets
     lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, 1.0]], trajectory.final_position)
     free = math.degrees(lowest[0])
-    hint = (
-        f'the cue clears it from {free:g} degrees upward'
-        if free < 90.0
-        else 'the cue cannot clear it at any elevation'
-    )
+    room = f'at least {free:g}' if free < 90.0 else 'one at which the cue has room; there is none'
     return (
-        f'elevation: {elevation:.3g} degrees, with the velocity {_vector(stroke.velocity)} m/s, '
-        f'is not allowed; the cue would go {1e3 * depth:.3g} mm deep through {name}; {hint}'
+        f'elevation must be {room}, got {elevation:.3g} (degrees); with the velocity '
+        f'{_vector(stroke.velocity)} m/s the cue would go {1e3 * depth:.3g} mm deep through {name}'
     )
 
 

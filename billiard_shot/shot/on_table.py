@@ -27,11 +27,11 @@ def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
         overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
         if name != CUE_BALL and overlap > rounding.PLACE:
             raise ValueError(
-                f'position: ({x:g}, {y:g}) is not allowed; there it overlaps ball {name!r} by '
-                f'{overlap:.3g} m'
+                f'position must be at least {2e3 * scene.ball.radius:.4g} mm from ball {name!r}, '
+                f'got ({x:g}, {y:g}), an overlap of {1e3 * overlap:.3g} mm'
             )
     if scene.table is not None and (why := no_place(scene.table, x, y, scene.ball.radius)):
-        raise ValueError(f'position: ({x:g}, {y:g}) is not allowed; {why}')
+        raise ValueError(f'position must be {why}, got ({x:g}, {y:g}) (m)')
 
 
 def names_of(scene: Scene) -> tuple[str, ...]:

@@ -172,16 +172,14 @@ def predict_batch(
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
     if (offsets is None) == (normals is None) or (normals is None) != (velocities is None):
-        raise ValueError('offsets: give either normals and velocities, or offsets')
+        raise ValueError('offsets must be given, or normals and velocities, and not all three')
     if offsets is not None:
         n, v = vectors_of(playable_offsets(_rows('offsets', offsets, 5)))
     else:
         n = unit_rows(_rows('normals', normals, 3))
         v = playable_rows(_rows('velocities', velocities, 3))
     if len(n) != len(v):
-        raise ValueError(
-            f'velocities: {len(v)} rows are not allowed; they must be {len(n)}, as many as normals'
-        )
+        raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
     if len(n) > INTERPRETED_AT_MOST:
         machine_code.require()
     strokes = Strokes(model_of(scene), n, v, centre, surroundings_of(scene))
@@ -216,8 +214,8 @@ def _centre(
     )
     if not on_cloth or not (np.abs(place) <= LARGEST).all():
         raise ValueError(
-            f'position: {position!r} is not allowed; it must be finite (x, y) or (x, y, z), '
-            f'x and y {-LARGEST:g} to {LARGEST:g}, z 0 or the radius, {radius:g} (m)'
+            f'position must be finite (x, y) or (x, y, z), x and y {-LARGEST:g} to {LARGEST:g}, '
+            f'z 0 or the radius, {radius:g}, got {position!r} (m)'
         )
     check_place(scene, place)
     return np.array([place[0], place[1], radius])
@@ -226,7 +224,5 @@ def _centre(
 def _rows(name: str, values: ArrayLike | None, columns: int) -> NDArray[np.float64]:
     rows = as_floats(values)
     if rows.ndim != 2 or rows.shape[1] != columns:
-        raise ValueError(
-            f'{name}: shape {rows.shape} is not allowed; it must be (n, {columns}), of numbers'
-        )
+        raise ValueError(f'{name} must be numbers of shape (n, {columns}), got shape {rows.shape}')
     return rows

@@ -185,8 +185,8 @@ class Shot:
         for name, ball in self.run.balls.items():
             if not ball.comes_to_rest:
                 raise ValueError(
-                    f'after: is not allowed for a shot with {self.status.name}; all balls must '
-                    f'rest, but ball {name!r} moves on'
+                    f'shot must end with all balls at rest, got {self.status.name}: ball '
+                    f'{name!r} moves on'
                 )
         gone = {*self.pocketed, *self.off_table}
         balls = {

@@ -55,7 +55,7 @@ class Stroke:
     ) -> None:
         x, y, z = _direction('normal', normal, 3)
         u, v, w = _numbers('velocity', velocity, 3)
-        _check_speed('velocity', velocity, math.hypot(u, v, w), 'its length')
+        _check_speed('velocity', velocity, math.hypot(u, v, w), 'of length ')
         object.__setattr__(self, 'normal', (x, y, z))
         object.__setattr__(self, 'velocity', (u, v, w))
         object.__setattr__(self, 'axis', bool(axis))
@@ -119,7 +119,7 @@ class Stroke:
         elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         azimuth = _angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
-            raise ValueError(f'speed: missing; it must be {SPEEDS[0]:g} to {SPEEDS[1]:g} (m/s)')
+            raise ValueError(f'speed is missing; it must be {SPEEDS[0]:g} to {SPEEDS[1]:g} (m/s)')
         _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
 
@@ -175,7 +175,7 @@ class Stroke:
         from billiard_shot.shot.aim import aimed_stroke
 
         if pocket is not None and (cut is not None or cut_deg is not None):
-            raise ValueError('pocket: is not allowed together with a cut')
+            raise ValueError('pocket must not be given together with a cut')
         if elevation is not None or elevation_deg is not None:
             elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         half = 0.5 * math.pi
@@ -225,9 +225,8 @@ class Stroke:
                 speed * along,
                 axis=True,
                 miss=(
-                    'position, quaternion: the axis of the tip is not allowed to pass the '
-                    f'centre of the ball at {distance:.4g} m; that must be below the radius, '
-                    f'{radius:.4g} m'
+                    'position, quaternion must put the axis of the tip nearer to the centre of '
+                    f'the ball than its radius, {radius:.4g}, got {distance:.4g} (m)'
                 ),
             )
         depth = math.sqrt(radius * radius - distance * distance)
@@ -238,8 +237,8 @@ class Stroke:
                 speed * along,
                 axis=True,
                 miss=(
-                    f'position: {tuple(position)} is not allowed; the tip must start in front of '
-                    f'the ball, but is {depth - ahead:.4g} m past where it would meet it'
+                    f'position must be in front of the ball, got {tuple(position)}, '
+                    f'{depth - ahead:.4g} m past where the tip would meet it'
                 ),
             )
         return cls(aside - depth * along, speed * along, axis=True)
@@ -299,7 +298,7 @@ def stroke_at(
     depth = 1.0 - a * a - b * b
     miss = ''
     if depth <= 0.0:
-        miss = f'a, b: ({a:g}, {b:g}) is not allowed; a² + b² must be below 1'
+        miss = f'a, b must have a² + b² below 1, got ({a:g}, {b:g})'
     normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
     return Stroke(normal, speed * along, axis=axis, miss=miss)
 
@@ -382,38 +381,36 @@ def _angle(
     The message for one above `most` in size names the range that strokes can have.
     """
     if radians is not None and degrees is not None:
-        raise ValueError(f'{name}: is not allowed together with {name}_deg')
+        raise ValueError(f'{name} must not be given together with {name}_deg')
     if degrees is not None:
         angle = math.radians(_number(f'{name}_deg', degrees))
-        given = f'{name}_deg: {degrees!r}'
-        allowed = f'{math.degrees(least):g} to {math.degrees(most):g} (degrees)'
-    else:
-        angle = 0.0 if radians is None else _number(name, radians)
-        given = f'{name}: {radians!r}'
-        allowed = f'{least:.4g} to {most:.4g} (rad); for degrees, give {name}_deg={radians!r}'
+        if abs(angle) > most:
+            allowed = f'{math.degrees(least):g} to {math.degrees(most):g}'
+            raise refused(degrees, allowed, f'{name}_deg', 'degrees')
+        return angle
+    angle = 0.0 if radians is None else _number(name, radians)
     if abs(angle) > most:
-        raise ValueError(f'{given} is not allowed; it must be {allowed}')
+        error = refused(radians, f'{least:.4g} to {most:.4g}', name, 'rad')
+        raise ValueError(f'{error}; for degrees, give {name}_deg={radians!r}')
     return angle
 
 
-def _check_speed(name: str, value: object, speed: float, what: str = 'it') -> None:
+def _check_speed(name: str, value: object, speed: float, what: str = '') -> None:
     low, high = SPEEDS
     # the length of a vector is rounded
     if not low * (1.0 - rounding.SUM) <= speed <= high * (1.0 + rounding.SUM):
-        raise ValueError(
-            f'{name}: {value!r} is not allowed; {what} must be {low:g} to {high:g} (m/s)'
-        )
+        raise refused(value, f'{what}{low:g} to {high:g}', name, 'm/s')
 
 
 def _numbers(name: str, values: Numbers, count: int) -> list[float]:
     if isinstance(values, str) or not hasattr(values, '__len__') or len(values) != count:
-        raise ValueError(f'{name}: {values!r} is not allowed; it must be {count} finite numbers')
+        raise refused(values, f'{count} finite numbers', name)
     return [_number(name, value) for value in values]
 
 
 def _direction(name: str, values: Numbers, count: int) -> list[float]:
     found = _numbers(name, values, count)
     if not any(found):
-        raise ValueError(f'{name}: {values!r} is not allowed; it must not be zero')
+        raise ValueError(f'{name} must not be zero, got {values!r}')
     unit: list[float] = unit_rows(np.array([found]))[0].tolist()
     return unit

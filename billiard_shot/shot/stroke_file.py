@@ -1,10 +1,10 @@
 """Strokes as people write them down: a YAML list, each in one of the three forms of `Stroke`."""
 
 from collections.abc import Mapping
-import difflib
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.scene.errors import refused, unknown
 from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.stroke import Stroke
 
@@ -34,17 +34,18 @@ def read_strokes(path: Path, ball: tuple[float, float, float]) -> dict[str, Stro
     """
     data = read_yaml(path)
     if not isinstance(data, list) or not data:
-        raise ValueError(f'{path}: must hold a list of strokes, such as [{{a: 0.2, speed: 1.5}}]')
+        raise ValueError(f'{path} must hold a list of strokes, such as [{{a: 0.2, speed: 1.5}}]')
     strokes: dict[str, Stroke] = {}
     mistakes = []
     for number, entry in enumerate(data, 1):
         name = str(entry.get('name', number)) if isinstance(entry, Mapping) else str(number)
         if name in strokes:
-            mistakes.append(f'stroke {number}: name: {name!r} is there twice')
+            mistakes.append(f'stroke {number}: name {name!r} is there twice')
         try:
             strokes[name] = stroke_from(entry, ball)
         except ValueError as mistake:
-            mistakes.append(f'stroke {name}: {mistake}')
+            is_mapping = isinstance(entry, Mapping)
+            mistakes.append(f'stroke {name}{":" if is_mapping else ""} {mistake}')
     if mistakes:
         raise ValueError('\n  '.join([f'{path}: {len(mistakes)} wrong', *mistakes]))
     return strokes
@@ -53,13 +54,12 @@ def read_strokes(path: Path, ball: tuple[float, float, float]) -> dict[str, Stro
 def stroke_from(entry: object, ball: tuple[float, float, float]) -> Stroke:
     """Make one stroke of a mapping with the keys of one of `FORMS`, and perhaps a `name`."""
     if not isinstance(entry, Mapping):
-        raise ValueError(f'{entry!r} is not allowed; it must be a mapping')
+        raise refused(entry, 'a mapping')
     given: dict[str, Any] = {str(key): value for key, value in entry.items() if key != 'name'}
     known = sorted({key for form in FORMS for key in form})
     for key in given:
         if key not in known:
-            nearest = difflib.get_close_matches(key, known, 1, 0.0)[0]
-            raise ValueError(f'{key}: unknown key; the nearest known one is {nearest}')
+            raise ValueError(f'{key} {unknown(key, known)}')
     if given.keys() == {'normal', 'velocity'}:
         return Stroke(**given)
     if given.keys() == {'position', 'quaternion', 'speed'}:
@@ -67,6 +67,6 @@ def stroke_from(entry: object, ball: tuple[float, float, float]) -> Stroke:
     if 'speed' in given and given.keys() <= set(FORMS[1]):
         return Stroke.from_offsets(**given)
     raise ValueError(
-        f'keys {", ".join(given)} are not allowed; they must be those of one form: '
-        + '; '.join(', '.join(form) for form in FORMS)
+        f'keys must be those of one form, {"; or ".join(", ".join(form) for form in FORMS)}, got '
+        + ', '.join(given)
     )

@@ -87,19 +87,19 @@ def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
 
     given = _given(options)
     if options.strokes and given:
-        raise ValueError('--strokes: is not allowed together with a stroke on the command line')
+        raise ValueError('--strokes must not be given together with a stroke')
     if options.strokes:
         return read_strokes(options.strokes, scene.cue_ball)
     if not given:
         raise ValueError(
-            'stroke: missing; give --speed and --aim BALL or --azimuth-deg, --strokes FILE, or '
+            'stroke is missing; give --speed and --aim BALL or --azimuth-deg, --strokes FILE, or '
             '--normal and --velocity'
         )
     if 'aim' in given:
         return {'1': _aimed(given, options, scene)}
     for name in ('cut', 'pocket'):
         if getattr(options, name, None) is not None and not getattr(options, 'pot', None):
-            raise ValueError(f'--{name}: needs --aim BALL')
+            raise ValueError(f'--{name} needs --aim BALL')
     return {'1': stroke_from(given, scene.cue_ball)}
 
 
@@ -108,19 +108,17 @@ def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> 
     words = given.pop('aim')
     for name in ('normal', 'velocity', 'azimuth_deg'):
         if name in given:
-            raise ValueError(f'--aim: is not allowed together with --{name.replace("_", "-")}')
+            raise ValueError(f'--aim must not be given together with --{name.replace("_", "-")}')
     if 'speed' not in given:
-        raise ValueError('--speed: missing; --aim needs the speed of the cue (m/s)')
+        raise ValueError('--speed is missing; --aim needs the speed of the cue (m/s)')
     if len(words) > 2:
-        raise ValueError(f'--aim: {" ".join(words)} is not allowed; it must be a ball, or X Y')
+        raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)')
     target: str | list[float] = words[0]
     if len(words) == 2:
         try:
             target = [float(word) for word in words]
         except ValueError:
-            raise ValueError(
-                f'--aim: {" ".join(words)} is not allowed; it must be a ball, or X Y (m)'
-            ) from None
+            raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)') from None
     return Stroke.at(
         scene,
         target,

@@ -46,8 +46,8 @@ def state_rows(name: str, state: BallState) -> list[NDArray[np.float64]]:
         row = as_floats(getattr(state, field))
         if row.ndim not in (1, 2) or row.shape[-1] != 3:
             raise ValueError(
-                f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must be '
-                'three numbers, or rows of three'
+                f'states[{name!r}].{field} must be three numbers, or rows of three, got '
+                f'{getattr(state, field)!r}'
             )
         rows.append(row)
     return rows
@@ -72,19 +72,19 @@ def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     if (places[:, 2] < radius * MIN_HEIGHT).any():
         i = int((places[:, 2] < radius * MIN_HEIGHT).argmax())
         raise ValueError(
-            f'states[{names[i]!r}].position: {places[i, 2]:.6g} is not allowed as z; it must be '
-            f'at least the radius, {radius:g} (m)'
+            f'states[{names[i]!r}].position must have a z of at least the radius, {radius:g}, got '
+            f'{places[i, 2]:.6g} (m)'
         )
     for t, i, why in in_cushions(scene, starts):
         x, y, _ = starts['position'][t, i]
-        raise ValueError(f'states[{names[i]!r}].position: ({x:g}, {y:g}) is not allowed; {why}')
+        raise ValueError(f'states[{names[i]!r}].position must be {why}, got ({x:g}, {y:g}) (m)')
     gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
     np.fill_diagonal(gaps, 0.0)
     if gaps.min() < -rounding.PLACE:
         i, j = divmod(int(gaps.argmin()), len(names))
         raise ValueError(
-            f'states: balls {names[min(i, j)]!r} and {names[max(i, j)]!r} overlap by '
-            f'{-gaps[i, j]:.3g} m'
+            f'states must keep balls {names[min(i, j)]!r} and {names[max(i, j)]!r} apart, got an '
+            f'overlap of {-gaps[i, j]:.3g} (m)'
         )
     return starts
 
@@ -100,8 +100,8 @@ def _vectors(states: States) -> NDArray[np.float64]:
         for field, row in zip(VECTORS, state_rows(name, state), strict=True):
             if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
                 raise ValueError(
-                    f'states[{name!r}].{field}: {getattr(state, field)!r} is not allowed; it must '
-                    f'be three finite numbers, {-LARGEST:g} to {LARGEST:g}'
+                    f'states[{name!r}].{field} must be three finite numbers, {-LARGEST:g} to '
+                    f'{LARGEST:g}, got {getattr(state, field)!r}'
                 )
     raise AssertionError('one of the vectors is wrong')
 

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.scene.by_name import ByName
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion, NOTHING
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS
@@ -18,16 +19,6 @@ from billiard_shot.table.words import event_in_words, place_in_words, plural
 # x > 0, left at y > 0.
 POCKET_NAMES = ('foot_left', 'head_left', 'head_right', 'foot_right', 'side_left', 'side_right')
 NOSE_NAMES = ('foot', 'head', 'left', 'right')
-
-
-T = TypeVar('T')
-
-
-class ByName(dict[str, T]):
-    """Values by the names of balls; the error for a missing name tells which names there are."""
-
-    def __missing__(self, name: str) -> T:
-        raise KeyError(f'no ball {name!r}; there are: {", ".join(self)}')
 
 
 @dataclass(frozen=True, slots=True, eq=False)

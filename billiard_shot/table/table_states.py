@@ -118,7 +118,7 @@ def table_states(states: ManyStates, present: ArrayLike | None = None) -> TableS
 
     """
     if present is not None and not isinstance(states, Mapping):
-        raise ValueError('present: is only allowed if states is one mapping')
+        raise ValueError('present must not be given if states is not a mapping')
     if isinstance(states, TableStates):
         return states
     if isinstance(states, Mapping):
@@ -132,9 +132,7 @@ def _from_columns(states: States, present: ArrayLike | None) -> TableStates:
     rows = [[np.atleast_2d(row) for row in state_rows(name, states[name])] for name in states]
     counts = {len(row) for ball in rows for row in ball} - {1}
     if len(counts) > 1:
-        raise ValueError(
-            f'states: arrays of {sorted(counts)} rows are not allowed; all must have as many'
-        )
+        raise ValueError(f'states must have as many rows in all arrays, got {sorted(counts)} rows')
     tables = counts.pop() if counts else 1
     vectors = np.zeros((len(VECTORS), tables, len(rows), 3))
     for i, ball in enumerate(rows):
@@ -158,7 +156,7 @@ def _from_tables(states: Sequence[States]) -> TableStates:
             numbers = state_rows(name, table[name])
             if any(each.shape != (3,) for each in numbers):
                 raise ValueError(
-                    f'states[{t}][{name!r}]: rows are not allowed; each must be three numbers'
+                    f'states[{t}][{name!r}] must be three numbers a vector, got rows of them'
                 )
             vectors[:, t, i] = numbers
     position, velocity, spin = vectors

@@ -112,8 +112,7 @@ class Trajectory:
         dtype: np.dtype[np.void] = motion.Segment.dtype  # type: ignore[attr-defined]
         if self.rows.ndim != 1 or self.rows.dtype != dtype or len(self.rows) == 0:
             raise ValueError(
-                f'rows: {self.rows.dtype} {self.rows.shape} is not allowed; it must be segments '
-                '(n,), n > 0'
+                f'rows must be segments (n,), n > 0, got {self.rows.dtype} {self.rows.shape}'
             )
         self.rows.flags.writeable = False
 
@@ -145,7 +144,7 @@ class Trajectory:
         except (TypeError, ValueError, OverflowError):
             t = np.array(np.nan)
         if not np.isfinite(t).all():
-            raise ValueError(f'time: {time!r} is not allowed; it must be finite (s)')
+            raise ValueError(f'time must be finite, got {time!r} (s)')
         t = np.clip(t, 0.0, self.duration if self.comes_to_rest else None)
         times = self.rows['time']
         index = np.searchsorted(times, t, side='right') - 1

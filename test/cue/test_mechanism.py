@@ -109,15 +109,15 @@ def test_paths_are_joined_without_jumps():
 
 
 def test_settings_are_checked(tmp_path):
-    with pytest.raises(ValueError, match='min: 1 is not allowed; it must be below max, 0'):
+    with pytest.raises(ValueError, match='min must be below max, 0, got 1'):
         Axis(1.0, 0.0, 1.0, 1.0, 1.0)
-    with pytest.raises(ValueError, match='max_force: 0 is not allowed; it must be a finite'):
+    with pytest.raises(ValueError, match='max_force must be a finite number above 0, got 0'):
         Mechanism(max_force=0)
-    with pytest.raises(ValueError, match=r'max_elevation: 1\.3, and .* within -0\.07'):
+    with pytest.raises(ValueError, match=r'max_elevation must .* within -0\.07.*, got 1\.3'):
         Mechanism(max_elevation=1.3)
     with pytest.raises(ValueError, match='range of incline_geometry'):
         Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
-    with pytest.raises(ValueError, match=r'base_z\.max: 0\.4 is not allowed; .* at least 0\.4105'):
+    with pytest.raises(ValueError, match=r'base_z\.max must be at least 0\.4105.*, got 0\.4'):
         Mechanism(base_z=Axis(0.0, 0.4, 0.5, 2.0, 20.0))
     path = tmp_path / 'mine.yaml'
     path.write_text('max_force: 80\nspeed: 3\nstroke: {min: 0, max: -1}')
@@ -125,8 +125,8 @@ def test_settings_are_checked(tmp_path):
         Mechanism.load(path)
     for words in (
         'mine.yaml: 5 mistakes',
-        'line 2: speed: unknown key',
-        'line 3: stroke.speed: missing',
+        'line 2: speed is unknown',
+        'line 3: stroke.speed is missing',
     ):
         assert words in str(caught.value)
     path.write_text('max_force: 80\n')

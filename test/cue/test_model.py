@@ -227,7 +227,7 @@ def test_the_command_prints_the_model(capsys, tmp_path):
 
 
 def test_masses_are_checked():
-    with pytest.raises(ValueError, match=r'mass: 0 is not allowed; .* above 0 \(kg\)'):
+    with pytest.raises(ValueError, match=r'mass must be .*above 0, got 0 \(kg\)'):
         Part(mass=0, length=1, width=1, height=1)
 
 

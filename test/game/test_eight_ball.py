@@ -165,7 +165,7 @@ def test_choices_are_carried_out():
     state = judge(BREAK, Call(), after(cushion=FOUR[:3])).state
     with pytest.raises(ValueError, match='waits for a choice of accept, break, rebreak'):
         judge(state, Call(), after())
-    with pytest.raises(ValueError, match="'pass' is not allowed; it must be one of accept"):
+    with pytest.raises(ValueError, match=r"must be one of accept, .*got 'pass'"):
         choose(state, 'pass')
     accepted = choose(state, 'accept')
     assert (accepted.choices, accepted.balls, accepted.player) == ((), state.balls, 1)

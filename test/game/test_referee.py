@@ -78,7 +78,7 @@ def test_a_state_refuses_what_makes_no_sense(field, value, allowed):
 def test_the_cue_ball_is_placed_by_the_rules():
     with pytest.raises(ValueError, match='behind the head string'):
         EIGHT.with_cue_ball(-0.635, 0.0)
-    with pytest.raises(ValueError, match=r'x must be -1\.241 to 1\.241'):
+    with pytest.raises(ValueError, match=r'must be at x -1\.241 to 1\.241'):
         EIGHT.with_cue_ball(-1.25, 0.0)
     anywhere = replace(EIGHT, in_hand='anywhere')
     with pytest.raises(ValueError, match=r'at least 57\.15 mm from ball'):

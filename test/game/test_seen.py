@@ -89,10 +89,10 @@ def test_the_true_ruling_is_among_the_possible_ones(game):
 @pytest.mark.parametrize(
     ('told', 'words'),
     [
-        ({'first_contact': '4'}, "first_contact: '4' is not allowed; it must be one of '', '1'"),
-        ({'to_cushion': ['4']}, "to_cushion: '4'"),
-        ({'pockets': {'8': 'foot_left'}}, "pocketed: '8' is not allowed; it must be one of '1'"),
-        ({'pockets': {'1': 'corner'}}, "pockets: 'corner'"),
+        ({'first_contact': '4'}, "first_contact must be one of '', '1'.*, got '4'"),
+        ({'to_cushion': ['4']}, "to_cushion must be .*, got '4'"),
+        ({'pockets': {'8': 'foot_left'}}, "pocketed must be one of '1', got '8'"),
+        ({'pockets': {'1': 'corner'}}, "pockets must be .*, got 'corner'"),
     ],
 )
 def test_what_is_told_is_checked(told, words):

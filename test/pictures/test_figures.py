@@ -137,7 +137,7 @@ def test_strikes_that_cannot_be_watched():
             Stroke.from_offsets(0, 0, 0.1, 0, 1),
         ),
     ):
-        with pytest.raises(ValueError, match='strike: is not allowed here'):
+        with pytest.raises(ValueError, match=r'shot must be a stroke that can be played'):
             trace_of_strike(shot)
 
 
@@ -220,9 +220,7 @@ def test_command_says_what_is_wrong(tmp_path, capsys):
     assert main(['study', 'figures', '--list']) == 0
     assert capsys.readouterr().out.split() == list(FIGURES)
     assert main(['study', 'figures', 'brake']) == 2
-    assert "NAME: 'brake' is not allowed; it must be one of impulse-plane" in (
-        capsys.readouterr().err
-    )
+    assert 'NAME must be one of impulse-plane, ' in (capsys.readouterr().err)
     (tmp_path / 'file').write_text('')
     assert main(['study', 'figures', '-o', str(tmp_path / 'file')]) == 2
     assert '--output: ' in capsys.readouterr().err
@@ -261,7 +259,7 @@ def test_a_picture_that_cannot_be_written(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     wrong = tmp_path / 'none' / 'laws.png'
     assert main(['study', 'laws', '--count', '5', '--picture', str(wrong)]) == 2
-    assert f'billiard-shot: --picture: {wrong}: ' in capsys.readouterr().err
+    assert f'--picture must be in a folder that exists, got {wrong}' in capsys.readouterr().err
 
 
 def test_a_collision_of_ones_own(tmp_path):

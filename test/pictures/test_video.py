@@ -120,7 +120,7 @@ def test_mp4(tmp_path, capsys):
 
 
 def test_refusals(tmp_path, monkeypatch):
-    with pytest.raises(ValueError, match=r'shot.avi: .* must end with .gif or .mp4'):
+    with pytest.raises(ValueError, match=r'video must be a file .gif or .mp4, got .*shot.avi'):
         write_video(SHOT, tmp_path / 'shot.avi')
     assert NO_STROKE.status.refused
     with pytest.raises(ValueError, match=NO_STROKE.status.name):

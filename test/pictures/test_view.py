@@ -153,7 +153,7 @@ def test_command(tmp_path, capsys):
     assert 'MISS' in capsys.readouterr().err
     assert '<title>T</title>' in page.read_text()  # the page of before
     assert main([*options, '--speed', '1', '-o', str(tmp_path / 'no' / 'page.html')]) == 2
-    assert 'no such folder' in capsys.readouterr().err
+    assert 'in a folder that exists' in capsys.readouterr().err
 
 
 # ---- what a browser makes of it ----

@@ -172,32 +172,38 @@ def test_progress_goes_up_to_the_end():
 @pytest.mark.parametrize(
     ('changes', 'named'),
     [
-        ({'target': {'pot': '9'}}, "pot: there is no ball '9'; there are: 8, 1"),
-        ({'target': {'pot': 'cue'}}, 'pot:'),
-        ({'target': {'rest': (3, 0)}}, 'rest: .*on the table'),
-        ({'target': {'rest': (0.5, 0.2)}}, "rest: .*overlaps ball '8'"),
-        ({'target': {'pot': '8', 'leave': (0.2, -0.3)}}, "leave: .*overlaps ball '1'"),
-        ({'target': {'pot': '8', 'pocket': 'middle'}}, 'pocket: .*foot_left'),
-        ({'target': {'sink': '8'}}, 'must have one of the keys'),
+        ({'target': {'pot': '9'}}, "pot must be one of 8, 1, got '9'"),
+        ({'target': {'pot': 'cue'}}, "pot must .*, got 'cue'"),
+        ({'target': {'rest': (3, 0)}}, 'rest must be on the table'),
+        ({'target': {'rest': (0.5, 0.2)}}, "rest must be .* from ball '8', got"),
+        ({'target': {'pot': '8', 'leave': (0.2, -0.3)}}, "leave must be .* from ball '1', got"),
+        (
+            {'target': {'pot': '8', 'pocket': 'middle'}},
+            "pocket must be .*foot_left.*, got 'middle'",
+        ),
+        ({'target': {'sink': '8'}}, 'must be a mapping with one of the keys'),
         ({'target': {'pot': '8', 'rest': (0, 0)}}, 'one of the keys'),
         (
             {'target': {'hit': '8', 'directon': (1, 0)}},
-            'directon: .*nearest known one is direction',
+            'directon is unknown; the nearest key is direction',
         ),
-        ({'target': {'hit': '8', 'direction': (0, 0)}}, 'direction: .*must not be zero'),
-        ({'target': {'gate': (1, 2)}}, 'gate: .*two points'),
+        ({'target': {'hit': '8', 'direction': (0, 0)}}, 'direction must not be zero'),
+        ({'target': {'gate': (1, 2)}}, r'gate must be two points, .*, got \(1, 2\) \(m\)'),
         ({'target': 'win'}, 'mapping'),
-        ({'budget': 0}, 'budget: 0'),
+        ({'budget': 0}, r'budget must .*, got 0'),
         ({'budget': 2.5}, 'budget'),
-        ({'seed': -1}, 'seed: -1'),
-        ({'noise': 'loud'}, 'noise: .*tournament'),
+        ({'seed': -1}, r'seed must .*, got -1'),
+        ({'noise': 'loud'}, "noise must be .*tournament.*, got 'loud'"),
         ({'noise': {'a': -1}}, 'noise: a'),
-        ({'constraints': {'speed_min': 3, 'speed_max': 2}}, 'speed_max: 2 .* at least speed_min'),
-        ({'constraints': {'speed': 2}}, 'speed: unknown key'),
-        ({'constraints': 5}, 'constraints: 5 is not allowed; it must be a Mapping'),
-        ({'target': {'pot': '8', 'pocket': 5}}, 'pocket: 5 is not allowed'),
-        ({'target': {'pot': '8', 'pocket': [['any']]}}, 'pocket: .* is not allowed'),
-        ({'constraints': {'first_contact': '7'}}, "first_contact: there is no ball '7'"),
+        (
+            {'constraints': {'speed_min': 3, 'speed_max': 2}},
+            'speed_max must be at least speed_min, 3, got 2',
+        ),
+        ({'constraints': {'speed': 2}}, 'speed is unknown'),
+        ({'constraints': 5}, 'constraints must be a Mapping, got 5'),
+        ({'target': {'pot': '8', 'pocket': 5}}, 'pocket must be .*, got 5'),
+        ({'target': {'pot': '8', 'pocket': [['any']]}}, 'pocket must be .*, got .*'),
+        ({'constraints': {'first_contact': '7'}}, "first_contact must be one of .*, got '7'"),
     ],
 )
 def test_a_bad_goal_is_refused_with_what_to_change(changes, named):
@@ -217,7 +223,7 @@ def test_numbers_of_numpy_are_numbers():
 
 
 def test_limits_that_leave_no_stroke():
-    with pytest.raises(ValueError, match=r'elevation_max_deg: 1 is not allowed.* at least'):
+    with pytest.raises(ValueError, match=r'elevation_max_deg must be at least .*, got 1 '):
         plan(
             table_with(cue=(-1.2, 0), b8=(0, 0)),
             {'pot': '8'},
@@ -322,7 +328,7 @@ def test_without_a_table():
     scene = Scene.from_dict(data)
     assert plan(scene, {'rest': (1.0, 0.5)}, budget=BUDGET).status == Status.OK
     assert plan(scene, {'hit': '3', 'direction': (1, 0)}, budget=BUDGET).best.success > 0.9
-    with pytest.raises(ValueError, match='no pockets'):
+    with pytest.raises(ValueError, match='needs a table with pockets'):
         plan(scene, {'pot': '3'})
 
 
@@ -442,7 +448,7 @@ def test_sets_of_balls_and_pockets():
     limits = {'first_contact': ['1', '8']}
     target = {'pot': ['1', '8'], 'pocket': sorted(pockets)}
     assert some.message == plan(SCENE, target, budget=500, constraints=limits).message
-    with pytest.raises(ValueError, match="keep: there is no ball '7'"):
+    with pytest.raises(ValueError, match=r"keep must be one of .*, got '7'"):
         plan(SCENE, {'pot': '8'}, constraints={'keep': {'7'}})
 
 

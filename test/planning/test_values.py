@@ -90,19 +90,19 @@ def test_a_break_pots_a_ball():
 @pytest.mark.parametrize(
     ('target', 'named'),
     [
-        ({'safe': '9'}, "safe: there is no ball '9'"),
-        ({'safe': '8', 'against': '9'}, "against: there is no ball '9'"),
-        ({'safe': '8', 'chance': 2}, 'chance: 2 is not allowed'),
-        ({'break': 'cue'}, "break: 'cue' is not allowed"),
-        ({'break': '8', 'pots': 0}, 'pots: 0 is not allowed'),
-        ({'breaking': '8'}, 'breaking: unknown key; the nearest known one is break'),
+        ({'safe': '9'}, "safe must be one of .*, got '9'"),
+        ({'safe': '8', 'against': '9'}, "against must be one of .*, got '9'"),
+        ({'safe': '8', 'chance': 2}, 'chance must be .*, got 2'),
+        ({'break': 'cue'}, "break must be .*, got 'cue'"),
+        ({'break': '8', 'pots': 0}, 'pots must be .*, got 0'),
+        ({'breaking': '8'}, 'breaking is unknown; the nearest key is break'),
         ({'safe': '8', 'place': 'kitchen'}, 'place'),
     ],
 )
 def test_bad_targets_are_refused(target, named):
     with pytest.raises(ValueError, match=named):
         plan(POCKET_8, target, budget=10)
-    with pytest.raises(ValueError, match='the scene has no pockets'):
+    with pytest.raises(ValueError, match='needs a table with pockets; the scene has none'):
         plan(Scene.load('carom'), {'safe': 'any'}, budget=10)
 
 

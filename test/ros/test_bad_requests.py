@@ -123,12 +123,15 @@ def test_a_ball_that_cannot_lie_there(start, node):
     client = PatientCaller(node, PredictShot, '/blocked/predict_shot')
     assert client.wait_for_service()
     request = level_shot()
-    for x, words in ((0.0, 'overlaps ball'), (5.0, 'ball_position: (5, 0) is not allowed')):
+    for x, words in (
+        (0.0, ', an overlap of '),
+        (5.0, 'ball_position must be between the cushions'),
+    ):
         request.ball_position.x = x
         request.cue_pose.position.x = x - 0.2
         answer = client.call(request, repeatable=True)
         assert Status(answer.status) is Status.INVALID_REQUEST
-        assert answer.message.startswith('ball_position: ')
+        assert answer.message.startswith('ball_position must be ')
         assert words in answer.message
         assert not answer.trajectory.times
 

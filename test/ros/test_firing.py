@@ -261,7 +261,7 @@ def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, ser
             'this cell has safety equipment',
         ),
         ([*PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
-        ([*PLAYER, '{pot: 8}'], 1, "there is no ball '8'"),
+        ([*PLAYER, '{pot: 8}'], 1, "must name a ball, but there is none, got '8'"),
     ],
 )
 def test_exit_codes_and_messages(shell, arguments, code, words):
@@ -274,12 +274,12 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
 @pytest.mark.parametrize(
     ('program', 'arguments', 'words'),
     [
-        (player, '', 'stroke: missing'),
-        (player, '--speed 0', 'speed: 0.0'),
+        (player, '', 'stroke is missing'),
+        (player, '--speed 0', 'speed must be 1e-12 to 1e+12, got 0.0'),
         (player, '--speed fast', "'fast'"),
         (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
         (player, '--speed 1 --valid-for -1', 'must be above 0'),
-        (player, "'{rest: 3}'", 'rest: 3'),
+        (player, "'{rest: 3}'", 'rest must be two finite numbers, (x, y), got 3'),
         (player, "'{rest: ['", 'TARGET'),
         (player, "'{rest: [0, 0]}' --speed 1", 'only one of TARGET, a stroke, a game and --serve'),
         (player, "'{rest: [0, 0]}' --budget -1", 'must be at least 1, got -1'),

@@ -65,12 +65,13 @@ def test_all_mistakes_with_their_lines(bad):
     found = [(mistake.line, '.'.join(mistake.path)) for mistake in caught.value.mistakes]
     assert found == sorted([*((line, key) for key, line in LINES.items()), (18, 'balls.8')])
     text = str(caught.value)
-    assert text.startswith(f'scene {bad}: 11 mistakes\n  line 2: ball.mass: -0.17 is not allowed')
-    assert 'the nearest known one is radius' in text
-    assert 'line 7: cue.mass: is there twice, first in line 6' in text
-    assert 'line 11: contacts.ball_table.stiffness: missing' in text
-    assert "line 17: balls.8: overlaps ball 'cue' by 7.2 mm" in text
-    assert 'at least 57.2 mm apart' in text
+    assert text.startswith(
+        f'scene {bad}: 11 mistakes\n  line 2: ball.mass must be a finite number above 0, got -0.17'
+    )
+    assert 'the nearest key is radius' in text
+    assert 'line 7: cue.mass is there twice, first in line 6' in text
+    assert 'line 11: contacts.ball_table.stiffness is missing' in text
+    assert "line 17: balls.8 must be at least 57.2 mm from ball 'cue', got 50 mm" in text
 
 
 def test_the_same_from_a_mapping_without_lines():
@@ -84,15 +85,17 @@ def test_the_same_from_a_mapping_without_lines():
 
 def test_names_that_differ_only_in_yaml():
     data = Scene.load('pool').to_dict()
-    with pytest.raises(ValueError, match=r'^scene: balls\.8: is there twice$'):
+    with pytest.raises(ValueError, match=r'^scene: balls\.8 is there twice$'):
         Scene.from_dict({**data, 'balls': {8: [0.3, 0.3], '8': [0.5, 0.5]}})
 
 
 def test_overlap_with_a_cue_ball_that_is_not_placed():
     data = Scene.load('pool').to_dict()
-    with pytest.raises(ValueError, match=r"balls\.1: overlaps ball 'cue' by 37\.2 mm"):
+    with pytest.raises(
+        ValueError, match=r"balls\.1 must be at least 57\.15 mm from ball 'cue', got 20 mm"
+    ):
         Scene.from_dict({**data, 'balls': {'1': [0.02, 0]}})
-    with pytest.raises(ValueError, match=r"^balls\.1: overlaps ball 'cue'"):
+    with pytest.raises(ValueError, match=r"^balls\.1 must be .* from ball 'cue', got"):
         dataclasses.replace(Scene.load('pool'), balls={'1': (0.02, 0)})
     touching = {'1': (2 * 0.028575, 0), '2': (-2 * 0.028575 * (1 - 1e-15), 0)}
     assert len(Scene.from_dict({**data, 'balls': touching}).balls) == 2
@@ -123,7 +126,7 @@ def test_derived_values_follow():
     assert dataclasses.replace(Cue(0.5), guided=True).end_mass == math.inf
     assert dataclasses.replace(Cue(0.5, guided=True), guided=False).ferrule_radius == 0.0065
     assert dataclasses.replace(Cue(0.5), mass=0.001).end_mass == 0.001
-    with pytest.raises(ValueError, match='guided cue has no end mass'):
+    with pytest.raises(ValueError, match=r'end_mass must be omitted for a guided cue, got 0\.005'):
         dataclasses.replace(Cue(0.5, end_mass=0.005), guided=True)
 
 
@@ -158,7 +161,7 @@ def test_command(bad, tmp_path, capsys):
     assert main(['scene', 'check', str(bad)]) == 1
     out, err = capsys.readouterr()
     assert out == ''
-    assert err.startswith(f'{bad}: 11 mistakes\n  line 2: ball.mass: -0.17')
+    assert err.startswith(f'{bad}: 11 mistakes\n  line 2: ball.mass must be ')
     assert main(['scene', 'check', 'paper', str(bad), str(tmp_path / 'none.yaml'), 'pool']) == 1
     out, err = capsys.readouterr()
     assert [line.split(':')[0] for line in out.splitlines()] == ['paper', 'pool']
@@ -221,13 +224,15 @@ def test_balls_lie_on_the_table(place, right):
     if right:
         assert Scene.from_dict(data).balls['8'] == place
     else:
-        with pytest.raises(ValueError, match=r'^scene: balls\.8: \[.*\] is not allowed; '):
+        with pytest.raises(ValueError, match=r'^scene: balls\.8 must be .*, got \[.*\] \(m\)'):
             Scene.from_dict(data)
 
 
 def test_a_carom_table_has_no_mouths():
     data = {**Scene.load('pool').to_dict(), 'balls': {'8': [0, 0.638]}}
-    with pytest.raises(ValueError, match=r'cushions leave .* y from -0\.6075 to 0\.6075 \(m\)'):
+    with pytest.raises(
+        ValueError, match=r'between the cushions, .* y from -0\.6075 to 0\.6075, got .* \(m\)'
+    ):
         Scene.from_dict({**data, 'table': {'pockets': False}})
 
 
@@ -254,7 +259,7 @@ def test_numbers_and_names_are_those_of_yaml_1_2(tmp_path):
     )
     assert list(Scene.load(path).balls) == ['10', '1:30', '2024-13-45']
     path.write_text('like: pool\nballs: {no: [0.5, 0.1]}')
-    with pytest.raises(ValueError, match=r'line 2: balls\.False: False is not allowed; .* a name'):
+    with pytest.raises(ValueError, match=r'line 2: balls\.False must be a name.*, got False'):
         Scene.load(path)
     path.write_text('like: pool\nball: {mass: !!float abc}')
     with pytest.raises(ValueError, match=r'scene\.yaml: .*abc'):

@@ -61,13 +61,13 @@ def test_other_numbers_make_another_scene():
 
 
 def test_wrong_names_and_values_are_refused():
-    with pytest.raises(ValueError, match=r'parameters: table.cushion.restition: unknown key; '):
+    with pytest.raises(ValueError, match=r'parameters: table.cushion.restition is unknown; '):
         SCENE.parameters(['table.cushion.restition'])
-    with pytest.raises(ValueError, match=r'nearest known one is table.cushion.restitution'):
+    with pytest.raises(ValueError, match=r'nearest key is table.cushion.restitution'):
         SCENE.with_parameters(['table.cushion.restition'], [0.7])
     with pytest.raises(ValueError, match=r'table.cushion.restitution'):
         SCENE.with_parameters(['table.cushion.restitution'], [1.7])
     with pytest.raises(ValueError, match=r'values must be of shape \(1,\), got \(2,\)'):
         SCENE.with_parameters(['ball.mass'], np.ones(2))
-    with pytest.raises(ValueError, match=r'table.width: unknown key'):
+    with pytest.raises(ValueError, match=r'table.width is unknown'):
         Scene.load('pool').parameters(['table.width'])

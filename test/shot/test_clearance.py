@@ -26,7 +26,7 @@ def stroke(elevation_deg, azimuth=0.0, b=0.0):
 def test_a_level_cue_goes_through_the_cushion_behind_it():
     shot = predict(scene_of(cue=(-0.6, 0.0)), stroke(0))
     assert shot.status == Status.CUE_THROUGH_CUSHION
-    assert 'mm deep through the head cushion; the cue clears it from ' in shot.message
+    assert 'mm deep through the head cushion' in shot.message
     assert shot.trajectory.final_position == pytest.approx([-0.6, 0, R])
     assert shot.run.duration == 0.0
     assert predict(scene_of(cue=(-0.6, 0.0)), stroke(4)).status == Status.OK
@@ -112,7 +112,7 @@ def test_the_elevation_in_the_message_is_allowed(curvature):
         refused = predict(scene, stroke(0.0, b=b))
         if refused.status != Status.CUE_THROUGH_CUSHION:
             continue
-        free = float(refused.message.split('from ')[-1].split(' degrees')[0])
+        free = float(refused.message.split('at least ')[-1].split(',')[0])
         a, b_touching, _, azimuth, _ = refused.stroke.touching(curvature / R).offsets
         at = Stroke.from_offsets(a, b_touching, math.radians(free), azimuth, 1)
         assert not predict(scene, at).status.refused

@@ -239,7 +239,9 @@ def test_a_stroke_that_states_the_axis_keeps_it():
 
 
 def test_a_guided_cue_has_no_end_mass_to_turn_on():
-    with pytest.raises(ValueError, match=r"effects\.end_mass: 'on' is not allowed; a guided cue"):
+    with pytest.raises(
+        ValueError, match=r"effects\.end_mass must be auto or off for a guided cue, got 'on'"
+    ):
         wishing(PAPER, end_mass='on')
 
 

@@ -199,10 +199,10 @@ def test_offsets_that_no_stroke_can_have_are_refused():
     bad += [(*good[:i], math.nan, *good[i + 1 :]) for i in range(5)]
     batch = predict_batch(POOL, offsets=[good, *bad])
     assert batch.status.tolist() == [Status.OK, *[Status.INVALID_STROKE] * len(bad)]
-    with pytest.raises(ValueError, match=r'offsets: shape \(5,\) is not allowed'):
+    with pytest.raises(ValueError, match=r'offsets must be .*, got shape \(5,\)'):
         predict_batch(POOL, offsets=good)
     for named in ({}, {'offsets': [good], 'normals': [(-1, 0, 0)]}, {'normals': [(-1, 0, 0)]}):
-        with pytest.raises(ValueError, match='offsets: give either normals and velocities, or'):
+        with pytest.raises(ValueError, match='offsets must be given, or normals and velocities'):
             predict_batch(POOL, **named)
 
 
@@ -221,35 +221,35 @@ def test_bad_rows_of_a_batch():
         assert field.name == 'run' or np.isfinite(getattr(batch, field.name)).all()
     empty = predict_batch(POOL, np.empty((0, 3)), np.empty((0, 3)))
     assert empty.final_position.shape == (0, 3)
-    with pytest.raises(ValueError, match=r'normals: shape \(2,\) is not allowed'):
+    with pytest.raises(ValueError, match=r'normals must be .*, got shape \(2,\)'):
         predict_batch(POOL, [1, 2], [(1, 0, 0)])
-    with pytest.raises(ValueError, match='velocities: 2 rows are not allowed; they must be 1'):
+    with pytest.raises(ValueError, match='velocities must have as many rows as normals, 1, got 2'):
         predict_batch(POOL, [(1, 0, 0)], [(1, 0, 0)] * 2)
 
 
 @pytest.mark.parametrize(
     ('stroke', 'status', 'field'),
     [
-        (Stroke((1, 0, 0), (1, 0, 0)), Status.MISS, 'normal: '),
-        (Stroke((0, 1, 0), (1, 0, 0)), Status.MISS, 'normal: '),
-        (Stroke.from_offsets(0.8, 0.8, 0, 0, 1), Status.MISS, 'a, b: '),
-        (Stroke.from_offsets(1, 0, 0, 0, 1), Status.MISS, 'a, b: '),
+        (Stroke((1, 0, 0), (1, 0, 0)), Status.MISS, 'normal'),
+        (Stroke((0, 1, 0), (1, 0, 0)), Status.MISS, 'normal'),
+        (Stroke.from_offsets(0.8, 0.8, 0, 0, 1), Status.MISS, 'a, b'),
+        (Stroke.from_offsets(1, 0, 0, 0, 1), Status.MISS, 'a, b'),
         (
             Stroke.from_pose((-1, 0.1, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)),
             Status.MISS,
-            'position, q',
+            'position, quaternion',
         ),
-        (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position: '),
-        (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'elevation: '),
-        (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal: '),
+        (Stroke.from_pose((1, 0, 0.03), (0, 0, 0, 1), 1, (0, 0, 0.03)), Status.MISS, 'position'),
+        (Stroke.from_offsets(0, 0, -0.01, 0, 1), Status.NEGATIVE_ELEVATION, 'elevation'),
+        (Stroke.from_offsets(0, -0.9, 0, 0, 1), Status.CUE_THROUGH_CLOTH, 'normal'),
     ],
 )
 def test_refused_strokes_leave_the_ball_alone(stroke, status, field):
     shot = predict(POOL, stroke, position=(0.2, -0.1))
     assert shot.status == status
     assert shot.status.refused
-    assert shot.message.startswith(field)
-    assert 'not allowed' in shot.message
+    assert shot.message.startswith(f'{field} must ')
+    assert 'must ' in shot.message
     assert not shot.velocity.any()
     assert not shot.spin.any()
     assert shot.impact.phases == ()
@@ -297,13 +297,13 @@ def test_a_tolerance_out_of_reach():
 
 @pytest.mark.parametrize('stroke', [None, 5, (0, 0, 0, 0, 1)])
 def test_what_is_no_stroke(stroke):
-    with pytest.raises(ValueError, match=r'stroke: .* is not allowed; it must be a Stroke'):
+    with pytest.raises(ValueError, match='stroke must be a Stroke, got'):
         predict(POOL, stroke)
 
 
 @pytest.mark.parametrize('tolerance', [0, -1, math.nan, math.inf, 10**400, None, '1'])
 def test_wrong_tolerance(tolerance):
-    with pytest.raises(ValueError, match=r'tolerance: .* must be finite and above 0'):
+    with pytest.raises(ValueError, match=r'tolerance must be finite and above 0'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), tolerance=tolerance)
 
 
@@ -311,7 +311,7 @@ def test_wrong_tolerance(tolerance):
     'position', [(1,), (0, 0, 1), (math.nan, 0), (0, 10**400), (0, 1e13), 'ab']
 )
 def test_wrong_position(position):
-    with pytest.raises(ValueError, match=r'position: .* not allowed; it must be finite'):
+    with pytest.raises(ValueError, match=r'position must be finite .*, got'):
         predict(POOL, Stroke((-1, 0, 0), (1, 0, 0)), position=position)
 
 
@@ -343,7 +343,7 @@ def test_frictionless_cloth_never_stops_the_ball():
     assert 'endless' in shot.message
     assert 'rests at' not in str(shot)
     assert 'moves on from' in str(shot)
-    with pytest.raises(ValueError, match=r"after: .* NEVER_RESTS; .* ball 'cue' moves on"):
+    with pytest.raises(ValueError, match=r"shot must end .* NEVER_RESTS: ball 'cue' moves on"):
         shot.after()
     assert np.isfinite(shot.trajectory.final_position).all()
 
@@ -380,5 +380,5 @@ def test_numbers_of_numpy_are_as_good_as_floats():
 
 @pytest.mark.parametrize('tolerance', ['1e-4', None, [1e-4, 1], 10**400, float('nan'), 0.0])
 def test_a_tolerance_that_is_none_is_refused(tolerance):
-    with pytest.raises(ValueError, match=r'tolerance: .* must be finite and above 0'):
+    with pytest.raises(ValueError, match=r'tolerance must be finite and above 0'):
         predict('pool', Stroke.from_offsets(speed=1), tolerance)

@@ -129,12 +129,12 @@ def test_a_refused_stroke_has_them_too():
         shot.scene.balls
     )
     assert story.facts(shot) == {}
-    assert 'elevation: 0 degrees' in shot.message
+    assert ', got 0 (degrees)' in shot.message
 
 
 def test_the_elevation_that_a_refusal_names_has_room():
     shot = predict('blocked', Stroke.from_offsets(b=0.1, speed=3))
-    said = float(shot.message.rsplit('from ', 1)[1].split()[0])
+    said = float(shot.message.rsplit('at least ')[1].split(',')[0])
     again = predict('blocked', Stroke.from_offsets(b=0.1, elevation_deg=said, speed=3))
     assert again.status == Status.OK
     below = Stroke.from_offsets(b=0.1, elevation_deg=said - 0.25, speed=3)
@@ -144,8 +144,8 @@ def test_the_elevation_that_a_refusal_names_has_room():
 def test_the_elevation_is_for_the_place_of_the_ball():
     stroke = Stroke.from_offsets(b=0.1, speed=1)
     for x in (-0.9, -1.2):
-        said = predict('pool_table', stroke, position=(x, 0.2)).message.rsplit('from ')[1]
-        steep = Stroke.from_offsets(b=0.1, elevation_deg=float(said.split()[0]), speed=1)
+        said = predict('pool_table', stroke, position=(x, 0.2)).message.rsplit('at least ')[1]
+        steep = Stroke.from_offsets(b=0.1, elevation_deg=float(said.split(',')[0]), speed=1)
         assert predict('pool_table', steep, position=(x, 0.2)).status == Status.OK
 
 
@@ -248,5 +248,5 @@ def test_a_sentence_is_in_the_record(tmp_path):
 def test_a_ball_that_is_not_there_is_told_with_those_that_are():
     run = predict(scene_of(cue=(0, 0), one=(0.5, 0)), level()).run
     for balls in (run.balls, run.final_position, run.at(0.1)):
-        with pytest.raises(KeyError, match="no ball '9'; there are: cue, one"):
+        with pytest.raises(KeyError, match="ball must be one of cue, one, got '9'"):
             balls['9']

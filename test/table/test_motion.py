@@ -113,5 +113,5 @@ def test_at_takes_any_shape_and_clamps():
     assert not rest.velocity.any()
     assert not rest.spin.any()
     for time in (np.nan, 'x', None, [0.0, [1.0]], 10**400):
-        with pytest.raises(ValueError, match=r'time: .* is not allowed; it must be finite'):
+        with pytest.raises(ValueError, match='time must be finite, got'):
             path.at(time)

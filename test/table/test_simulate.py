@@ -161,18 +161,30 @@ def test_a_bad_row_has_a_status_of_its_own():
 @pytest.mark.parametrize(
     ('states', 'mistake'),
     [
-        ({'cue': state(0, 0), '1': state(R, 0)}, "balls 'cue' and '1' overlap by 0.0286"),
-        ({'cue': state(1.3, 0)}, r"states\['cue'\]\.position: \(1\.3, 0\) .* the cushions leave"),
-        ({'cue': state(1.26, 0.3)}, r'position: \(1\.26, 0\.3\) .* x from -1\.242 to 1\.242 and'),
+        (
+            {'cue': state(0, 0), '1': state(R, 0)},
+            "balls 'cue' and '1' apart, got an overlap of 0.0286",
+        ),
+        (
+            {'cue': state(1.3, 0)},
+            r"states\['cue'\]\.position must be between the cushions, .*, got \(1\.3, 0\)",
+        ),
+        (
+            {'cue': state(1.26, 0.3)},
+            r'position must be .* x from -1\.242 to 1\.242 and .*, got \(1\.26, 0\.3\)',
+        ),
         ({'cue': state(1.26, 0.3, (-1, 0, 0))}, r'x from -1\.257 to 1\.257 and'),
-        ({'cue': state(1.3, 0, height=0.2)}, r'position: .* the cushions leave'),
-        ({'cue': state(0, 0, height=-0.01)}, r'position: .* at least the radius'),
-        ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity: .* finite"),
-        ({'cue': state(0, 0, (1e100, 0, 0))}, r"\['cue'\]\.velocity: .* -1e\+12 to 1e\+12"),
-        ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position: .* three numbers"),
-        ({'cue': BallState((0, 0, 10**400))}, r"states\['cue'\]\.position: .* three numbers"),
-        ({'cue': {}}, r"states\['cue'\]: {} is not allowed; it must be a BallState"),
-        (5, r'states: 5 is not allowed; it must be a Mapping'),
+        ({'cue': state(1.3, 0, height=0.2)}, 'position must be between the cushions'),
+        ({'cue': state(0, 0, height=-0.01)}, r'position .* at least the radius'),
+        ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity .* finite"),
+        ({'cue': state(0, 0, (1e100, 0, 0))}, r"\['cue'\]\.velocity must .* -1e\+12 to 1e\+12"),
+        ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position must be three numbers"),
+        (
+            {'cue': BallState((0, 0, 10**400))},
+            r"states\['cue'\]\.position must be three numbers",
+        ),
+        ({'cue': {}}, r"states\['cue'\] must be a BallState, got {}"),
+        (5, 'states must be a Mapping, got 5'),
     ],
 )
 def test_mistakes_are_named(states, mistake):
@@ -181,12 +193,12 @@ def test_mistakes_are_named(states, mistake):
 
 
 def test_options_are_checked():
-    with pytest.raises(ValueError, match=r'tolerance: 0 is not allowed; .* above 0 \(m\)'):
+    with pytest.raises(ValueError, match=r'tolerance must be .*above 0, got 0 \(m\)'):
         simulate(POOL, {'cue': state(0, 0)}, tolerance=0)
-    with pytest.raises(ValueError, match='max_events: 0 is not allowed'):
+    with pytest.raises(ValueError, match=r'max_events must be .*, got 0'):
         simulate(POOL, {'cue': state(0, 0)}, max_events=0)
-    for states, refused in ((5, 'states: 5'), ([5], r'states\[0\]: 5')):
-        with pytest.raises(ValueError, match=f'{refused} is not allowed'):
+    for states, refused in ((5, 'states must .*, got 5'), ([5], r'states\[0\] must .*, got 5')):
+        with pytest.raises(ValueError, match=refused):
             simulate_batch(POOL, states)
 
 
@@ -321,24 +333,26 @@ def test_the_largest_numbers_end_in_numbers():
     ):
         run = simulate(scene, states)
         assert all(np.isfinite(place).all() for place in run.final_position.values())
-    with pytest.raises(ValueError, match=r"states\['cue'\]\.position: .* -1e\+12 to 1e\+12"):
+    with pytest.raises(ValueError, match=r"states\['cue'\]\.position .* -1e\+12 to 1e\+12"):
         simulate(ENDLESS, {'cue': BallState((1e308, 0, R), (1e100, 0, 0))})
 
 
 def test_workers_and_rows_are_checked():
     states = {'cue': state(0.3, 0.1)}
     for workers in (0, -1):
-        with pytest.raises(ValueError, match='workers: '):
+        with pytest.raises(ValueError, match=r'workers '):
             simulate_batch(POOL, states, workers=workers)
     rows = BallState(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros((1, 3)))
-    with pytest.raises(ValueError, match=r"states\[0\]\['cue'\]: rows are not allowed"):
+    with pytest.raises(
+        ValueError, match=r"states\[0\]\['cue'\] must be three numbers a vector, got rows"
+    ):
         simulate_batch(POOL, [{'cue': rows}])
 
 
 def test_a_ball_may_begin_in_the_mouth_of_a_pocket():
     run = simulate('pool_table', {'cue': state(0.0, 0.638)})
     assert run.status == Status.OK
-    with pytest.raises(ValueError, match='the cushions leave'):
+    with pytest.raises(ValueError, match='must be between the cushions'):
         simulate('pool_table', {'cue': state(0.3, 0.638)})
 
 

@@ -82,5 +82,5 @@ def test_states_are_checked():
         TableStates(['cue'], places, present=[[1], [0]])
     with pytest.raises(ValueError, match='names must be one name or more, all different'):
         TableStates(['cue', 'cue'], np.zeros((2, 2, 3)))
-    with pytest.raises(ValueError, match='present: is only allowed if states is one mapping'):
+    with pytest.raises(ValueError, match='present must not be given if states is not a mapping'):
         simulate_batch(POOL, [{'cue': state(0, 0)}], present=[[True]])

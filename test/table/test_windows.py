@@ -95,11 +95,11 @@ def test_windows_and_numbers_are_checked():
         with pytest.raises(ValueError, match='at must be ascending times, at least 0, got'):
             simulate_batch(POOL, states, at=at)
     for until in (0, -1.0, math.nan):
-        with pytest.raises(ValueError, match=r'until: .* \(s\)'):
+        with pytest.raises(ValueError, match=r'until .* \(s\)'):
             simulate(POOL, states, until=until)
-        with pytest.raises(ValueError, match=r'until: .* \(s\)'):
+        with pytest.raises(ValueError, match=r'until .* \(s\)'):
             simulate_batch(POOL, states, until=until)
-    with pytest.raises(ValueError, match=r'parameters: ball\.mas: unknown key'):
+    with pytest.raises(ValueError, match=r'parameters: ball\.mas is unknown'):
         simulate_batch(POOL, states, parameters={'ball.mas': [1.0]})
     with pytest.raises(ValueError, match=r'ball.mass.* must be of shape \(1,\), got \(2,\)'):
         simulate_batch(POOL, states, parameters={'ball.mass': [1.0, 2.0]})

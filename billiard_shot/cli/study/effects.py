@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         played = sample_strokes(scene, options.count)
         about = f'scene {name}, {_count(len(played), "sample stroke")}'
     else:
-        raise ValueError(f'--count: {options.count} is not allowed; it must be at least 1')
+        raise ValueError(f'--count must be at least 1, got {options.count}')
     with reporting('effects', comparisons(played)) as report:
         studies = study_effects(scene, played, options.tolerance, report=report)
     if not studies[0].changes:

@@ -5,6 +5,7 @@ from pathlib import Path
 import sys
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.scene.errors import must_be_one_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,9 +31,7 @@ def run(options: argparse.Namespace) -> int:
 
     for name in options.names:
         if name not in FIGURES:
-            raise ValueError(
-                f'NAME: {name!r} is not allowed; it must be one of {", ".join(FIGURES)}'
-            )
+            raise ValueError(f'NAME {must_be_one_of(FIGURES, name)}')
     if options.list:
         print('\n'.join(FIGURES))
         return 0

@@ -70,11 +70,11 @@ def run(options: argparse.Namespace) -> int:
     about = scene_name(options)
     scene = Scene.load(about)
     if options.count < 2:
-        raise ValueError(f'--count: {options.count} is not allowed; it must be at least 2')
+        raise ValueError(f'--count must be at least 2, got {options.count}')
     if options.random < 0:
-        raise ValueError(f'--random: {options.random} is not allowed; it must be at least 0')
+        raise ValueError(f'--random must be at least 0, got {options.random}')
     if options.random and (strokes_given(options) or options.picture):
-        raise ValueError('--random: is not allowed with a stroke or --picture')
+        raise ValueError('--random must not be given together with a stroke or --picture')
     if options.random:
         return _count(scene, about, options)
     massé, _ = PRINTED['massé']
@@ -84,7 +84,7 @@ def run(options: argparse.Namespace) -> int:
         else {'massé at 3 m/s': Stroke(massé.normal, 3.0 / massé.speed * np.array(massé.velocity))}
     )
     if len(strokes) > 1 and options.picture:
-        raise ValueError('--picture: is not allowed with several strokes; give one')
+        raise ValueError(f'--picture must be given with one stroke, got {len(strokes)}')
     for name, stroke in strokes.items():
         sweeps = list(laws.sweeps(scene, stroke, options.count))
         discontinuities = {

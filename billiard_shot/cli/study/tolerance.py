@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
     if options.count < 1:
-        raise ValueError(f'--count: {options.count} is not allowed; it must be at least 1')
+        raise ValueError(f'--count must be at least 1, got {options.count}')
     wait_for_machine_code()
     study = study_tolerances(shots=options.count, judged=10 * options.count)
     studied = list(progress(study, 'tolerance', len(TOLERANCES)))

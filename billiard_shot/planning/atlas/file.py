@@ -105,7 +105,7 @@ def _head_of(path: Path, lines: list[bytes]) -> dict[str, Any]:
     except (IndexError, KeyError, TypeError, ValueError):
         raise ValueError(f'{path} exists but is not an atlas file') from None
     if known[0] != FORMAT:
-        raise ValueError(f'{path}: atlas: {known[0]!r} is not allowed; it must be {FORMAT}')
+        raise ValueError(f'{path}: atlas must be {FORMAT}, got {known[0]!r}')
     return dict(head)
 
 

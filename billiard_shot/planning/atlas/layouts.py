@@ -51,8 +51,8 @@ def layouts_of(scene: Scene, request: AtlasRequest) -> tuple[Layout, ...]:
                 layouts.append(Layout(ball, there, here))
     if not layouts:
         raise ValueError(
-            f'atlas: cue_grid: {request.cue_grid} is not allowed; none of its positions is free '
-            'for the cue ball'
+            'atlas: cue_grid must have a position that is free for the cue ball, got '
+            f'{request.cue_grid}'
         )
     return tuple(layouts)
 

@@ -14,7 +14,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.planning.targets import pocket_field, Point
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import check
-from billiard_shot.scene.errors import InputError, Mistake, refused
+from billiard_shot.scene.errors import InputError, Mistake, must_be, must_be_one_of, refused
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.scene.values import whole
@@ -57,7 +57,7 @@ def _points() -> Any:
 
     def convert(value: object) -> tuple[Point, ...]:
         if not isinstance(value, tuple | list):
-            raise refused(value, 'a list of points, [[x, y], ...] (m)')
+            raise refused(value, 'a list of points, [[x, y], ...]', unit='m')
         return tuple(place(each) for each in value)
 
     return dataclasses.field(default=(), metadata={TAKES: convert})
@@ -65,7 +65,7 @@ def _points() -> Any:
 
 def _one_or_the_other(request: Any) -> Iterator[Mistake]:
     if request.ball_at and request.ball_grid:
-        yield Mistake(('ball_grid',), f'{request.ball_grid} is not allowed together with ball_at')
+        yield Mistake(('ball_grid',), 'must not be given together with ball_at')
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,34 +144,31 @@ def _object_balls(scene: Scene) -> tuple[str, ...]:
 
 def _no_pockets(scene: Scene) -> Iterator[Mistake]:
     if scene.table is None or not scene.table.pockets:
-        yield Mistake(('pocket',), 'the scene has no pockets; it needs a table with some')
+        yield Mistake(('pocket',), 'needs a table with pockets; the scene has none')
 
 
 def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
     there = _object_balls(scene)
-    listed = f'there are: {", ".join(there)}' if there else 'the scene has none'
     if not request.ball and len(there) != 1:
-        yield Mistake(('ball',), f'missing; {listed}')
+        yield Mistake(('ball',), f'is missing; the scene has {", ".join(there) or "none"}')
     if not request.ball_at and not request.ball_grid:
         for name in request.ball:
             if name not in there:
-                yield Mistake(
-                    ('ball',),
-                    (f'there is no ball {name!r}; {listed}; ball_at or ball_grid put one there'),
-                )
+                text = must_be_one_of(there, name, 'ball')
+                yield Mistake(('ball',), f'{text}; ball_at or ball_grid put one there')
 
 
 def _wrong_positions(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
     for place in request.ball_at if scene.table else ():
         if why := no_place(scene.table, *place, scene.ball.radius):
-            yield Mistake(('ball_at',), f'{place} is not allowed; {why}')
+            yield Mistake(('ball_at',), must_be(why, place, 'm'))
         for ball, (other, there) in product(request.ball, scene.balls.items()):
             overlap = 2.0 * scene.ball.radius - math.dist(place, there)
             if other not in (ball, CUE_BALL) and overlap > rounding.PLACE:
                 yield Mistake(
                     ('ball_at',),
                     (
-                        f'{place} is not allowed; ball {ball!r} there overlaps ball {other!r} by '
-                        f'{1e3 * overlap:.3g} mm'
+                        f'must put ball {ball!r} beside ball {other!r}, got {place}, an overlap '
+                        f'of {1e3 * overlap:.3g} mm'
                     ),
                 )
