@@ -9,6 +9,7 @@ from billiard_shot.cue.clearance import first_touch, Shape
 from billiard_shot.cue.joint_trajectory import Array, JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
+from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.profile import (
@@ -17,7 +18,7 @@ from billiard_shot.cue.profile import (
     StrokeProfile,
     StrokeTrajectory,
 )
-from billiard_shot.cue.sightings import Balls, positions_of
+from billiard_shot.cue.sightings import Balls
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
@@ -95,8 +96,9 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     stroke = _stroke_of(plan, scene.ball.radius)
     # The mechanism brakes after the strike, so its cue does not follow as a player's does.
     alone = replace(scene.effects, double_hit='off')
+    places = positions_of(plan.balls, scene)
     try:
-        shot = predict(replace(scene, balls=positions_of(plan.balls), effects=alone), stroke)
+        shot = predict(replace(scene, balls=places, effects=alone), stroke)
     except ValueError as error:
         raise RefusedError(Outcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:

@@ -34,8 +34,6 @@ class Imperfections:
     noise : float
         Standard deviation of the disturbance accelerations, relative to the largest
         accelerations.
-    backlash : float
-        Play between each actuator and the part that it moves, relative to the joint's range.
     encoder_step : float
         Resolution of the encoders, relative to the range of the joint.
 
@@ -44,7 +42,6 @@ class Imperfections:
     bandwidth: float = number('rad/s', minimum=1.0, maximum=1000.0, default=150.0)
     latency: float = number('s', minimum=0, maximum=1.0, default=0.0)
     noise: float = number('', minimum=0, maximum=1.0, default=0.0)
-    backlash: float = number('', minimum=0, maximum=0.1, default=0.0)
     encoder_step: float = number('', minimum=0, maximum=0.1, default=0.0)
 
     def __post_init__(self) -> None:
@@ -134,7 +131,6 @@ class SimulatedMechanism:
         self.stops: list[Stop] = []
         self.position = np.array(start, dtype=float)  # of the actuators
         self.velocity = np.zeros(len(JOINTS))
-        self.output = self.position.copy()  # of the moved parts; differs by the backlash
         self._command_timeout = command_timeout
         self._flaws = imperfections
         self._limits = mechanism.accelerations
@@ -221,8 +217,6 @@ class SimulatedMechanism:
         self.position = self.position + 0.5 * (before + self.velocity) * SUBSTEP
         if self.faults.stuck_incline:
             self.position[INCLINE], self.velocity[INCLINE] = held, 0.0
-        play = 0.5 * self._flaws.backlash * self._range
-        self.output = np.clip(self.output, self.position - play, self.position + play)
 
     def _acceleration(self, trajectory: JointTrajectory) -> Array:
         """Acceleration over the next step: that of the trajectory at mid-step, and the control."""

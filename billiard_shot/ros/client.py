@@ -125,7 +125,6 @@ class RobotClient(Node):
         self.safety_inputs_on = True
         self.is_canceled = False
         self.problems = ['no diagnostics']  # of cue_driver
-        self._life = ''  # lifecycle state of cue_driver
         self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
         self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
         self._get_life: Client[Any, Any] = self.create_client(GetState, 'cue_driver/get_state')

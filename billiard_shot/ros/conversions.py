@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
-from billiard_shot.cue.sightings import positions_of, Sighting
+from billiard_shot.cue.lying import positions_of
+from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import BatchResult
@@ -147,7 +148,7 @@ def scene_of(scene: Scene, balls: Sequence[BallState], field: str = 'balls') -> 
             fault = 'moves' if ball.is_seen else 'is not seen'
             raise _invalid(f'{field}: ball {name!r} {fault}; must be seen and at rest')
     try:
-        return replace(scene, balls=positions_of(sightings))
+        return replace(scene, balls=positions_of(sightings, scene))
     except ValueError as error:
         raise _invalid(f'{field}: {error}') from None
 

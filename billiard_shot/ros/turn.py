@@ -18,9 +18,10 @@ from rclpy.client import Client
 from std_msgs.msg import String
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.outcome import Outcome as Execution
 from billiard_shot.cue.outcome import RefusedError
-from billiard_shot.cue.sightings import Balls, positions_of
+from billiard_shot.cue.sightings import Balls
 from billiard_shot.game.agent import Agent, scene_of
 from billiard_shot.game.call import Decision
 from billiard_shot.game.outcome import Outcome, outcome_of
@@ -162,7 +163,8 @@ class Turn:
             name = Execution(answer.result.outcome).name
             raise NotPlayedError(f'{name}: {answer.result.message}')
         self.tell(Stage.WATCH, 'the balls roll', shot_id, {})
-        places = positions_of(self.client.wait_for_rest(answer.result.strike.header.stamp))
+        seen = self.client.wait_for_rest(answer.result.strike.header.stamp)
+        places = positions_of(seen, self.scene)
         self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
 
     def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
@@ -201,7 +203,7 @@ class Turn:
                 raise TableUnknownError(f'the balls were not put in their places: {places} m')
             seen = self.client.wait_for_rest()
         try:
-            return replace(state, balls=positions_of(seen))
+            return replace(state, balls=positions_of(seen, self.scene))
         except ValueError as error:
             raise TableUnknownError(f'table_state: {error}') from None
 

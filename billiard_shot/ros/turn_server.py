@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from billiard_shot import Scene
-from billiard_shot.cue.sightings import positions_of
+from billiard_shot.cue.lying import positions_of
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
@@ -147,7 +147,7 @@ class TurnServer(Node):
 
         try:
             self._client.wait_for_driver()
-            balls = positions_of(self._client.wait_for_rest())
+            balls = positions_of(self._client.wait_for_rest(), self._scene)
             state = state_of(request.state, balls, self._scene)
             agent = find_agent(request.agent or 'player')(self._scene, request.seed)
         except CanceledError:

@@ -445,7 +445,6 @@ def test_the_elevation_is_known_where_an_encoder_reads_a_little_beyond_the_range
         Imperfections(noise=0.002),
         Imperfections(encoder_step=1e-5),
         Imperfections(bandwidth=60.0),
-        Imperfections(backlash=1e-4),
     ],
 )
 def test_an_imperfect_mechanism_still_plays(imperfections):

@@ -85,11 +85,6 @@ def test_imperfections():
     follow(on_time, trajectory, 0.45)
     np.testing.assert_allclose(late.position, on_time.position, atol=1e-9)
 
-    slack = simulated(Imperfections(backlash=0.01))
-    follow(slack, trajectory, trajectory.duration + 0.1)
-    play = 0.005 * (MECHANISM.incline.max - MECHANISM.incline.min)
-    assert slack.position[INCLINE] - slack.output[INCLINE] == pytest.approx(play, rel=1e-4)
-
     coarse = simulated(Imperfections(encoder_step=0.01))
     follow(coarse, trajectory, trajectory.duration + 0.1)
     step = 0.01 * MECHANISM.stroke.max
