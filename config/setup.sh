@@ -127,17 +127,18 @@ install() {
 }
 
 interfaces() {
-    local venv=$PWD/$1 ros=$2 folder=$3 site together=''
+    local venv=$PWD/$1 ros=$2 folder=$3 only=() site
     [ "$ros" != none ] || return 0
     echo "set-up: interfaces of $folder"
-    [ "$ros" != pypi ] || export AMENT_PREFIX_PATH=$venv CMAKE_GENERATOR=Ninja
+    if [ "$ros" = pypi ]; then
+        export AMENT_PREFIX_PATH=$venv CMAKE_GENERATOR=Ninja
+        only=(-DPYTHON_ONLY=ON)
+    fi
     export PATH=$venv/bin:$PATH
-    # Sources that include the same headers are compiled together, in two thirds of the time.
-    [ "$folder" != msg_defs ] || together='-DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=0'
     site=$(python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
     logged cmake -S "$folder" -B "$venv/build/$folder" -DCMAKE_INSTALL_PREFIX="$venv" \
         -DPYTHON_INSTALL_DIR="${site#"$venv/"}" -DPython3_EXECUTABLE="$venv/bin/python" \
-        -DBUILD_TESTING=OFF $together
+        -DBUILD_TESTING=OFF "${only[@]}"
     logged cmake --build "$venv/build/$folder" --parallel 2 --target install
 }
 
