@@ -21,7 +21,7 @@ import numpy as np
 from tools.timing import machine, Report
 
 from billiard_shot import Scene
-from billiard_shot.game import Decision, Pairing, play, start, State, summary
+from billiard_shot.game import Decision, find_game, Pairing, play, start, State, summary
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.breaks import best_break
 from billiard_shot.game.rack import play_rack
@@ -73,6 +73,7 @@ ABLATION = {
         ('hasty', 'seconds=0.3', 'greedy'),
     )
 }
+HASTY = 'eight_ball-hasty'
 SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION
 
 
@@ -180,6 +181,20 @@ def calibration(racks):
         inside = np.minimum((10.0 * stated).astype(int), 9) == decile
         if inside.any():
             yield int(inside.sum()), float(stated[inside].mean()), int(came[inside].sum())
+
+
+def by_balls_left(racks):
+    """Yield how many balls a player has to pot in eight-ball, its pots, and those that kept on."""
+    needs = find_game('eight_ball').needs
+    shots = [
+        (needs(State.from_dict(shot.state), shot.state['player']), shot.kept or shot.end == 'won')
+        for rack in racks
+        for shot in rack.shots
+        if shot.success is not None and rack.players[shot.state['player']] == 'player'
+    ]
+    for left in sorted({left for left, _ in shots}):
+        came = [kept for other, kept in shots if other == left]
+        yield left, len(came), sum(came)
 
 
 def report_on(racks):
@@ -306,15 +321,27 @@ def as_page(racks):
             )
     lines += [
         '',
+        '## Which shots fail',
+        '',
+        'Pots of `player` in eight-ball, by the number of balls that it has to pot to win.',
+        '',
+        '| balls left | pots that kept the turn or won |',
+        '|---|---|',
+    ]
+    eight = [rack for key in SERIES if SERIES[key].game == 'eight_ball' for rack in racks[key]]
+    lines += [f'| {left} | {share(came, count)} |' for left, count, came in by_balls_left(eight)]
+    lines += [
+        '',
         '## Stated and measured chances',
         '',
-        'Shots of all racks above, by the chance that the player stated: that it keeps its turn.',
+        'Shots of the racks above, by the chance that the player stated: that it keeps its turn.',
         f'Deciles with fewer than {FEW} shots say little.',
         '',
         '| stated | shots | kept the turn |',
         '|---|---|---|',
     ]
-    everything = [rack for each in racks.values() for rack in each]
+    # With hardly any time the first strokes are played by the chances of direct shots alone.
+    everything = [rack for key in SERIES if key != HASTY for rack in racks[key]]
     for count, stated, came in calibration(everything):
         lines.append(f'| {percent(stated)} % | {count} | {share(came, count)} |')
     return '\n'.join([*lines, *told(racks), ''])
