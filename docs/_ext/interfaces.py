@@ -153,5 +153,7 @@ def _item(line: str, comment: str) -> Item:
     declaration, _, inline = line.partition('#')
     # Not at the = of a bound, as in Type[<=1].
     declaration, value = [*re.split('(?<!<)=', declaration, maxsplit=1), ''][:2]
-    type_, name = declaration.split()
+    type_, name, *default = declaration.split()
+    if default:
+        comment = f'{comment} {default[0]} by default.'
     return Item(type_, name, value.strip(), inline.strip() if value else comment)
