@@ -49,6 +49,7 @@ ENTRIES = (
     'billiard_shot.shot.strike:finish_strikes',
     'billiard_shot.planning.score:score_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
+    'billiard_shot.planning.mapped_starts:write_starts',
     'billiard_shot.shot.strike:prepare_strikes',
 )
 LAYERS = ('numerics', 'scene', 'impact', 'table', 'shot', 'planning')  # import from earlier ones

@@ -1,26 +1,36 @@
 """Simulation of many strokes at once, and their penalties."""
 
 from collections.abc import Callable
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.planning.mapped_starts import (
+    all_solved,
+    Ground,
+    Mapped,
+    SOLVED,
+    start_mapped,
+)
 from billiard_shot.planning.outcome_targets import penalties_at_rest
 from billiard_shot.planning.places import put_at
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.planning.strikes import Array
+from billiard_shot.records import ROWS
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.model import cue_params, tip_reach
-from billiard_shot.shot.moving_strikes import nearest_distance
+from billiard_shot.shot.model import cue_params
+from billiard_shot.shot.moving_strikes import FARTHEST, nearest_distance
 from billiard_shot.shot.on_table import others_in, table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import refusals, starts_of, strike_batch
+from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
+from billiard_shot.table.cue import Cue, TIP_DURATION
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import Segment
 from billiard_shot.table.simulate import (
@@ -63,7 +73,7 @@ class Outcomes(NamedTuple):
 def evaluate_strokes(
     problem: Problem,
     strokes: Array,
-    motions: Array | None = None,
+    mapped: Mapped | None = None,
     places: Array | None = None,
     *,
     to_the_end: bool = True,
@@ -78,9 +88,8 @@ def evaluate_strokes(
     problem : Problem
     strokes : (n, 5) float array
         a, b, elevation, azimuth, speed; see `vectors_of`.
-    motions : (n, MOTION) float array, optional
-        Motions of ball and cue after the strike, see `Maps.motions`; strikes whose motion is NaN
-        are solved.
+    mapped : Mapped, optional
+        Which strikes come from maps, see `Maps.mapped`; others are solved.
     places : (n, balls, 2) float array, optional
         Where the balls lie [m], see `draw_places`; by default where the problem has them. The
         strokes are relative to these cue balls, see `as_struck`.
@@ -100,7 +109,7 @@ def evaluate_strokes(
     elif not to_the_end:
         rules = problem.rules.copy()
         rules['sought'][list(problem.balls)] = SOUGHT_CUSHIONS if len(problem.pockets) else 0
-    recording, usable = simulate_strokes(problem, strokes, motions, places, rules, coarse)
+    recording, usable = simulate_strokes(problem, strokes, mapped, places, rules, coarse)
     penalty = np.where(usable, penalties_of(problem, recording), INFEASIBLE_PENALTY)
     success = penalty == 0.0
     if value is None:
@@ -149,7 +158,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
 def simulate_strokes(
     problem: Problem,
     strokes: Array,
-    motions: Array | None = None,
+    mapped: Mapped | None = None,
     places: Array | None = None,
     rules: NDArray[np.void] | None = None,
     coarse: bool = False,
@@ -159,49 +168,70 @@ def simulate_strokes(
 
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
-    task, strikes = start_strokes(problem, strokes, motions, coarse)
+    started = start_strokes(problem, strokes, mapped, coarse)
+    task = started.task
     if places is not None:
-        put_at(problem, task, strikes, places)
-    usable = np.isin(strikes['status'], USABLE_STATUSES)
+        put_at(problem, task, started.together, places)
+    usable = np.isin(started.status, USABLE_STATUSES)
     if rules is not None:
         task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
     return run_recorded(task._replace(rules=rules)), usable
 
 
+class Started(NamedTuple):
+    """
+    Tables as n strokes leave them.
+
+    Attributes
+    ----------
+    task : TableTask
+        Its balls begin as the strikes leave them.
+    status : (n,) int array
+        Status of the strikes.
+    together, repeated : (n,) bool arrays
+        Whether the ball met other balls or cushions in the strike, or the tip again.
+
+    """
+
+    task: TableTask
+    status: NDArray[np.int64]
+    together: NDArray[np.bool_]
+    repeated: NDArray[np.bool_]
+
+
 def start_strokes(
-    problem: Problem, strokes: Array, motions: Array | None, coarse: bool
-) -> tuple[TableTask, NDArray[np.void]]:
-    """Strike the ball; return the tables as that leaves them, and the strikes (n,) Strike."""
-    scene, model = problem.scene, problem.model
-    centre = np.array([*problem.cue_ball, problem.radius])
-    tolerance = TOLERANCE
+    problem: Problem, strokes: Array, mapped: Mapped | None, coarse: bool
+) -> Started:
+    """Strike the ball with each of the strokes (n, 5)."""
+    scene, model, count = problem.scene, problem.model, len(strokes)
+    centre, others = np.array([*problem.cue_ball, problem.radius]), others_in(scene)
+    around, tolerance = surroundings_of(scene), TOLERANCE
     if coarse:
         tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
-    asked = Strokes(model, *vectors_of(strokes), centre, surroundings_of(scene))
-    mapped = np.zeros(len(strokes), np.bool_)
-    if motions is not None:
-        mapped = ~np.isnan(motions[:, 0])
-    exact = np.flatnonzero(~mapped)
-    others = others_in(scene)
-    played = strike_batch(asked.some(exact), tolerance, problem.table, others)
-    rows = np.zeros(len(strokes), played.rows.dtype)
-    starts = starts_of(centre, others, len(strokes))
-    rows[exact], starts[exact] = played.rows, played.starts
-    if motions is not None:
-        rows['velocity'][mapped] = motions[mapped, :3]
-        rows['spin'][mapped] = motions[mapped, 3:6]
-        rows['cue_speed'][mapped] = motions[mapped, 6]
-        rows['tip'][mapped] = tip_reach(model) * asked.normals[mapped]
-        rows['status'][mapped] = refusals(asked.some(np.flatnonzero(mapped)))
-        starts['velocity'][mapped, 0] = rows['velocity'][mapped]
-        starts['spin'][mapped, 0] = rows['spin'][mapped]
-    strikes = played._replace(rows=rows, starts=starts)
-    task = table_task(asked, strikes, problem.table, tolerance)
-    return task._replace(fast_rebounds=coarse), rows
+    mapped = mapped or all_solved(count)
+    solved = np.flatnonzero(mapped.number == SOLVED)
+    asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
+    strikes = strike_batch(asked, tolerance, problem.table, others)
+    task = table_task(asked, strikes, problem.table, tolerance)._replace(fast_rebounds=coarse)
+    rows = strikes.rows
+    if len(solved) == count:
+        return Started(task, rows['status'], rows['together'], rows['hits'] > 1)
+    starts, cues = starts_of(centre, others, count), ROWS.records(Cue, count)
+    status = np.zeros(count, np.int64)
+    together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+    starts[solved], status[solved] = task.starts, rows['status']
+    together[solved], repeated[solved] = rows['together'], rows['hits'] > 1
+    if task.cues is not None:
+        cues[solved] = task.cues
+    ground = Ground(model, around, centre)
+    starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
+    task = task._replace(starts=starts, cues=None if task.cues is None else cues)
+    return Started(task, status, together, repeated)
 
 
-def is_alone(problem: Problem) -> bool:
-    """Whether no neighbour takes part in strikes: maps do not include neighbours."""
+def reaching_speed(problem: Problem) -> float:
+    """Speed of the cue [m/s] from which on the ball may reach others in a strike; or infinite."""
     places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
+    nearest = nearest_distance(problem.radius, problem.table, places[np.newaxis])
     reach = cue_params(problem.model, problem.table).neighbour_reach
-    return nearest_distance(problem.radius, problem.table, places[np.newaxis]) > reach
+    return nearest / (FARTHEST * TIP_DURATION) if nearest <= reach else math.inf

@@ -78,14 +78,14 @@ def as_struck(problem: Problem, strokes: Array, places: Array) -> Array:
     return met
 
 
-def put_at(problem: Problem, task: TableTask, strikes: NDArray[np.void], places: Array) -> None:
+def put_at(problem: Problem, task: TableTask, together: NDArray[np.bool_], places: Array) -> None:
     """
     Put the balls of tables at their places, with the cues that follow the cue balls.
 
     Strikes that the cue ball makes together with balls or cushions near it were solved for the
     places where the balls are believed to lie. So the balls of these tables stay there.
     """
-    free = ~strikes['together']
+    free = ~together
     moved = (places - problem.places)[free]
     starts = task.starts['position']
     starts[free, :, :2] += moved

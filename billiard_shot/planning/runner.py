@@ -12,7 +12,13 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from billiard_shot.planning.evaluate import evaluate_strokes, is_alone, Outcomes, Value
+from billiard_shot.planning.evaluate import (
+    evaluate_strokes,
+    Outcomes,
+    reaching_speed,
+    Value,
+)
+from billiard_shot.planning.mapped_starts import all_solved, Mapped
 from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
@@ -63,8 +69,7 @@ class Runner:
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(RESERVE * budget)
-        self._maps = Maps(problem.model, bounds_of(problem.sigmas))
-        self._alone = is_alone(problem)
+        self._maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self._progress, self._cancel = progress, cancel
@@ -139,17 +144,17 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _motions(self, strokes: Array, *, strict: bool) -> Array | None:
-        """Map strokes to motions, fitting missing cells; None if no maps apply."""
+    def _mapped(self, strokes: Array, *, strict: bool) -> Mapped:
+        """Map strokes, fitting missing cells."""
         maps = self._maps
-        if not maps.applies or not self._alone:
-            return None
+        if not maps.applies:
+            return all_solved(len(strokes))
         missing = maps.missing(strokes)
         futures = [self._executor.submit(fit_cell, maps.model, cell) for cell in missing]
         for cell, fit in zip(missing, self._results(futures), strict=True):
             maps.fits[cell] = fit
             self.poll()
-        return maps.motions(strokes, strict=strict)
+        return maps.mapped(strokes, strict=strict)
 
     def evaluate(
         self,
@@ -174,13 +179,13 @@ class Runner:
             strokes = as_struck(self._problem, strokes, places)
         size = self._chunk
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
-        motions = self._motions(strokes, strict=exact)
+        mapped = self._mapped(strokes, strict=exact)
         work = partial(self._work, to_the_end=to_the_end, coarse=not exact)
         futures = [
             self._executor.submit(
                 work,
                 strokes[part],
-                None if motions is None else motions[part],
+                mapped.part(part),
                 None if places is None else places[part],
             )
             for part in parts

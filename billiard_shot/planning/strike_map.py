@@ -14,11 +14,14 @@ Cells that choose strokes may have larger errors than those with which their suc
 
 from collections import Counter
 from functools import lru_cache
+import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.planning.limits import SPEED
+from billiard_shot.planning.mapped_starts import DEGREE, Mapped, MOTION, SOLVED, TERMS
 from billiard_shot.planning.strikes import Array
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
@@ -35,9 +38,14 @@ FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 SHARE, STRICT_SHARE = 0.2, 0.02
 USUAL_SPEED = 2.0  # m/s
 TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
-EXPONENTS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)])
-MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0])  # of a motion, if a changes sign
-MOTION = 7  # columns of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
+EXPONENTS = np.array(
+    [
+        (i, j, k)
+        for i in range(DEGREE + 1)
+        for j in range(DEGREE + 1 - i)
+        for k in range(DEGREE + 1 - i - j)
+    ]
+)  # in the order of `write_motion`
 
 Cell: TypeAlias = tuple[int, int, int]
 
@@ -60,11 +68,13 @@ class Maps:
     bounds : (MOTION,) float array
         Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
         `bounds_of`.
+    slower_than : float
+        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speed`.
 
     """
 
-    def __init__(self, model: StrikeModel, bounds: Array) -> None:
-        self.model, self.bounds = model, bounds
+    def __init__(self, model: StrikeModel, bounds: Array, slower_than: float = math.inf) -> None:
+        self.model, self.bounds, self.slower_than = model, bounds, slower_than
         # Without errors of the player, every error of a map matters.
         self.applies = model.exponent == 1.0 and bool(bounds.any())
         self.fits = fits_of(model)
@@ -72,7 +82,7 @@ class Maps:
 
     def missing(self, strokes: Array) -> list[Cell]:
         """List the cells that strokes (n, 5) need and that are not fitted yet; count strokes."""
-        cells, _, counts = _cells_of(strokes)
+        cells, _, counts = _cells_of(strokes[strokes[:, SPEED] < self.slower_than])
         for cell, count in zip(map(_cell, cells), counts.tolist(), strict=True):
             self._strokes[cell] += count
         return [cell for cell in map(_cell, cells) if self._pays(cell) and cell not in self.fits]
@@ -81,9 +91,9 @@ class Maps:
         """Whether a fit pays: it depends only on this search, not on cells that are fitted."""
         return self._strokes[cell] >= FEWEST
 
-    def motions(self, strokes: Array, *, strict: bool = False) -> Array:
+    def mapped(self, strokes: Array, *, strict: bool = False) -> Mapped:
         """
-        Map strokes to motions of ball and cue at the end of the strike.
+        Choose the cells by which strokes (n, 5) are mapped; NaN is not.
 
         Parameters
         ----------
@@ -92,23 +102,21 @@ class Maps:
         strict : bool
             Whether errors must be within `STRICT_SHARE`, not only within `SHARE`.
 
-        Returns
-        -------
-        (n, MOTION) float array
-            Velocity [m/s] and spin [rad/s] of the ball, frame `table`, and speed of the cue [m/s];
-            NaN for strokes that are not mapped.
-
         """
-        motions = np.full((len(strokes), MOTION), np.nan)
+        number = np.full(len(strokes), SOLVED)
         bounds = self.bounds * (STRICT_SHARE / SHARE if strict else 1.0)
-        cells, owner, counts = _cells_of(strokes)
-        order = np.argsort(owner, kind='stable')
-        for indices, count, end in zip(cells, counts, np.cumsum(counts), strict=True):
-            cell = _cell(indices)
-            if self._pays(cell) and (self.fits[cell].errors <= bounds).all():
-                rows = order[end - count : end]
-                motions[rows] = _evaluate(self.fits[cell], indices, strokes[rows])
-        return motions
+        which = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
+        cells, owner, _ = _cells_of(strokes[which])
+        good = [
+            self._pays(cell) and bool((self.fits[cell].errors <= bounds).all())
+            for cell in map(_cell, cells)
+        ]
+        used = cells[good]
+        numbers = np.where(good, np.cumsum(good) - 1, SOLVED)
+        number[which] = numbers[owner]
+        coefficients = [self.fits[_cell(cell)].coefficients for cell in used]
+        stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
+        return Mapped(number, used.astype(float), stacked, SIZES)
 
 
 @lru_cache(maxsize=8)
@@ -180,19 +188,3 @@ def _cells_of(strokes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], NDA
 def _cell(indices: NDArray[np.int64]) -> Cell:
     a, b, elevation = indices.tolist()
     return a, b, elevation
-
-
-def _evaluate(fit: Fit, cell: NDArray[np.int64], strokes: Array) -> Array:
-    """Motions (n, MOTION) of strokes (n, 5) in a cell."""
-    places = strokes[:, :3] / SIZES
-    mirrored = places[:, 0] < 0.0
-    places[:, 0] = np.abs(places[:, 0])
-    motions: Array = terms_of(2.0 * (places - cell) - 1.0) @ fit.coefficients
-    motions[mirrored] *= MIRROR
-    motions *= strokes[:, 4:]
-    sine, cosine = np.sin(strokes[:, 3]), np.cos(strokes[:, 3])
-    for first in (0, 3):
-        x, y = motions[:, first].copy(), motions[:, first + 1].copy()
-        motions[:, first] = cosine * x - sine * y
-        motions[:, first + 1] = sine * x + cosine * y
-    return motions

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
-from billiard_shot.planning.evaluate import is_alone, start_strokes
+from billiard_shot.planning.evaluate import reaching_speed, start_strokes, Started
 from billiard_shot.planning.limits import limits_of
+from billiard_shot.planning.mapped_starts import all_solved, Mapped, SOLVED
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.problem import Problem, problem_of
-from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps, MOTION
+from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
 from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Rest
 from billiard_shot.scene import Noise, Scene, SceneLike
@@ -20,7 +21,15 @@ from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.on_table import names_of
 from billiard_shot.shot.stroke import playable_offsets
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST, run_many, TableBatch
+from billiard_shot.table.simulate import (
+    batch_of,
+    BatchRecording,
+    in_threads,
+    INTERPRETED_AT_MOST,
+    joined,
+    run_tables,
+    TableBatch,
+)
 from billiard_shot.table.words import count_in_words
 
 NO_TARGET = Rest(rest=(0.0, 0.0))
@@ -98,46 +107,41 @@ def predict_within_noise(
     if len(strokes) > INTERPRETED_AT_MOST:
         machine_code.require()
     problem = problem_of(scene, NO_TARGET, limits_of(scene, None, spread), spread)
-    motions = _motions(problem, strokes, workers)
+    mapped = _mapped(problem, strokes, workers)
 
-    def start(part: slice) -> Any:
-        return start_strokes(problem, strokes[part], motions[part], coarse=True)
+    def play(part: slice) -> tuple[Started, BatchRecording]:
+        started = start_strokes(problem, strokes[part], mapped.part(part), coarse=True)
+        return started, run_tables(started.task)
 
-    parts = in_threads(start, len(strokes), workers) or [start(slice(0, 0))]
-    tasks = [task for task, _ in parts]
-    strikes = np.concatenate([rows for _, rows in parts])
-    task = tasks[0]._replace(
-        starts=np.concatenate([each.starts for each in tasks]),
-        cues=None if tasks[0].cues is None else np.concatenate([each.cues for each in tasks]),
-    )
-    run = run_many(task, names_of(scene), workers)
-    status = strikes['status'].astype(np.uint16)
+    parts = in_threads(play, len(strokes), workers) or [play(slice(0, 0))]
+    run = batch_of(joined([recording for _, recording in parts]), names_of(scene))
+    started = [each for each, _ in parts]
+    status = np.concatenate([each.status for each in started]).astype(np.uint16)
+    starts = np.concatenate([each.task.starts[:, 0] for each in started])
     played = status < Status.MISS
     ended = np.isin(status, (Status.OK, Status.INFINITE_SEQUENCE)) & (run.status != Status.OK)
     status[ended] = run.status[ended]
+    repeated = np.concatenate([each.repeated for each in started])
     return NoisyBatch(
-        velocity=strikes['velocity'],
-        spin=strikes['spin'],
+        velocity=starts['velocity'],
+        spin=starts['spin'],
         status=status,
-        mapped=np.isfinite(motions[:, 0]) & played,
-        double_hit=played & ((strikes['hits'] > 1) | (run.cue_hits > 0)),
+        mapped=(mapped.number != SOLVED) & played,
+        double_hit=played & (repeated | (run.cue_hits > 0)),
         run=run,
     )
 
 
-def _motions(problem: Problem, strokes: Array, workers: int | None) -> Array:
-    """Map strokes to motions (n, MOTION), see `Maps.motions`; NaN where they are to be solved."""
-    maps = Maps(problem.model, bounds_of(problem.sigmas))
-    playable = np.isfinite(strokes).all(axis=1)
-    found = np.full((len(strokes), MOTION), np.nan)
-    if not maps.applies or not is_alone(problem) or not playable.any():
-        return found
-    missing = maps.missing(strokes[playable])
+def _mapped(problem: Problem, strokes: Array, workers: int | None) -> Mapped:
+    """Map strokes, fitting missing cells."""
+    maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
+    if not maps.applies:
+        return all_solved(len(strokes))
+    missing = maps.missing(strokes)
 
     def fit(part: slice) -> list[Any]:
         return [(cell, fit_cell(problem.model, cell)) for cell in missing[part]]
 
     for cells in in_threads(fit, len(missing), workers):
         maps.fits.update(cells)
-    found[playable] = maps.motions(strokes[playable])
-    return found
+    return maps.mapped(strokes)

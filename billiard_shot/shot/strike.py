@@ -140,7 +140,7 @@ def work_for(storage: Storage, n: int) -> StrikeWork:
 
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    return Strokes(_MODEL, ones, ones, ones[0]).stored(storage), work_for(storage, 1), 1.0
+    return Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage), work_for(storage, 1), 1.0
 
 
 @entry(_prepare_example)
@@ -237,7 +237,7 @@ def write_strike(
         strike.axes[9 + k] = jacobians[1][3 + k // 3][k % 3]
 
 
-_MODEL = StrikeModel(
+EXAMPLE_MODEL = StrikeModel(
     cue_mass=1.0,
     inverse_end_mass=1.0,
     ferrule_radius=0.0,

@@ -4,17 +4,24 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.evaluate import evaluate_strokes
+from billiard_shot.planning.evaluate import evaluate_strokes, reaching_speed, start_strokes
 from billiard_shot.planning.limits import limits_of
+from billiard_shot.planning.mapped_starts import Ground, SOLVED, start_mapped
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.strike_map import bounds_of, FEWEST, fit_cell, Maps
 from billiard_shot.planning.targets import target_of
+from billiard_shot.records import ROWS
 from billiard_shot.scene import Noise
+from billiard_shot.shot.clearance import NOTHING_AROUND
 from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.moving_strikes import FARTHEST
+from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
+from billiard_shot.table.cue import Cue, TIP_DURATION
+from billiard_shot.table.model import ENDLESS
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']
@@ -25,11 +32,19 @@ def problem(noise=NOISE):
     return problem_of(SCENE, target_of(SCENE, {'pot': '8'}), limits, noise)
 
 
-def mapped(scene, strokes, sigmas):
-    maps = Maps(model_of(scene), bounds_of(sigmas))
+def mapped(scene, strokes, sigmas, **options):
+    maps = Maps(model_of(scene), bounds_of(sigmas), **options)
     for cell in maps.missing(strokes):
         maps.fits[cell] = fit_cell(maps.model, cell)
-    return maps.motions(strokes)
+    return maps.mapped(strokes)
+
+
+def begun(scene, strokes, found):
+    """Balls, cues and statuses of mapped strokes, at the cue ball alone."""
+    count, place = len(strokes), np.array([0.0, 0.0, scene.ball.radius])
+    starts, cues = starts_of(place, np.zeros((0, 3)), count), ROWS.records(Cue, count)
+    ground = Ground(model_of(scene), NOTHING_AROUND, place)
+    return start_mapped(ground, strokes, found, starts, cues, np.full(count, -1))
 
 
 def cloud(centre, count, seed=1):
@@ -44,28 +59,39 @@ def cloud(centre, count, seed=1):
 def test_maps_agree_with_exact_strikes(centre):
     """At any azimuth and speed, for both signs of a, to a small part of the player's errors."""
     strokes = cloud(centre, 400)
-    motions = mapped(SCENE, strokes, problem().sigmas)
+    found = mapped(SCENE, strokes, problem().sigmas)
     model = model_of(SCENE)
     radius = model.surface.radius
-    there = ~np.isnan(motions[:, 0])
+    there = found.number != SOLVED
     assert there.mean() > 0.9
     centre = np.array([0.0, 0.0, radius])
-    exact = strike_batch(Strokes(model, *vectors_of(strokes[there]), centre), 1e-4).rows
-    found = motions[there] / strokes[there, 4:]
-    for columns, name, scale in ((slice(0, 3), 'velocity', 1.0), (slice(3, 6), 'spin', radius)):
-        error = scale * (found[:, columns] - exact[name] / strokes[there, 4:])
+    asked = Strokes(model, *vectors_of(strokes), centre)
+    exact = strike_batch(asked, 1e-4)
+    task = table_task(asked, exact, ENDLESS, 1e-4)
+    starts, cues, status = begun(SCENE, strokes, found)
+    assert (status[there] == exact.rows['status'][there]).all()
+    assert (status[~there] == -1).all()
+    for name, scale in (('velocity', 1.0), ('spin', radius)):
+        error = scale * (starts[name][:, 0] - exact.rows[name])[there] / strokes[there, 4:]
         assert np.abs(error).max() < 2e-4
+    for name in ('tip', 'axis', 'tolerance'):
+        assert cues[name][there] == pytest.approx(task.cues[name][there], abs=1e-12)
+    assert cues['speed'][there] == pytest.approx(task.cues['speed'][there], rel=1e-3)
+    assert cues['end'][there] == pytest.approx(task.cues['end'][there], rel=1e-2)
 
 
 def test_miscues_are_never_mapped():
     strokes = cloud((0.56, 0.0, 0.1, 0.0, 2.0), 400)
-    assert np.isnan(mapped(SCENE, strokes, problem().sigmas)).all()
+    assert (mapped(SCENE, strokes, problem().sigmas).number == SOLVED).all()
 
 
 def test_few_strokes_players_without_errors_and_springs_that_are_not_linear_are_not_mapped():
     strokes = np.tile((0.05, 0.05, 0.1, 0.0, 2.0), (4 * FEWEST, 1))
-    assert not np.isnan(mapped(SCENE, strokes, problem().sigmas)).any()
-    assert np.isnan(mapped(SCENE, strokes[: FEWEST - 1], problem().sigmas)).all()
+    sigmas = problem().sigmas
+    assert (mapped(SCENE, strokes, sigmas).number != SOLVED).all()
+    assert (mapped(SCENE, strokes[: FEWEST - 1], sigmas).number == SOLVED).all()
+    assert (mapped(SCENE, strokes, sigmas, slower_than=1.9).number == SOLVED).all()
+    assert (mapped(SCENE, np.full((4 * FEWEST, 5), np.nan), sigmas).number == SOLVED).all()
     hertz = Scene.from_dict({**SCENE.to_dict(), 'exponent': 1.5})
     bounds = bounds_of(problem().sigmas)
     assert Maps(model_of(SCENE), bounds).applies
@@ -77,11 +103,30 @@ def test_success_of_mapped_strokes_is_that_of_exact_ones():
     asked = problem(Noise())
     strokes = cloud((0.0, 0.0, 0.1, 0.2, 2.0), 2000)
     strokes[:, 3] += np.linspace(-0.3, 0.3, len(strokes))
-    motions = mapped(SCENE, strokes, asked.sigmas)
-    assert not np.isnan(motions).all()
+    found = mapped(SCENE, strokes, asked.sigmas)
+    assert (found.number != SOLVED).any()
     exact = evaluate_strokes(asked, strokes)
-    fast = evaluate_strokes(asked, strokes, motions)
+    fast = evaluate_strokes(asked, strokes, found)
     assert (exact.success != fast.success).mean() < 0.01
+
+
+def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
+    gap = 0.01
+    balls = {'cue': (0.0, 0.0), '8': (2.0 * SCENE.ball.radius + gap, 0.0)}
+    scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
+    limits = limits_of(scene, None, NOISE)
+    near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
+    limit = reaching_speed(near)
+    assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
+    strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
+    found = mapped(scene, strokes, near.sigmas, slower_than=limit)
+    exact = start_strokes(near, strokes, None, coarse=False)
+    fast = start_strokes(near, strokes, found, coarse=False)
+    assert ((found.number != SOLVED) == (strokes[:, 4] < limit)).all()
+    assert (fast.together == exact.together).all()
+    assert (fast.status == exact.status).all()
+    wrong = fast.task.starts['velocity'] - exact.task.starts['velocity']
+    assert np.abs(wrong).max() < 1e-3
 
 
 def test_an_early_end_never_makes_a_success():

@@ -1,0 +1,211 @@
+"""Tables as strokes leave them whose strikes come from maps: many strokes in one compiled call."""
+
+from math import cos, sin, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import entry, inner
+from billiard_shot.records import as_rows, Floats, Storage
+from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
+from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.moving_strikes import TOLERANCE
+from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
+from billiard_shot.status import OK
+from billiard_shot.table.cue import Cue, follow_through_time
+from billiard_shot.table.initial_states import BallStart
+
+Array = NDArray[np.float64]
+
+MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
+DEGREE = 3  # of the polynomials
+TERMS = (DEGREE + 1) * (DEGREE + 2) * (DEGREE + 3) // 6
+
+
+class Mapped(NamedTuple):
+    """
+    Strikes of n strokes by maps of k cells, see strike_map.py.
+
+    Attributes
+    ----------
+    number : (n,) int array
+        The cell of each stroke; SOLVED if its strike is to be solved.
+    cells : (k, 3) float array
+        Indices of the cells.
+    coefficients : (k, TERMS, MOTION) float array
+        Of the polynomials: the strikes at 1 m/s along +x.
+    sizes : (3,) float array
+        Of a cell: a and b (ball radii), elevation (rad).
+
+    """
+
+    number: NDArray[np.int64]
+    cells: Array
+    coefficients: Array
+    sizes: Array
+
+    def part(self, part: slice) -> 'Mapped':
+        """Return some of the strokes."""
+        return self._replace(number=self.number[part])
+
+
+SOLVED = -1
+MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
+
+
+def all_solved(count: int) -> Mapped:
+    """Return strikes (count,) that are all to be solved."""
+    number = np.full(count, SOLVED)
+    return Mapped(number, np.zeros((0, 3)), np.zeros((0, TERMS, MOTION)), np.ones(3))
+
+
+class Ground(NamedTuple):
+    """What all strokes have in common."""
+
+    model: StrikeModel
+    around: Surroundings
+    place: Floats  # (3,) m, centre of the cue ball
+
+
+class Begun(NamedTuple):
+    """How n tables of the same balls begin."""
+
+    balls: list[BallStart]  # tables by balls
+    cues: list[Cue]  # n
+    status: Any  # (n,) ints: Status, OK or why the stroke is refused
+
+
+class Room(NamedTuple):
+    """Scratch."""
+
+    normal: Floats  # (3,)
+    axis: Floats  # (3,)
+    motion: Floats  # (MOTION,)
+
+
+@inner
+def write_vectors(stroke: Floats, room: Room) -> None:
+    """Write the unit normal and the axis of a stroke, see `vectors_of`."""
+    a, b = stroke[0], stroke[1]
+    sin_e, cos_e = sin(stroke[2]), cos(stroke[2])
+    sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
+    depth = sqrt(max(1.0 - a * a - b * b, 0.0))
+    length = sqrt(a * a + b * b + depth * depth)
+    axis, normal = room.axis, room.normal
+    axis[0], axis[1], axis[2] = cos_e * cos_t, cos_e * sin_t, -sin_e
+    normal[0] = (a * sin_t + b * sin_e * cos_t - depth * axis[0]) / length
+    normal[1] = (-a * cos_t + b * sin_e * sin_t - depth * axis[1]) / length
+    normal[2] = (b * cos_e - depth * axis[2]) / length
+
+
+@inner
+def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> None:
+    """Write the motion of ball and cue after a stroke, by the polynomial of its cell."""
+    place, sizes, coefficients = mapped.cells[cell], mapped.sizes, mapped.coefficients[cell]
+    x = 2.0 * (abs(stroke[0]) / sizes[0] - place[0]) - 1.0
+    y = 2.0 * (stroke[1] / sizes[1] - place[1]) - 1.0
+    z = 2.0 * (stroke[2] / sizes[2] - place[2]) - 1.0
+    for m in range(MOTION):
+        motion[m] = 0.0
+    term, in_x = 0, 1.0
+    for i in range(DEGREE + 1):
+        in_y = in_x
+        for j in range(DEGREE + 1 - i):
+            in_z = in_y
+            for _ in range(DEGREE + 1 - i - j):
+                for m in range(MOTION):
+                    motion[m] += in_z * coefficients[term][m]
+                term += 1
+                in_z *= z
+            in_y *= y
+        in_x *= x
+    for m in range(MOTION):
+        motion[m] *= stroke[4] * (MIRROR[m] if stroke[0] < 0.0 else 1.0)
+    sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
+    for m in (0, 3):
+        along, across = motion[m], motion[m + 1]
+        motion[m], motion[m + 1] = cos_t * along - sin_t * across, sin_t * along + cos_t * across
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    zeros, numbers = storage.zeros, storage.array(np.zeros(1, np.int64))
+    around = NOTHING_AROUND._replace(balls=storage.array(NOTHING_AROUND.balls))
+    return (
+        Ground(EXAMPLE_MODEL, around, zeros(3)),
+        zeros(1, 5),
+        Mapped(numbers, zeros(1, 3), zeros(1, TERMS, MOTION), storage.array(np.ones(3))),
+        Begun(storage.records(BallStart, 1), storage.records(Cue, 1), numbers),
+        Room(zeros(3), zeros(3), zeros(MOTION)),
+    )
+
+
+@entry(_example)
+def write_starts(
+    ground: Ground, strokes: Floats, mapped: Mapped, begun: Begun, room: Room
+) -> None:
+    """Write cue balls, cues and statuses of the strokes (n, 5) that are mapped."""
+    model, reach, count = ground.model, tip_reach(ground.model), len(mapped.number)
+    balls = len(begun.balls) // max(count, 1)
+    for i in range(count):
+        if mapped.number[i] == SOLVED:
+            continue
+        stroke, cue, ball = strokes[i], begun.cues[i], begun.balls[i * balls]
+        write_vectors(stroke, room)
+        status = refusal(model, ground.around, room.normal, room.axis, ground.place)
+        begun.status[i] = status
+        if status != OK:
+            continue
+        motion = room.motion
+        write_motion(stroke, mapped, mapped.number[i], motion)
+        for k in range(3):
+            ball.velocity[k], ball.spin[k] = motion[k], motion[3 + k]
+            cue.axis[k] = room.axis[k]
+            cue.tip[k] = ground.place[k] + reach * room.normal[k]
+        if not model.table:  # the ball, which may go down, is put onto the cloth
+            ball.velocity[2] = max(ball.velocity[2], 0.0)
+        cue.speed, cue.tolerance = motion[6], TOLERANCE
+        cue.end = follow_through_time(motion[6])
+
+
+def start_mapped(
+    ground: Ground,
+    strokes: Array,
+    mapped: Mapped,
+    starts: NDArray[np.void],
+    cues: NDArray[np.void],
+    status: NDArray[np.int64],
+) -> tuple[NDArray[np.void], NDArray[np.void], NDArray[np.int64]]:
+    """
+    Return starts (n, balls), cues (n,) and statuses (n,), with those that are mapped written.
+
+    Parameters
+    ----------
+    ground : Ground
+    strokes : (n, 5) float array
+    mapped : Mapped
+    starts : (n, balls) BallStart
+    cues : (n,) Cue
+    status : (n,) int array
+        Of the strikes that were solved.
+
+    """
+    run = write_starts.current()
+    storage, array, zeros = run.storage, run.storage.array, run.storage.zeros
+    ground = Ground(
+        ground.model,
+        ground.around._replace(balls=array(ground.around.balls)),
+        array(ground.place),
+    )
+    begun = Begun(
+        storage.from_rows(BallStart, starts.reshape(-1)),
+        storage.from_rows(Cue, cues),
+        array(status),
+    )
+    room = Room(zeros(3), zeros(3), zeros(MOTION))
+    run(ground, array(strokes), Mapped(*map(array, mapped)), begun, room)
+    return (
+        as_rows(BallStart, begun.balls).reshape(starts.shape),
+        as_rows(Cue, begun.cues),
+        np.array(begun.status, np.int64),
+    )
