@@ -29,7 +29,7 @@ endif
 # a node takes twice the processor time to start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo test nightly lint docs bench soak lock clean
+.PHONY: help setup demo test nightly lint docs bench tables soak lock clean
 
 help:
 	@echo 'make demo   shots predicted and played through a real ROS 2: what came of them'
@@ -38,6 +38,7 @@ help:
 	@echo 'make nightly  the tests that take minutes'
 	@echo 'make docs   the pages as HTML, in docs/_build/html'
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
+	@echo 'make tables  the tables of docs/benchmarks.md, measured now; make QUICK=1 tables: smaller samples'
 	@echo 'make soak   the tests of the nodes RUNS=20 times, every other time with all cores busy'
 	@echo 'make lock   the newest versions of all Python packages into $(LOCK)'
 	@echo 'make clean  removes .venv and all caches'
@@ -128,13 +129,16 @@ nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
-BENCHMARKS := $(filter-out $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
+BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
 
 bench: setup
 	@status=0; for file in $(BENCHMARKS); do \
 	  echo "== $$file"; $(BIN)/python $$file || status=1; \
 	done; exit $$status
+
+tables: setup
+	$(BIN)/python benchmarks/tables.py $(if $(QUICK),--quick)
 
 soak: setup
 	$(BIN)/python test/ros/soak.py $(RUNS)

@@ -23,7 +23,7 @@ import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tools.processes import processes
-from tools.timing import Report, resident
+from tools.timing import QUICK, Report, resident
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
@@ -47,7 +47,7 @@ while True:
     normals = random.normal(size=(4000, 3)) * 0.3 - (1.0, 0.0, 0.0)
     predict_batch(scene, normals, np.tile((2.0, 0.0, -0.2), (4000, 1)))
 """
-QUICK = """
+DRIVES = """
 base_x:  {min: -2.5, max: 2.5, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
 base_y:  {min: -2.0, max: 2.0, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
 base_z:  {min: 0.0, max: 1.2, speed: 10.0, acceleration: 100.0, jerk: 4000.0}
@@ -130,12 +130,12 @@ def play(player, clear_fault, reset, count):
 def main():
     """Run both measurements; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument('--stops', type=int, default=200)
-    parser.add_argument('--shots', type=int, default=1000)
+    parser.add_argument('--stops', type=int, default=40 if QUICK else 200)
+    parser.add_argument('--shots', type=int, default=40 if QUICK else 1000)
     options = parser.parse_args()
     report = Report('The mechanical cue, simulated')
     with tempfile.NamedTemporaryFile('w', suffix='.yaml') as file, domain_id() as domain:
-        file.write(QUICK)
+        file.write(DRIVES)
         file.flush()
         os.environ.update(quiet_environment(domain))
         quick = ('-p', f'mechanism:={file.name}', '--log-level', 'error')

@@ -23,7 +23,7 @@ import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tools.processes import processes
-from tools.timing import Report
+from tools.timing import QUICK, Report
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
@@ -131,8 +131,8 @@ def stop_latencies(player, clear_fault, name, count):
 def main():
     """Measure; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument('--seconds', type=float, default=20.0)
-    parser.add_argument('--stops', type=int, default=40)
+    parser.add_argument('--seconds', type=float, default=5.0 if QUICK else 20.0)
+    parser.add_argument('--stops', type=int, default=10 if QUICK else 40)
     options = parser.parse_args()
     report = Report('The driver, at rest and under a flood')
     with domain_id() as domain:

@@ -25,7 +25,6 @@ from billiard_shot.scene.table import BallBall
 RATIOS = {'one ball': 600.0, 'cut shot': 290.0, '9-ball break': 85.0, '8-ball break': 80.0}
 SPREAD = 4.0  # p95 of the cost of racks over the median
 OVERHEAD, CROSS = 150.0, 15.0  # us on a machine where np.cross takes CROSS
-FIRST = 20.0  # s
 FAR = 1e-3  # m: shots that end farther apart are listed
 DURATION = BallBall().duration  # s, of contacts between balls
 
@@ -86,18 +85,18 @@ def compare_speed(report, answer):
     for name, layout in answer['layouts'].items():
         given = states(layout['begin'])
         ours = per_shot(scene('han'), given)
-        report.row(f'{name}: microseconds', 1e6 * ours, 'us')
+        report.row(f'{name}: microseconds', ours, 'us')
         report.row(
             f'{name}: pooltool over this, cushions after Han in both',
-            layout['seconds'] / ours,
+            layout['seconds'] / float(ours),
             'times',
             -RATIOS[name],
         )
         default = per_shot(scene('mathavan', duration=DURATION), given)
-        report.row(f'{name}: microseconds, cushions and durations by default', 1e6 * default, 'us')
+        report.row(f'{name}: microseconds, cushions and durations by default', default, 'us')
         report.row(
             f'{name}: pooltool over this, each with its defaults',
-            layout['seconds_default'] / default,
+            layout['seconds_default'] / float(default),
             'times',
         )
 
@@ -135,7 +134,7 @@ def spread(report, racks):
     """Cost of racks that differ by their random gaps."""
     for name, given in racks.items():
         where = scene('mathavan', duration=DURATION)
-        costs = [per_shot(where, states(rack), 20) for rack in given]
+        costs = [per_shot(where, states(rack), 20).cpu for rack in given]
         report.row(
             f'{name}: 95 % of {len(costs)} racks within, in medians',
             float(np.percentile(costs, 95) / np.median(costs)),
@@ -151,16 +150,16 @@ def main():
     python = parser.parse_args().pooltool
     report = Report('Tables')
     cross = yardstick()
-    report.row('yardstick: np.cross', 1e6 * cross, 'us')
+    report.row('yardstick: np.cross', cross, 'us')
     where = scene('mathavan')
     cue = {'cue': BallState((0.0, 0.0, where.ball.radius), (1.0, 0.3, 0.0), (0.0, 0.0, 20.0))}
     beyond = seconds(simulate, where, cue) - per_shot(where, cue)
     report.row(
         'simulate() beyond the table itself, in np.cross', beyond / cross, '', OVERHEAD / CROSS
     )
-    report.row('first break in a new process, empty cache', first_break(), 's', FIRST)
+    report.row('first break in a new process, empty cache', first_break(), 's')
     if python is None:
-        print('  SKIPPED: comparison with pooltool (give --pooltool PYTHON)')
+        report.note('The comparison with pooltool was not measured: give --pooltool PYTHON')
         report.end()
     answer = ask_pooltool(python)
     compare_speed(report, answer)

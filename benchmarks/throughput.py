@@ -27,7 +27,8 @@ TABLES = 500 if QUICK else 2000
 PLANS = 6 if QUICK else 30
 CROWDED_PLANS = 3 if QUICK else 8
 ON_TABLE = 1.5  # exact strokes on a table with cushions over those without
-WITHIN_NOISE = 8.6  # strokes at the accuracy of the noise over exact ones
+WITHIN_NOISE = 3.0  # strokes at the accuracy of the noise over exact ones
+PLANNED = 1.0  # a stroke of a plan over an exact one
 ONE_TABLE = 2.0  # simulate() of 15 balls over one
 SHOTS = 0.5  # `shots` of a state over one exact stroke there
 
@@ -133,7 +134,7 @@ def direct_shots(report, crowded, exact):
     report.row('the same over an exact stroke there', took / len(position) / exact, 'x', SHOTS)
 
 
-def plans(report):
+def plans(report, exact):
     """Strokes that plans simulate in a CPU second."""
     draw = np.random.default_rng(7)
     pots = [pot_scene(draw, i % 5, i // 5 % 3) for i in range(PLANS)]
@@ -155,6 +156,8 @@ def plans(report):
             sum(simulations) / took.cpu,
             '1/s',
         )
+        share = took / sum(simulations) / exact[len(given[0][0].balls) > 2]
+        report.row('    a stroke over an exact one of the same balls', share, 'x', PLANNED)
         report.row('    a plan', took / len(given), 's')
         report.row('    success, mean', 100.0 * float(np.mean(success)), '%')
 
@@ -164,11 +167,11 @@ def main():
     report = Report('Batches')
     lone = table({'cue': (-0.4, 0.1)})
     crowded = crowded_scene(np.random.default_rng(17))
-    batches(report, '1 ball', lone)
+    alone = batches(report, '1 ball', lone)
     exact = batches(report, '15 balls', crowded)
     tables(report, crowded)
     direct_shots(report, crowded, exact)
-    plans(report)
+    plans(report, (alone, exact))
     report.end()
 
 

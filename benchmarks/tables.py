@@ -1,0 +1,101 @@
+"""
+Writes the tables of docs/benchmarks.md from what the benchmarks measure now.
+
+    python benchmarks/tables.py [--quick] [NAME ...]
+
+NAME: benchmarks to run, such as `strike`; by default all that the page has. Each table says at
+which commit it was measured. `--quick` takes smaller samples, in a few minutes; the page says so.
+The last three need a ROS 2. `table` compares with pooltool if POOLTOOL_PYTHON names an interpreter
+that has it.
+"""
+
+import argparse
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+import tempfile
+
+HERE = Path(__file__).resolve().parent
+PAGE = HERE.parent / 'docs' / 'benchmarks.md'
+NAMES = 'strike', 'prediction', 'throughput', 'table', 'plan', 'service', 'cue', 'driver'
+BEGIN, END = '<!-- table: {} -->', '<!-- end: {} -->'
+
+
+def measured(name, quick):
+    """Run a benchmark; return its rows, or None if it ended without any."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / 'rows.json'
+        environment = os.environ | {'BENCHMARK_ROWS': str(path)}
+        if quick:
+            environment['BENCHMARK_QUICK'] = '1'
+        script = [sys.executable, HERE / f'{name}.py']
+        subprocess.run(script, check=False, env=environment)
+        return json.loads(path.read_text()) if path.exists() else None
+
+
+def commit():
+    """Name the commit that is measured, and say if files differ from it."""
+    git = ['git', '-C', HERE, 'describe', '--always', '--dirty=, with changes', '--exclude=*']
+    done = subprocess.run(git, text=True, capture_output=True, check=False)
+    return done.stdout.strip() or 'an unknown commit'
+
+
+def as_table(found):
+    """Write the rows of a benchmark as a table."""
+    size = ', smaller samples' if found['quick'] else ''
+    lines = [
+        f'At {commit()}{size}: {found["machine"]}.',
+        '',
+        '| quantity | measured | CPU time | limit | |',
+        '|---|---|---|---|---|',
+    ]
+    for row in found['rows']:
+        if row['name'].startswith(' ') and row['limit'] is None:
+            continue  # a detail, which only the benchmark itself prints
+        unit = f' {row["unit"]}' if row['unit'] else ''
+        cpu = '' if row['cpu'] is None else f'{row["cpu"]:.3g}{unit}'
+        limit, verdict = '', ''
+        if row['limit'] is not None:
+            sign = '≤' if row['limit'] > 0.0 else '≥'
+            limit = f'{sign} {abs(row["limit"]):.3g}'
+            verdict = 'kept' if row['kept'] else 'missed'
+        name = row['name'].strip().replace('|', '/')
+        name = f'– {name}' if row['name'].startswith(' ') else name
+        lines.append(f'| {name} | {row["value"]:.4g}{unit} | {cpu} | {limit} | {verdict} |')
+    return '\n'.join([*lines, *(f'\n{note}.' for note in found['notes'])])
+
+
+def replaced(page, name, table):
+    """Put a table between its marks in the page."""
+    begin, end = BEGIN.format(name), END.format(name)
+    before, _, rest = page.partition(begin)
+    _, found, after = rest.partition(end)
+    if not found:
+        raise SystemExit(f'{PAGE}: no marks {begin} and {end}')
+    return f'{before}{begin}\n{table}\n{end}{after}'
+
+
+def main():
+    """Measure, and write the page after each benchmark."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('names', nargs='*', metavar='NAME', help=f'of {", ".join(NAMES)}')
+    parser.add_argument('--quick', action='store_true', help='smaller samples')
+    options = parser.parse_args()
+    if unknown := sorted(set(options.names) - set(NAMES)):
+        parser.error(f'NAME must be of {", ".join(NAMES)}, got {", ".join(unknown)}')
+    failed = []
+    for name in options.names or NAMES:
+        print(f'== {name}', flush=True)
+        found = measured(name, options.quick)
+        if found is None:
+            failed.append(name)
+            continue
+        PAGE.write_text(replaced(PAGE.read_text(), name, as_table(found)))
+    if failed:
+        sys.exit(f'without a result: {", ".join(failed)}')
+
+
+if __name__ == '__main__':
+    main()
