@@ -24,9 +24,9 @@ CROSS = 15.0  # us; the limit scales with the time of np.cross here
 BATCH = 3.0  # times the kernel alone
 # Of the time in which a new process imports NumPy: first predictions, with the import; the import
 # alone. And everything compiled over one small function compiled by numba, both in new processes.
-FIRST_LIMITS = {'paper': 6.0, 'pool_table': 6.0, 'eight_ball': 12.0}
+FIRST_LIMITS = {'paper': 12.0, 'pool_table': 12.0, 'eight_ball': 25.0}
 IMPORT = 0.5
-COMPILED = 60.0
+COMPILED = 55.0
 
 FIRST = """
 from time import perf_counter

@@ -49,7 +49,7 @@ def test_what_errors_do_not_explain_stays():
     )
     assert positions_of(balls, SCENE) == {name: ball.position for name, ball in balls.items()}
     exact = {'cue': Sighting((0.0, 0.0)), '1': Sighting((2.0 * RADIUS - 1e-4, 0.0))}
-    with pytest.raises(ValueError, match='balls.1 must be at least 57.15 mm from'):
+    with pytest.raises(ValueError, match=r'balls\.1 must be at least 57\.15 mm from'):
         replace(SCENE, balls=positions_of(exact, SCENE))
 
 
