@@ -33,6 +33,9 @@ The errors in x and y being normal, the square exceeds it with a probability of 
 ELSEWHERE = 3
 """Number of successive detections elsewhere after which a resting ball is taken to have moved."""
 
+BEFORE_FALL = 0.1
+"""Longest time from the last detection of a ball to its fall into a pocket [s]: three pictures."""
+
 Point = tuple[float, float]
 Rows = NDArray[np.float64]
 """Detections (n, 5): x, y [m], and xx, xy, yy of the covariance [m^2]."""
@@ -91,6 +94,7 @@ class _Track:
     is_confirmed: bool = False  # whether it has ever been at rest or detected often
     is_pocketed: bool = False
     estimate: Point = (0.0, 0.0)
+    velocity: Point = (0.0, 0.0)  # m/s, between the last two detections; 0 at rest
 
 
 class BallTracker:
@@ -201,11 +205,16 @@ class BallTracker:
         return track
 
     def _see(self, track: _Track, name: str, time: float) -> None:
+        before, elapsed = track.estimate, time - track.time
         track.time, track.is_pocketed = time, False
         track.names.append(name)
         # A moving ball is where it was detected last.
-        place = track.window.mean(axis=0) if self._is_resting(track) else track.window[-1]
-        track.estimate = float(place[0]), float(place[1])
+        rests = self._is_resting(track)
+        place = track.window.mean(axis=0) if rests else track.window[-1]
+        x, y = track.estimate = float(place[0]), float(place[1])
+        track.velocity = (0.0, 0.0)
+        if elapsed > 0.0 and not rests:
+            track.velocity = (x - before[0]) / elapsed, (y - before[1]) / elapsed
         track.is_confirmed |= len(track.names) >= self._settings.settled
 
     def _see_elsewhere(self, track: _Track, row: Rows) -> None:
@@ -257,10 +266,15 @@ class BallTracker:
         return time - track.time > self._settings.lost_after
 
     def _is_at_pocket(self, track: _Track) -> bool:
-        return any(
-            math.dist(track.estimate, (x, y)) <= size + 2.0 * self._radius
-            for x, y, size in self._pockets
-        )
+        """Whether the ball comes to a pocket soon, if it goes on as it moved."""
+        (x, y), (u, v) = track.estimate, track.velocity
+        squared = u * u + v * v
+        for px, py, size in self._pockets:
+            along = ((px - x) * u + (py - y) * v) / squared if squared else 0.0
+            time = min(max(along, 0.0), BEFORE_FALL)
+            if math.hypot(px - x - time * u, py - y - time * v) <= size + 2.0 * self._radius:
+                return True
+        return False
 
 
 def _row(detection: Detection) -> Rows:

@@ -6,9 +6,11 @@ balls where these are enough; otherwise somebody is asked.
 """
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 import math
-from typing import Any, TypeAlias
+from time import monotonic
+from typing import Any, TypeAlias, TypeVar
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlayTurn
@@ -16,6 +18,7 @@ from billiard_shot_msgs.msg import TurnShot
 from billiard_shot_msgs.srv import PlaceBalls
 from rclpy.client import Client
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.lying import positions_of
@@ -40,11 +43,16 @@ from billiard_shot.ros.game_conversions import balls_message, shot_message
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.shot.replay import from_json
 
+T = TypeVar('T')
+
 PLACE_TOLERANCE = 0.01
 """Largest distance of a ball from its place [m]; the player then decides for where it lies."""
 
 PLACE_TIME = 600.0
 """Longest time in which balls are put somewhere by hand [s]."""
+
+FORGET_PERIOD = 2.0
+"""Time between two calls that make a tracker forget the balls [s]."""
 
 RECORD_TIME = 5.0
 """Longest time in which a simulated table publishes its record of a shot [s]."""
@@ -100,6 +108,8 @@ class Turn:
             String, 'table_sim/shot', self._records.append, LATCHED
         )
         self._place: Client[Any, Any] = self.client.create_client(PlaceBalls, 'table_sim/place')
+        self._forget: Client[Any, Any] = self.client.create_client(Trigger, 'table_tracker/reset')
+        self._forgot = -math.inf  # time of the last such call [s]
 
     def play(self) -> tuple[int, str]:
         """Play until the turn ends; return the outcome of `PlayTurn.Result`, and a message."""
@@ -118,6 +128,7 @@ class Turn:
         finally:
             self.client.destroy_subscription(self._listening)
             self.client.destroy_client(self._place)
+            self.client.destroy_client(self._forget)
         if not self.state.over:
             return result.TURN_ENDED, f'player {self.state.player} is next'
         winner = self.state.winner
@@ -128,7 +139,7 @@ class Turn:
         state = self.state
         self.tell(Stage.DECIDE, f'player {state.player} decides', '', {})
         if state.places_cue_ball:
-            x, y = self.agent.place(state)
+            x, y = self._meanwhile(self.agent.place, state)
             if why := state.no_place(x, y):
                 self._judged(state, Decision(), concede(state, f'{(x, y)}: {why}'), '')
                 return
@@ -136,9 +147,9 @@ class Turn:
         wanted = state
         if not state.choices:
             state = self._arranged(wanted)
-        decision = self.agent.decide(wanted)
+        decision = self._meanwhile(self.agent.decide, wanted)
         if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
-            decision = self.agent.decide(state)
+            decision = self._meanwhile(self.agent.decide, state)
         if decision.choice not in (state.choices or ('',)):
             why = f'{decision.choice!r} is not a choice'
             self._judged(state, Decision(), concede(state, why), '')
@@ -148,6 +159,14 @@ class Turn:
             self._judged(state, decision, judge(state, decision.call, None), '')
         else:
             self._shoot(state, decision, decision.stroke)
+
+    def _meanwhile(self, think: Callable[[State], T], state: State) -> T:
+        """Let the agent think in a thread, so that the client goes on, and can be canceled."""
+        pool = ThreadPoolExecutor(1)
+        thought = pool.submit(think, state)
+        pool.shutdown(wait=False)
+        self.client.until(thought.done, math.inf)
+        return thought.result()
 
     def _shoot(self, state: State, decision: Decision, stroke: Stroke) -> None:
         """Play a stroke, watch the balls, and judge."""
@@ -193,14 +212,17 @@ class Turn:
         """Wait until the balls lie as a state says; return the state with their real places."""
         seen = self.client.wait_for_rest()
         if _apart(seen, state.balls):
-            places = ', '.join(
-                f'{name} at ({x:.3f}, {y:.3f})' for name, (x, y) in _moves(seen, state)
+            what = ', '.join(
+                [
+                    *(f'{name} at ({x:.3f}, {y:.3f}) m' for name, (x, y) in _moves(seen, state)),
+                    *(f'{name} off the table' for name in seen if name not in state.balls),
+                ]
             )
-            self.tell(Stage.PLACE, f'put the balls in their places: {places} m', '', state.balls)
+            self.tell(Stage.PLACE, f'put the balls in their places: {what}', '', state.balls)
             if self._place.service_is_ready():
                 self._place_simulated(state.balls)
             if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):
-                raise TableUnknownError(f'the balls were not put in their places: {places} m')
+                raise TableUnknownError(f'the balls were not put in their places: {what}')
             seen = self.client.wait_for_rest()
         try:
             return replace(state, balls=positions_of(seen, self.scene))
@@ -208,7 +230,13 @@ class Turn:
             raise TableUnknownError(f'table_state: {error}') from None
 
     def _lie_at(self, wanted: Places) -> bool:
-        return not _apart(self.client.balls(), wanted)
+        """Whether the balls lie so; a tracker has to forget those that were taken away."""
+        seen, now = self.client.balls(), monotonic()
+        taken = [name for name, ball in seen.items() if not (ball.is_seen or name in wanted)]
+        if taken and now - self._forgot > FORGET_PERIOD and self._forget.service_is_ready():
+            self._forgot = now
+            self._forget.call_async(Trigger.Request())
+        return not _apart(seen, wanted)
 
     def _place_simulated(self, balls: Places) -> None:
         request = PlaceBalls.Request(balls=balls_message(balls))

@@ -164,11 +164,13 @@ def test_a_single_wrong_detection_moves_nothing():
     assert set(camera.watch(1.0)) == set(PLACES)
 
 
-def test_a_ball_lost_as_it_rolls_into_a_pocket_is_pocketed():
+@pytest.mark.parametrize(('pictures', 'last'), [(20, 0.95), (6, 0.7)], ids=['slow', 'fast'])
+def test_a_ball_lost_as_it_rolls_into_a_pocket_is_pocketed(pictures, last):
+    """The fast ball, 3.4 m/s, is seen last at 24 cm from the pocket."""
     pocket = (1.2, 0.6, 0.06)
     camera = Camera(0.5e-3, 10, pockets=[pocket])
     camera.watch(1.0)
-    for share in np.linspace(0.0, 0.95, 20):
+    for share in np.linspace(0.0, last, pictures):
         start, end = np.array(PLACES['8']), np.array(pocket[:2])
         camera.places['8'] = tuple((start + share * (end - start)).tolist())
         camera.picture()
@@ -178,6 +180,17 @@ def test_a_ball_lost_as_it_rolls_into_a_pocket_is_pocketed():
     assert set(balls) == set(PLACES) - {'8'}
     camera.places['8'] = (0.3, 0.3)
     assert '8' in camera.watch(1.0)
+    assert not camera.tracker.pocketed
+
+
+def test_a_ball_lost_as_it_rolls_past_a_pocket_is_not_pocketed():
+    camera = Camera(0.5e-3, 12, pockets=[(1.2, 0.6, 0.06)])
+    camera.watch(1.0)
+    for x in np.linspace(0.5, 1.0, 6):
+        camera.places['8'] = (x, 0.2)
+        camera.picture()
+    del camera.places['8']
+    assert not camera.watch(1.0)['8'].is_seen
     assert not camera.tracker.pocketed
 
 

@@ -75,6 +75,11 @@ class Client:
     def count_publishers(self, topic):
         return 0
 
+    def until(self, condition, seconds):
+        while not condition():
+            pass
+        return True
+
     def wait_for_rest(self, strike=None):
         if self.error:
             raise self.error
