@@ -249,15 +249,21 @@ def run_client(
     wait: Callable[[RobotClient], None],
     name: str,
     args: Sequence[str] | None,
+    *,
+    serves: bool = False,
 ) -> None:
-    """Make a client, do the rounds until one fails, and exit with one of `EXIT_CODES`."""
+    """
+    Make a client, do the rounds until one fails, and exit with one of `EXIT_CODES`.
+
+    A client that `serves` is a node, which ends with 0 after a signal.
+    """
     caught: list[int] = []
 
     # A signal handler that raises SystemExit would sometimes do so within rclpy, which drops the
     # exception. So a timer exits between two callbacks.
     def end_if_caught() -> None:
         if caught:
-            sys.exit(128 + caught.pop())
+            sys.exit(0 if serves else 128 + caught.pop())
 
     # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
     with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
@@ -360,6 +366,7 @@ def main(args: Sequence[str] | None = None) -> None:
         wait,
         'player',
         args,
+        serves=options.serve,
     )
 
 

@@ -1,6 +1,7 @@
 """Turns of games with the mechanical cue: real processes, and rulings from pictures."""
 
 from dataclasses import replace
+import signal
 from types import SimpleNamespace
 
 import pytest
@@ -179,12 +180,16 @@ def test_three_balls_are_cleared(cell):
 @pytest.fixture
 def server(cell, launch_once):
     """Client of the action `play_turn`, and of the service that rules, of a process of its own."""
-    launch_once('player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table')
+    process = launch_once(
+        'player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'
+    )
     action = ActionClient(cell.player, PlayTurn, f'{SPACE}/play_turn')
     rule = PatientCaller(cell.player, RuleShot, f'{SPACE}/player/rule_shot')
     assert cell.player.until(action.server_is_ready, PATIENCE)
     yield action, rule
     action.destroy()
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(PATIENCE) == 0
 
 
 def begin(cell, action, goal, feedback):

@@ -1,0 +1,44 @@
+"""A turn that is played by what a camera sees: detections with errors, tracked."""
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+pytest.importorskip('vision_msgs', reason='needs vision_msgs')
+
+from billiard_shot_msgs.action import PlayTurn
+from cell import Cell, PATIENT
+
+from billiard_shot import Scene
+from billiard_shot.game.game import start
+from billiard_shot.game.tournament import find_agent
+from billiard_shot.ros.turn import Turn
+
+ON_IT = ('-p', 'scene:=robot_table')
+NODES = {
+    'cue_driver': (*PATIENT['cue_driver'], *ON_IT),
+    'cue_sim': PATIENT['cue_sim'],
+    'table_sim': (*ON_IT, '-p', 'camera:=true', '-p', 'detection_noise:=0.0005'),
+    'table_tracker': ON_IT,
+    'predictor': (),
+}
+
+
+@pytest.mark.slow
+def test_two_balls_are_cleared(node, launch_once):
+    """The 8 of the scene is taken away, and the tracker forgets it."""
+    scene = Scene.load('robot_table')
+    cell = Cell(launch_once, '/turn_seen', NODES)
+    state = start('practice', scene, seed=1, balls=2)
+    said = []
+    turn = Turn(
+        cell.player,
+        scene,
+        find_agent('player')(scene, 1),
+        lambda stage, message, *_: said.append(message),
+        None,
+        lambda: True,
+        state,
+    )
+    assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), said
+    assert '8 off the table' in next(each for each in said if 'put the balls' in each)
+    cell.player.destroy_node()
