@@ -64,7 +64,8 @@ PLAYED, FAILED, NOT_READY = 0, 1, 3
 
 EXIT_CODES = """\
 exit codes:
-  0  every shot was played, and reached its target if it has one
+  0  every shot was played, and reached its target if it has one; a turn was played, and the
+     rack was not lost; with --serve, after Ctrl+C or SIGTERM
   1  a shot was refused, ended early, or missed its target; the output says why; later
      shots are not played
   2  the arguments are invalid
