@@ -146,6 +146,17 @@ def test_a_planned_stroke_is_not_played_from_another_place():
     assert shot.pocketed.get(decision.call.ball) == decision.call.pocket
 
 
+def test_a_poor_shot_from_cue_ball_in_hand_is_thought_over(monkeypatch):
+    state = start('practice', TABLE, seed=4, balls=1)
+    planned = Player(TABLE, 1)
+    there = state.with_cue_ball(*planned.place(state))
+    expected = planned.decide(there)
+    monkeypatch.setattr('billiard_shot.game.agents.player.POOR', 2.0)
+    again = Player(TABLE, 1)
+    assert state.with_cue_ball(*again.place(state)) == there
+    assert again.decide(there) != expected
+
+
 def test_without_a_direct_shot_a_combination_is_found():
     """The 1 lies between the cue ball and the 9, which lies before the pocket."""
     state = start('nine_ball', TABLE)

@@ -103,7 +103,8 @@ class Player:
             x, y = places_to_try(state, self._draw)[0].tolist()
             return x, y
         there = best[0].idea.position.state
-        self._planned = there, self._decision(best)
+        if best[0].success >= POOR:  # else other strokes compete from there
+            self._planned = there, self._decision(best)
         return there.balls[CUE_BALL]
 
     def decide(self, state: State) -> Decision:
