@@ -57,7 +57,10 @@ GAMES = {
     for kind, other, full, goal in (('greedy', 'greedy', 200, 0.85), ('self', 'player', 200, 0.0))
     for game in ('eight_ball', 'nine_ball')
 }
-RUN_OUT = {'run-out': Series('eight_ball', SEVEN_FOOT, ('player', 'resigns'), None, 100, 0.7)}
+RUN_OUT = {
+    'run-out': Series('eight_ball', SEVEN_FOOT, ('player', 'resigns'), None, 100, 0.7),
+    'run-out-double': Series('eight_ball', SEVEN_FOOT, ('player:effort=2', 'resigns'), None, 100),
+}
 ABLATION = {
     f'practice-8-{name}': Series('practice', NINE_FOOT, (f'player:{options}',), 8, 60)
     for name, options in (
@@ -112,7 +115,7 @@ def run_out(series, scene, number):
             break
     balls = {ball: at for ball, at in state.balls.items() if ball != 'cue'}
     after = state.to_dict() | {'balls': balls, 'in_hand': 'anywhere', 'player': 0}
-    agents = [find_agent('player')(scene, number), Resigns()]
+    agents = [find_agent(series.players[0])(scene, number), Resigns()]
     return play_rack(State.from_dict(after), scene, agents, series.players, 1, number)
 
 
@@ -283,11 +286,11 @@ def as_page(racks):
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
                 f'{share(kept, made)} | {ends(player)} | {times(player)} |'
             )
-    for key in RUN_OUT:
+    for key, series in RUN_OUT.items():
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| eight_ball from cue ball in hand after a break | '
+                f'| eight_ball, `{series.players[0]}`, cue ball in hand after a break | '
                 f'{share(run_outs(racks[key]), len(racks[key]))} in one visit | | | '
                 f'{ends(player)} | {times(player)} |'
             )
