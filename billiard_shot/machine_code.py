@@ -10,12 +10,13 @@ priority, so `require` compiles at the priority of its process, and `prepare` be
 
 Machine code is kept in `folder()`, named after the versions and the processor that it depends on.
 Each entry has a folder there, named after the content of its sources: copies of the same sources
-share their machine code, wherever they are. If anything goes wrong, a warning says so, and the
-process goes on interpreting.
+share their machine code, wherever they are. The folders that were used last stay. If anything goes
+wrong, a warning says so, and the process goes on interpreting.
 """
 
 import atexit
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 import gc
 import hashlib
@@ -56,6 +57,7 @@ LAYERS = ('numerics', 'scene', 'impact', 'table', 'shot', 'planning')  # import 
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
 COMPILING_PAYS = 5.0  # s and after which it compiles
 POLL = 0.1  # s
+KEPT = 16  # folders of an entry that stay: for the contents of its sources that were used last
 BACKGROUND = 5  # niceness that `prepare` adds: nodes keep their timing meanwhile
 
 _HERE = Path(__file__).parents[1]  # a child finds the same package from there
@@ -205,6 +207,8 @@ class _Worker(Thread):
             for name in ENTRIES:
                 entry = _entry(name)
                 machine_code[entry] = compile_entry(entry, _place(name))
+                with suppress(OSError):  # a cache that can only be read
+                    (_place(name) / 'done').touch()
             Entry.machine_code = machine_code
         except Exception as error:
             _warn(
@@ -313,6 +317,18 @@ def compile_one(place: Path, name: str, nice: int) -> None:
         if not done.exists():
             compile_entry(_entry(name), place)
             done.touch()
+            remove_old(place)
+
+
+def remove_old(place: Path) -> None:
+    """Remove machine code of older contents of an entry, all but `KEPT` that were used last."""
+    entry = place.name.rpartition('.')[0]
+    used = {}
+    for done in place.parent.glob(f'{entry}.*/done'):
+        with suppress(OSError):  # another process removes it
+            used[done.parent] = done.stat().st_mtime
+    for old in sorted(used, key=lambda each: -used[each])[KEPT:]:
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def _wait_for_others(lock: int, nice: int) -> None:

@@ -250,6 +250,23 @@ def test_a_process_does_not_wait_for_a_compiler_of_lower_priority(tmp_path):
                 wait_until_locked(second)
 
 
+def test_the_machine_code_that_was_used_last_is_kept(tmp_path):
+    """Folders in which somebody still compiles stay, and so do those of other entries."""
+    count = machine_code.KEPT + 3
+    places = [tmp_path / f'module.entry.{i:016x}' for i in range(count)]
+    other, unfinished = tmp_path / 'module.other.0', tmp_path / 'module.entry.compiles'
+    for age, place in enumerate([*places, other]):
+        place.mkdir()
+        (place / 'done').touch()
+        os.utime(place / 'done', (1e9 - age, 1e9 - age))
+    unfinished.mkdir()
+    machine_code.remove_old(places[0])
+    kept = [place for place in places if place.exists()]
+    assert kept == places[: machine_code.KEPT]
+    assert other.exists()
+    assert unfinished.exists()
+
+
 def test_a_copy_of_the_sources_elsewhere_uses_the_same_machine_code(tmp_path, compiled):
     """Paths and times of files do not matter."""
     shutil.copytree(ROOT / 'billiard_shot', tmp_path / 'billiard_shot', copy_function=shutil.copy)
