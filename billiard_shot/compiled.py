@@ -62,6 +62,8 @@ class Interpreted:
 
     storage: Storage = OBJECTS
     seconds = 0.0  # of all entries so far
+    # Called with these seconds before an entry is interpreted; `machine_code` is one.
+    listeners: ClassVar[list[Callable[[float], None]]] = []
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -117,9 +119,8 @@ class Entry:
         compiled = self.machine_code.get(self)
         if compiled is not None:
             return compiled
-        from billiard_shot import machine_code
-
-        machine_code.look(Interpreted.seconds)
+        for listen in Interpreted.listeners:
+            listen(Interpreted.seconds)
         return self.interpreted
 
     def on(self, storage: Storage) -> Run:

@@ -35,7 +35,7 @@ from time import monotonic, sleep
 from typing import Any
 import warnings
 
-from billiard_shot.compiled import compile_entry, Entry
+from billiard_shot.compiled import compile_entry, Entry, Interpreted
 
 try:
     from fcntl import LOCK_EX, LOCK_SH, LOCK_UN, lockf
@@ -53,7 +53,8 @@ ENTRIES = (
     'billiard_shot.planning.mapped_starts:write_starts',
     'billiard_shot.shot.strike:prepare_strikes',
 )
-LAYERS = ('numerics', 'scene', 'impact', 'table', 'shot', 'planning')  # import from earlier ones
+# Layers import from earlier ones. `impact` does not import from `scene`.
+LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning')
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
 COMPILING_PAYS = 5.0  # s and after which it compiles
 POLL = 0.1  # s
@@ -348,6 +349,7 @@ _keep: list[Any] = []
 _workers: dict[int, _Worker] = {}  # by the niceness of their processes
 _lock = Lock()
 _loading = Lock()
+Interpreted.listeners.append(look)
 
 if __name__ == '__main__':
     compile_one(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]))

@@ -12,8 +12,8 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.moving_bodies import (
     change_responses,
     change_units,
-    distance,
-    kinetic_energy,
+    distance_of_centres,
+    energy_of_bodies,
     load_body,
     place_contacts,
     release_open_contacts,
@@ -162,7 +162,7 @@ def begin(
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
-            c.closing_distance = c.reach = distance(c, ws) - gap
+            c.closing_distance = c.reach = distance_of_centres(c, ws) - gap
         elif distances:
             gap = -given.lengths[number][j]
         # Touching bodies that hardly approach would count as a motion that has died down.
@@ -175,7 +175,7 @@ def begin(
         change_responses(ws, bodies, mobility)
         change_units(contacts, ws, bodies, units.speed, length)
         release_open_contacts(contacts, ws)
-        p.energy, p.next_turn = kinetic_energy(ws, bodies), interval
+        p.energy, p.next_turn = energy_of_bodies(ws, bodies), interval
         if interval < inf:
             turn_normals(m, contacts, ws)
     return m, units

@@ -105,7 +105,7 @@ def apart(c: ContactState, ws: Workspace, row: int, k: int) -> tuple[float, floa
 
 
 @inner
-def distance(c: ContactState, ws: Workspace) -> float:
+def distance_of_centres(c: ContactState, ws: Workspace) -> float:
     """Distance of the centres of a contact's bodies, or of a ball from a fixed one."""
     x, y, z = apart(c, ws, PLACE, 0)
     return sqrt(x * x + y * y + z * z)
@@ -143,11 +143,11 @@ def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
     """Clear the rows and columns of all open contacts in W."""
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
-            release(contacts, ws, j)
+            clear_rows(contacts, ws, j)
 
 
 @inner
-def release(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def clear_rows(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Clear the rows and columns of a contact in W."""
     for row in range(3 * j, 3 * j + 3):
         for column in range(3 * len(contacts)):
@@ -158,11 +158,11 @@ def release(contacts: list[ContactState], ws: Workspace, j: int) -> None:
 def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Store the distance at which a contact ends, and closes again; clear its rows in W."""
     c = contacts[j]
-    release(contacts, ws, j)
+    clear_rows(contacts, ws, j)
     if ws.bodies[c.body_a].kind == TIP:
         swing_back(contacts, ws, j)
     else:
-        c.closing_distance = distance(c, ws)
+        c.closing_distance = distance_of_centres(c, ws)
     if c.closings >= c.max_closings:
         c.hold = GONE
 
@@ -217,7 +217,7 @@ def free_tips(contacts: list[ContactState], ws: Workspace) -> None:
         c = contacts[j]
         if c.hold == HELD and meets_another(contacts, ws, j):
             c.hold = FREE
-            c.closing_distance = min(c.reach, distance(c, ws))
+            c.closing_distance = min(c.reach, distance_of_centres(c, ws))
             measure(c, ws)
 
 
@@ -474,7 +474,7 @@ def add_response(
 
 
 @inner
-def kinetic_energy(ws: Workspace, count: int) -> float:
+def energy_of_bodies(ws: Workspace, count: int) -> float:
     """Kinetic energy of bodies."""
     energy = 0.0
     for b in range(count):

@@ -8,8 +8,8 @@ from billiard_shot.impact.beginning import Units
 from billiard_shot.impact.laws import elastic_energy, POISSON
 from billiard_shot.impact.moving_bodies import (
     change_units,
+    energy_of_bodies,
     impulse_along,
-    kinetic_energy,
     push_bodies,
     store_body,
 )
@@ -177,7 +177,7 @@ def energy_imbalance_of_bodies(
     m: Model, contacts: list[ContactState], before: float, ws: Workspace
 ) -> float:
     """Energy imbalance of moving bodies, relative to normal impulses times the approach speed."""
-    gap, turnover = kinetic_energy(ws, m.bodies) - before, 0.0
+    gap, turnover = energy_of_bodies(ws, m.bodies) - before, 0.0
     for b in range(m.bodies):
         gap += ws.bodies[b].lost
     for j in range(len(contacts)):

@@ -12,6 +12,7 @@ from billiard_shot.impact.beginning import Collisions, ContactProperties
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import BodyState, PhaseLog
+import billiard_shot.machine_code  # noqa: F401  it listens to entries that are interpreted
 from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
 
 

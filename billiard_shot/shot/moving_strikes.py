@@ -51,12 +51,15 @@ def with_moving_bodies(
     """
     model, rows = strokes.model, done.rows
     cue = cue_params(model, table)
-    played = rows['status'] < MISS
-    repeated = played & (rows['hits'] > 1) & (model.follows and cue.moves)
+    nearest = nearest_distance(model.surface.radius, table, done.starts['position'])
+    repeated = (rows['hits'] > 1) & (model.follows and cue.moves)
     rows['hits'] = np.minimum(rows['hits'], 1)
+    if nearest > cue.neighbour_reach and not repeated.any():
+        return done
+    played = rows['status'] < MISS
+    repeated &= played
     speeds = np.linalg.norm(strokes.velocities, axis=1)
     reach = np.minimum(FARTHEST * TIP_DURATION * speeds, cue.neighbour_reach)
-    nearest = nearest_distance(model.surface.radius, table, done.starts['position'])
     near = played & (nearest <= reach)
     which = np.flatnonzero(repeated | near)
     if not len(which):

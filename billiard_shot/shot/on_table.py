@@ -86,8 +86,9 @@ def _following_cues(strokes: Strokes, strikes: Strikes) -> NDArray[np.void]:
     cues: NDArray[np.void] = ROWS.records(Cue, len(rows))
     cues['tip'], cues['tolerance'] = strikes.starts['position'][:, 0] + rows['tip'], TOLERANCE
     axes = strokes.velocities[played]
-    cues['axis'][played] = axes / np.linalg.norm(axes, axis=1)[:, np.newaxis]
-    cues['speed'], cues['end'] = rows['cue_speed'], list(map(follow_through_time, speeds))
+    cues['axis'][played] = axes / np.sqrt((axes * axes).sum(axis=1))[:, np.newaxis]
+    cues['speed'] = speeds
+    cues['end'] = [follow_through_time(speed) for speed in speeds]
     cues['end'][~played] = 0.0
     return cues
 

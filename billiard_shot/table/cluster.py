@@ -48,8 +48,8 @@ MAX_HITS = 8  # of the cue: then it is taken away
 STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 
 
-def room_for(storage: Storage, balls: int, participants: int, with_cue: bool) -> ImpactRoom:
-    """Make room for the impacts on a table of so many balls, and for a record of participants."""
+def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
+    """Make room for the impacts on a table of so many balls; none for a record of participants."""
     count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
     count += 2 + MOST_EDGES * min(balls, 3) if with_cue else 0
     count = max(count, 1)
@@ -66,7 +66,7 @@ def room_for(storage: Storage, balls: int, participants: int, with_cue: bool) ->
             storage.records(PhaseLog, 0),
             storage.records(CollisionOutcome, 1),
         ),
-        storage.array(np.zeros((participants, 2), np.int64)),
+        storage.array(np.zeros((0, 2), np.int64)),
     )
 
 
@@ -274,7 +274,7 @@ def conclude(table: Table, s: Simulation, cues: list[Cue], number: int, room: Im
         p.flaw = status
     if p.strikes:
         begin_after_strike(table, s, room, apart)
-        write_strike(p, room, cues[number], status)
+        note_strike(p, room, cues[number], status)
     else:
         let_go(table, s, room, lasting)
     if with_cue:
@@ -353,7 +353,7 @@ def begin_after_strike(table: Table, s: Simulation, room: ImpactRoom, moved: boo
 
 
 @inner
-def write_strike(p: Progress, room: ImpactRoom, cue: Cue, status: int) -> None:
+def note_strike(p: Progress, room: ImpactRoom, cue: Cue, status: int) -> None:
     """Write what the impact did with which a run begins."""
     outcome, tip = room.results.outcomes[0], room.results.contacts[TIP]
     cue.status, cue.phases, cue.steps = status, outcome.phases, outcome.steps

@@ -55,8 +55,6 @@ from billiard_shot.table.simulation_state import (
     SimulationRoom,
 )
 
-PENDING = -1  # a status of `run_events`
-
 
 class Beginnings(NamedTuple):
     """How tables of n balls begin."""
@@ -180,8 +178,8 @@ def run_events(
     """
     Simulate until nothing moves, or only endlessly, or the window ends.
 
-    Also until an impact is pending, or all is decided. Return when that is [s], and the status: of
-    the table, or PENDING.
+    Also until an impact is pending, or all is decided. Return when that is [s], and the status of
+    the table, which is OK while an impact is pending.
     """
     p = s.progress
     now = p.time
@@ -212,7 +210,7 @@ def run_events(
         else:
             handle_collision(table, s, i, j, now)
         if p.pending:
-            return now, PENDING
+            return now, OK
         if p.unsolved != OK:
             return now, p.unsolved
         if len(s.rules) > 0 and is_decided(s):
@@ -237,6 +235,8 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
     p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], beginnings.balls[number * len(s.balls) + i]
+        for j in range(i + 1, len(s.balls)):
+            s.collisions[i][j] = math.inf
         for vector in (start.position, start.velocity, start.spin):
             for k in range(3):
                 if not math.isfinite(vector[k]):
@@ -298,14 +298,14 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     starts['position'] = 0.0, 0.0, 1.0
     return (
         lay_out(storage, params, ENDLESS),
-        room_for_simulation(storage, 1, 0, 0),
+        room_for_simulation(storage, 1),
         Beginnings(
             storage.from_rows(BallStart, starts[0]),
             storage.records(Cue, 1),
         ),
         0,
         1,
-        room_for(storage, 1, 0, True),
+        room_for(storage, 1, True),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
         Window(math.inf, storage.zeros(1), storage.zeros(1, 1, 1, 3)),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 import math
 import os
+import threading
 from time import perf_counter
 from typing import Any, NamedTuple, TypeVar
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
-from billiard_shot.records import as_rows
+from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.parameters import rows_of_parameters
 from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
@@ -30,6 +31,7 @@ from billiard_shot.table.event_loop import (
     TableOutcome,
     Window,
 )
+from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.geometry import lay_out, table_of
 from billiard_shot.table.initial_states import (
     BallStart,
@@ -42,8 +44,10 @@ from billiard_shot.table.motion import Motion, NOTHING, Segment
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, POCKET_NAMES, TableRun
 from billiard_shot.table.simulation_state import (
+    BallRule,
     Event,
     room_for_simulation,
+    SimulationRoom,
 )
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
 from billiard_shot.table.words import count_in_words, plural
@@ -156,8 +160,8 @@ def simulate(
     return run_one(task, tuple(states))
 
 
-class Impact(NamedTuple):
-    """An impact of several bodies in detail: phases, and losses of N contacts."""
+class ImpactDetails(NamedTuple):
+    """An impact of several bodies: phases, and losses of N contacts."""
 
     log: NDArray[np.void]  # (phases, N) PhaseLog
     losses: NDArray[np.float64]  # (N, 2) J: restitution, friction
@@ -179,7 +183,7 @@ class BatchRecording(NamedTuple):
         At the times of the task [m].
     cues : (tables,) array of Cue, or none
         After the strikes, if they strike.
-    impact : Impact, optional
+    impact : ImpactDetails, optional
         The last impact of several bodies, if its phases were asked for.
 
     """
@@ -190,7 +194,7 @@ class BatchRecording(NamedTuple):
     events: EventLog
     places: NDArray[np.float64]
     cues: NDArray[np.void]
-    impact: Impact | None = None
+    impact: ImpactDetails | None = None
 
 
 def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
@@ -239,6 +243,33 @@ def run_recorded(task: TableTask) -> BatchRecording:
         capacity = needed
 
 
+class _Thread(threading.local):
+    """Rooms of this thread: to make them anew takes longer than a table of one ball."""
+
+    def __init__(self) -> None:
+        self.kept: dict[tuple[Storage, int, bool], tuple[SimulationRoom, ImpactRoom]] = {}
+
+    def rooms(
+        self, storage: Storage, balls: int, with_cue: bool
+    ) -> tuple[SimulationRoom, ImpactRoom]:
+        """Return rooms for a number of balls; their contents are those of the last table."""
+        key = storage, balls, with_cue
+        if key not in self.kept:
+            self.kept[key] = (
+                room_for_simulation(storage, balls),
+                room_for(storage, balls, with_cue),
+            )
+        simulation, room = self.kept[key]
+        progress = simulation.progress[0]
+        progress.pending = False
+        progress.segments = progress.events = progress.participants = 0
+        return simulation, room
+
+
+_thread = _Thread()
+NO_CUES, NO_RULES = ROWS.records(Cue, 0), ROWS.records(BallRule, 0)
+
+
 def run_tables(
     task: TableTask, segments: int = 0, events: int = 0, phases: int = 0
 ) -> BatchRecording:
@@ -262,14 +293,20 @@ def run_tables(
         task.cue,
     )
     table = table_of(layout)
-    simulation = room_for_simulation(storage, count, segments, events, task.rules)
+    simulation, room = _thread.rooms(storage, count, cues is not None)
+    simulation = simulation._replace(
+        segments=storage.records(Segment, segments),
+        events=storage.records(Event, events),
+        rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
+    )
+    if events:
+        most = np.zeros((segments, 2), np.int64)  # each participant begins a segment
+        room = room._replace(participants=storage.array(most))
     progress = simulation.progress[0]
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.records(Cue, 0) if cues is None else storage.from_rows(Cue, cues),
+        storage.from_rows(Cue, NO_CUES if cues is None else cues),
     )
-    participants = segments if events else 0  # each begins a segment
-    room = room_for(storage, count, participants, cues is not None)
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
     places = storage.zeros(tables, count, len(task.times), 3)
@@ -283,14 +320,15 @@ def run_tables(
             break
         log = cluster.solve(storage, table, progress, room, phases)
         if phases:
-            impact = Impact(log, losses_of(room, int(progress.contacts)))
+            impact = ImpactDetails(log, losses_of(room, int(progress.contacts)))
+    log_ends, taken = int(progress.events), int(progress.participants)
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),
         as_rows(Segment, simulation.segments[: int(progress.segments)]),
         EventLog(
-            as_rows(Event, simulation.events[: int(progress.events)]),
-            np.array(room.participants[: int(progress.participants)], np.int64).reshape(-1, 2),
+            as_rows(Event, simulation.events[:log_ends]),
+            np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
         as_rows(Cue, beginnings.cues),

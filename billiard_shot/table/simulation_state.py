@@ -3,8 +3,6 @@
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.records import record, Storage, Vector
 from billiard_shot.table.ball_collision import collision_time
@@ -111,18 +109,16 @@ class SimulationRoom(NamedTuple):
     cue: list[Ball]  # 1
 
 
-def room_for_simulation(
-    storage: Storage, balls: int, segments: int, events: int, rules: Any = None
-) -> SimulationRoom:
-    """Make room for so many balls, segments of all tables, and events of the last one."""
+def room_for_simulation(storage: Storage, balls: int) -> SimulationRoom:
+    """Make room for so many balls; none for segments and events, and no rules."""
     return SimulationRoom(
         storage.records(Ball, balls),
-        storage.array(np.full((balls, balls), math.inf)),
+        storage.zeros(balls, balls),
         storage.records(Progress, 1),
         storage.records(Rebound, 1),
-        storage.records(Segment, segments),
-        storage.records(Event, events),
-        storage.records(BallRule, 0) if rules is None else storage.from_rows(BallRule, rules),
+        storage.records(Segment, 0),
+        storage.records(Event, 0),
+        storage.records(BallRule, 0),
         storage.records(Ball, 1),
     )
 
