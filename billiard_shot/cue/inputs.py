@@ -45,7 +45,7 @@ class Heartbeat:
         self._valid_from = until
 
     def take_over(self, before: 'Heartbeat') -> None:
-        """Distrust the messages that `before` does not trust."""
+        """Take over from `before` the time from which messages are trusted."""
         self._valid_from = before._valid_from
 
     def stale(self, now: float) -> str:
@@ -71,8 +71,8 @@ class Heartbeat:
 
 
 @dataclass(slots=True)
-class _Voice(Heartbeat):
-    """What one publisher of an input said last."""
+class _PublisherHeartbeat(Heartbeat):
+    """Last message of one publisher of an input."""
 
     value: bool | None = None
 
@@ -95,42 +95,42 @@ class HeartbeatInput:
     name: str
     timeout: float
     safe: bool
-    _voices: dict[Hashable, _Voice] = field(default_factory=dict)
+    _publishers: dict[Hashable, _PublisherHeartbeat] = field(default_factory=dict)
     _valid_from: float = -math.inf
 
     def record(self, value: bool, written: float, now: float, publisher: Hashable = None) -> None:
         """Record a message of a publisher; if it is not safe, even an ignored one counts."""
-        voice = self._voices.get(publisher)
-        if voice is None:
-            voice = _Voice(self.name, self.timeout, _valid_from=self._valid_from)
-            self._voices[publisher] = voice
-        if voice.record(written, now) or value is not self.safe:
-            voice.value = value
+        last = self._publishers.get(publisher)
+        if last is None:
+            last = _PublisherHeartbeat(self.name, self.timeout, _valid_from=self._valid_from)
+            self._publishers[publisher] = last
+        if last.record(written, now) or value is not self.safe:
+            last.value = value
 
     def keep(self, publishers: Container[Hashable]) -> None:
         """Forget the publishers that no longer exist; one without an id stays."""
-        self._voices = {
-            name: each for name, each in self._voices.items() if not name or name in publishers
+        self._publishers = {
+            name: each for name, each in self._publishers.items() if not name or name in publishers
         }
 
     def forget(self, until: float) -> None:
         """Treat all messages written before the time `until` as not fresh."""
         self._valid_from = until
-        for each in self._voices.values():
+        for each in self._publishers.values():
             each.forget(until)
 
     def take_over(self, before: 'HeartbeatInput') -> None:
-        """Distrust the messages that `before` does not trust."""
+        """Take over from `before` the time from which messages are trusted."""
         self._valid_from = before._valid_from
 
     def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""
-        if not self._voices:
+        if not self._publishers:
             return Heartbeat(self.name, self.timeout, _valid_from=self._valid_from).stale(now)
         problems = [
             each.stale(now)
             or ('' if each.value is self.safe else f'{self.name}: is {str(each.value).lower()}')
-            for each in self._voices.values()
+            for each in self._publishers.values()
         ]
         found = [each for each in problems if each]
         if not found:

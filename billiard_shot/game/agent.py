@@ -1,4 +1,4 @@
-"""What a player is to the game: a few methods. What plays its strokes: one function."""
+"""Interfaces of players, who decide on strokes, and of simulators, which play them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,7 +16,7 @@ from billiard_shot.shot.stroke import Stroke
 
 
 class Agent(Protocol):
-    """A player: it sees a state, and answers. It must not change what it is given."""
+    """A player. It decides from states, and must not change them."""
 
     def place(self, state: State) -> tuple[float, float]:
         """
@@ -43,7 +43,7 @@ class Agent(Protocol):
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """
-        Learn of a shot of either player, and its ruling.
+        Receive a shot of either player, and its ruling.
 
         Parameters
         ----------
@@ -56,7 +56,7 @@ class Agent(Protocol):
 
 
 class Simulator(Protocol):
-    """Whatever plays a stroke: a simulator of any kind, or a robot at its table."""
+    """A function that plays a stroke, by simulation or with a robot."""
 
     def __call__(self, scene: Scene, stroke: Stroke, errors: np.random.Generator) -> Outcome:
         """
@@ -86,4 +86,4 @@ def scene_of(scene: Scene, state: State) -> Scene:
 
 
 MakeAgent = Callable[[Scene, int], Agent]
-"""Makes an agent of a scene, with which it plans, and the seed of its random numbers."""
+"""Makes an agent from the scene with which it plans and the seed of its random numbers."""

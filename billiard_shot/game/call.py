@@ -1,4 +1,4 @@
-"""Calls of players before a shot, and what a player decides."""
+"""Calls and decisions of players."""
 
 from dataclasses import dataclass, field
 
@@ -11,7 +11,7 @@ from billiard_shot.table.run import POCKET_NAMES
 @dataclass(frozen=True, slots=True)
 class Call:
     """
-    What a player says before a shot.
+    The call of a player before a shot.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ NO_CALL = Call()
 @dataclass(frozen=True, slots=True)
 class Decision:
     """
-    What a player does: one of the choices of the state, or a stroke with its call.
+    One of the choices of a state, or a stroke with its call.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ class Decision:
     choice : str
         One of `State.choices`; '' for a stroke.
     success : float, optional
-        The probability that the player gives its shot: of a legal shot that keeps its turn.
+        The probability, as the player states it, of a legal shot that keeps its turn.
     reason : str
-        Why, in one line.
+        Of the decision, in one line.
 
     """
 

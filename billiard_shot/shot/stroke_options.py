@@ -44,7 +44,8 @@ def add_aim_arguments(parser: argparse.ArgumentParser) -> None:
         '--aim',
         nargs='+',
         metavar=('BALL', 'Y'),
-        help='ball to hit, or X Y of a point (m); the default elevation is the lowest with room',
+        help='ball to hit, or X Y of a point (m), without correction for throw and swerve; the '
+        'default elevation is the lowest with room',
     )
     aim.add_argument(
         '--cut',
