@@ -69,13 +69,13 @@ def _option(make: MakeAgent, name: str, word: str) -> tuple[str, Any]:
     known = [
         each.name for each in signature(make).parameters.values() if each.kind == each.KEYWORD_ONLY
     ]
+    where = f'option of player {name.partition(":")[0]!r}'
     if option not in known:
-        allowed = ', '.join(known) or 'none'
-        raise ValueError(f'player: {name!r} has no option {option!r}; options are: {allowed}')
+        raise refused(option, f'one of {", ".join(known)}' if known else 'left out', where)
     try:
         return option, json.loads(value)
     except ValueError:
-        raise refused(value, 'a number, true or false', f'player: {name!r}: {option}') from None
+        raise refused(value, 'a number, true or false', f'{where}: {option}') from None
 
 
 @dataclass(frozen=True, slots=True)

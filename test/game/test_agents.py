@@ -256,8 +256,10 @@ def test_unknown_players_are_refused(capsys):
     assert agent_names() == ['greedy', 'player', 'random']
     with pytest.raises(ValueError, match='greedy, player, random'):
         find_agent('best')
-    with pytest.raises(ValueError, match="no option 'skill'; options are: effort, plies"):
+    with pytest.raises(ValueError, match=r"must be one of effort, .*, seconds, got 'skill'"):
         find_agent('player:skill=9')
+    with pytest.raises(ValueError, match=r"effort must be a number, true or false, got 'much'"):
+        find_agent('player:effort=much')
     with pytest.raises(ValueError, match=r'plies must be .*, got 3'):
         find_agent('player:plies=3')(TABLE, 1)
     assert main(['tournament', 'practice', '--players', 'best', '--racks', '1']) == 2
