@@ -441,7 +441,7 @@ def long_lease(domain, monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ('name', 'setting', 'words'),
     [
-        ('cue_driver', 'scene:=pool', 'its cue must be guided'),
+        ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
         ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
         ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
         ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),

@@ -151,7 +151,7 @@ def test_ball_from_the_table_state(ask, node):
     assert answer_comes("ball '8' is not seen", cue, unseen)
     assert answer_comes("ball '8' moves", cue, BallState(id='8', moving=True))
     assert answer_comes("'8' occurs twice", cue, other, other)
-    assert answer_comes('overlaps', cue, BallState(id='8', position=Point(x=0.41, y=0.1)))
+    assert answer_comes('must be at least', cue, BallState(id='8', position=Point(x=0.41, y=0.1)))
     node.destroy_publisher(publisher)
 
 
