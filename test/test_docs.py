@@ -91,9 +91,18 @@ def changed(folder, file, program, **environment):
     """What a program prints in the package with the layers that docs/extending.md changes."""
     ((_, change),) = [block for block in of('diff') if file in block[1]]
     package = folder / 'billiard_shot'
+    shutil.copytree(ROOT / 'config', folder / 'config')  # the bundled scenes
     for layer in set(re.findall(r'^\+\+\+ b/billiard_shot/(\w+)/', change, re.MULTILINE)):
         shutil.copytree(ROOT / 'billiard_shot' / layer, package / layer)
+    if shutil.which('patch'):
+        shutil.copytree(folder, folder.with_name(f'{folder.name}-patched'))
+        patched = folder.with_name(f'{folder.name}-patched')
+        command = ['patch', '-p1', '--no-backup-if-mismatch', '--fuzz=0']
+        subprocess.run(command, input=change, text=True, cwd=patched, check=True)
     subprocess.run(['git', 'apply', '-'], input=change, text=True, cwd=folder, check=True)
+    for path in re.findall(r'^\+\+\+ b/(\S+)', change, re.MULTILINE):
+        if shutil.which('patch'):
+            assert (patched / path).read_text() == (folder / path).read_text()
     # Not a whole package of its own: machine code is kept for one path only.
     layers_first = f'import billiard_shot; billiard_shot.__path__.insert(0, {str(package)!r})'
     done = subprocess.run(
@@ -129,6 +138,26 @@ for e in (0.2, 0.9):
     numbers = [float(word) for word in said.split()]
     assert len(numbers) == 8
     assert numbers == pytest.approx([0.0] * 8, abs=1e-9)
+
+
+@pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
+def test_the_cushion_that_is_added(tmp_path):
+    said = changed(
+        tmp_path,
+        'table/cushion_models.py',
+        """
+from billiard_shot import BallState, Scene, simulate
+scene = Scene.from_dict({'like': 'pool_table', 'table': {'cushion': {'model': 'mirror'}}})
+ball = BallState((1.2, 0.1, scene.ball.radius), (2.0, 0.7, 0.0), (0.0, 0.0, 0.0))
+path = simulate(scene, {'cue': ball}).balls['cue']
+before, after = path.at(path.rows['time'][1]), path.at(path.rows['time'][2])
+print(after.velocity[0] / before.velocity[0], after.velocity[1] / before.velocity[1])
+print(*(after.spin - before.spin))
+""",
+        NUMBA_DISABLE_JIT='1',
+    )
+    numbers = [float(word) for word in said.split()]
+    assert numbers == pytest.approx([-0.9, 1.0, 0.0, 0.0, 0.0], abs=1e-9)
 
 
 @pytest.mark.slow

@@ -21,8 +21,9 @@ from billiard_shot.planning.pocket_openings import ANGLES, SPEEDS, STEP, STEPS
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.cushion_models import HAN
 from billiard_shot.table.geometry import lay_out, Layout, Pocket, TableNumbers
-from billiard_shot.table.params import AUTO, BallClothParams, HAN, TableParams
+from billiard_shot.table.params import AUTO, BallClothParams, TableParams
 
 ABSENT, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried

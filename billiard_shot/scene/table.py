@@ -111,7 +111,7 @@ class Cushion:
 
     """
 
-    model: str = choice('mathavan', 'han', default='mathavan')
+    model: str = choice(*CUSHIONS, default='mathavan')
     restitution: float = number(
         '', minimum=0.05, maximum=1, derived=lambda cushion: CUSHIONS[cushion.model][0]
     )

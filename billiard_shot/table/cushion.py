@@ -1,5 +1,5 @@
 """
-A ball meets a cushion: the contact after rebound.py or after Han, and the time that it takes.
+A ball meets a cushion: the contact by its model (cushion_models.py), and the time that it takes.
 
 A ball that meets a straight cushion presses it for some milliseconds. Meanwhile it moves along the
 cushion, and other balls may meet it. In the record this is one segment, whose acceleration brings
@@ -9,20 +9,17 @@ in no time, because the way along it would be longer than the jaw.
 
 import math
 
-from billiard_shot.compiled import inner, innermost
-from billiard_shot.records import Vector
-from billiard_shot.table.ball_impact import collide_fixed
+from billiard_shot.compiled import inner
+from billiard_shot.table.cushion_models import collide_lying, MATHAVAN, restitution_at
 from billiard_shot.table.flight import LYING
 from billiard_shot.table.flight_boundary import edge_at
 from billiard_shot.table.geometry import Table, TableNumbers
 from billiard_shot.table.motion import advance, Ball, FLIGHT, NOTHING, SLIDE
-from billiard_shot.table.params import HAN
 from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, WY, WZ, Y, Z
 from billiard_shot.table.rebound_table import interpolate_rebound
 from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
 
 FAR = 1e300  # height that a contact without duration does not change
-LEAST = 0.05  # restitution: that of scenes
 GRIP = 1e3  # coefficient of a friction that lets nothing slip
 # The error of a step relative to the ball's speed, at most and at least; and per tolerance [m].
 COARSEST, FINEST, SHARE = 5e-5, 1e-11, 0.02
@@ -62,13 +59,6 @@ def shift_to_touch(table: Table, ball: Ball, feature: int, z: float) -> tuple[fl
 
 
 @inner
-def exit_as(ball: Ball, velocity: Vector, spin: Vector) -> None:
-    """Let a ball leave the cushion with a velocity [m/s] and a spin [rad/s]."""
-    for i in range(3):
-        ball.exit_velocity[i], ball.exit_spin[i] = velocity[i], spin[i]
-
-
-@inner
 def collide_cushion(table: Table, r: Rebound, ball: Ball, feature: int) -> bool:
     """
     Find how a ball leaves a cushion that it meets.
@@ -78,32 +68,11 @@ def collide_cushion(table: Table, r: Rebound, ball: Ball, feature: int) -> bool:
     """
     x, y, z = normal_at(table, ball, feature)
     lies = ball.position[2] == table.params.radius
-    if lies and table.numbers.cushion_model == HAN:
-        collide_han(table, r, ball, x, y, z)
+    if lies and table.numbers.cushion_model != MATHAVAN:
+        r.state[ALONG] = collide_lying(table, ball, x, y, z)
+        r.time, r.held = table.numbers.cushion_duration, True
         return True
     return collide_compliant(table, r, ball, x, y, z)
-
-
-@innermost
-def restitution_at(n: TableNumbers, ball: Ball, x: float, y: float, z: float) -> float:
-    """Restitution of a cushion with the normal (x, y, z) for a ball as fast as this one."""
-    speed = n.cushion_fading * (x * ball.velocity[0] + y * ball.velocity[1] + z * ball.velocity[2])
-    return max(n.cushion_restitution / (1.0 + speed * speed), LEAST)
-
-
-@inner
-def collide_han(table: Table, r: Rebound, ball: Ball, x: float, y: float, z: float) -> None:
-    """Let a lying ball collide with a cushion as if there were no cloth (Han 2005)."""
-    n, v, w = table.numbers, ball.velocity, ball.spin
-    vx, vy, wx, wy, wz = v[0], v[1], w[0], w[1], w[2]
-    collide_fixed(
-        table.params, ball, x, y, z, restitution_at(n, ball, x, y, z), n.cushion_friction
-    )
-    exit_as(ball, v, w)
-    ball.exit_velocity[2] = 0.0  # the cloth holds it
-    r.time, r.held, flat = n.cushion_duration, True, math.sqrt(x * x + y * y)
-    r.state[ALONG] = 0.5 * r.time * (x * (vy + v[1]) - y * (vx + v[0])) / flat
-    v[0], v[1], v[2], w[0], w[1], w[2] = vx, vy, 0.0, wx, wy, wz
 
 
 @inner

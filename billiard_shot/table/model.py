@@ -5,10 +5,9 @@ import math
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.table import Pocket
-from billiard_shot.table.params import AUTO, BallClothParams, HAN, MATHAVAN, Mouth, TableParams
+from billiard_shot.table.cushion_models import CUSHION_MODELS, HAN
+from billiard_shot.table.params import AUTO, BallClothParams, Mouth, TableParams
 from billiard_shot.table.rolling_boundary import BEYOND
-
-_CUSHIONS = {'han': HAN, 'mathavan': MATHAVAN}
 
 
 def ball_cloth_params(scene: Scene) -> BallClothParams:
@@ -82,7 +81,7 @@ def table_params(scene: Scene) -> TableParams:
         length=float(table.length),
         width=float(table.width),
         pockets=table.pockets,
-        cushion_model=_CUSHIONS[cushion.model],
+        cushion_model=CUSHION_MODELS[cushion.model],
         cushion_restitution=float(cushion.restitution),
         cushion_friction=float(cushion.friction),
         cushion_fading=float(cushion.fading),

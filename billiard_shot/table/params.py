@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 AUTO, ON, OFF = 0, 1, 2
-HAN, MATHAVAN = 0, 1  # models of the cushion
 
 Mouth = tuple[float, float, float, float, float]
 
@@ -39,7 +38,7 @@ class TableParams(NamedTuple):
     length: float  # m
     width: float  # m
     pockets: bool
-    cushion_model: int  # HAN or MATHAVAN
+    cushion_model: int  # see cushion_models.py
     cushion_restitution: float
     cushion_friction: float
     cushion_fading: float  # s/m, of the restitution

@@ -21,7 +21,8 @@ from math import inf, nan, sqrt
 
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.records import Floats, ROWS, Storage, Vector
-from billiard_shot.table.params import BallClothParams, MATHAVAN, TableParams
+from billiard_shot.table.cushion_models import MATHAVAN
+from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.rebound import (
     ALONG,
     cloth_slip,
