@@ -27,6 +27,7 @@ from billiard_shot.planning.in_hand import PLACES
 from billiard_shot.planning.limits import BALLS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
+from billiard_shot.planning.targets import KINDS
 from billiard_shot.scene import Robot
 from billiard_shot.table.run import POCKET_NAMES
 
@@ -244,6 +245,8 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
     given = {name: value for name in names if (value := getattr(options, name)) is not None}
     if options.gate:
         given['gate'] = options.gate[:2], options.gate[2:]
+    if not given:
+        raise ValueError(f'target is missing; give one of --{", --".join(KINDS)}')
     return given
 
 

@@ -359,11 +359,12 @@ def _without_pockets(scene: Scene, key: str) -> Iterator[Mistake]:
 
 
 def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
+    if not set(scene.balls) - {CUE_BALL}:
+        yield Mistake((key,), 'needs a ball; the scene has only the cue ball')
+        return
     for ball in balls:
         if ball != ANY:
             yield from _ball(scene, key, ball)
-    if not set(scene.balls) - {CUE_BALL}:
-        yield Mistake((key,), 'needs a ball; the scene has only the cue ball')
 
 
 def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:

@@ -95,8 +95,8 @@ def test_pictures(target, tmp_path, capsys):
 @pytest.mark.parametrize(
     ('words', 'code', 'said'),
     [
-        (['pool_table'], 2, 'must be a mapping with one of the keys rest, pass, gate, hit, pot'),
-        (['pool_table', '--pot', '8'], 2, "must name a ball, but there is none, got '8'"),
+        (['pool_table'], 2, 'target is missing; give one of --rest, --pass, --gate, --hit, --pot'),
+        (['pool_table', '--pot', '8'], 2, 'pot needs a ball; the scene has only the cue ball'),
         (
             ['blocked', '--pot', '8', '--budget', '0'],
             2,
