@@ -63,20 +63,29 @@ class TurnServer(Node):
         )
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
-        Thread(target=self._executor.spin, daemon=True).start()
+        self._thread = Thread(target=self._executor.spin)
+        self._thread.start()
         self.get_logger().info(f'ready: action {self.resolve_topic_name("play_turn")}')
 
     def serve(self) -> bool:
         """Play the turns of goals, until a signal ends the program."""
-        while True:
-            with suppress(CanceledError):  # too late for the turn before
-                self._client.until(lambda: self._goal, FOR_EVER)
-            if self._goal is None or self._result is None:
-                continue
-            result, ended = self._play(self._goal), self._result
-            self._goal, self._client.is_canceled = None, False
-            ended.set_result(result)
-            self._executor.wake()
+        try:
+            while True:
+                self._serve_one()
+        finally:  # a thread that still waits in the middleware would crash the end of Python
+            self._executor.shutdown()
+            self._thread.join()
+
+    def _serve_one(self) -> None:
+        """Wait for a goal, if there is none yet, and play its turn."""
+        with suppress(CanceledError):  # too late for the turn before
+            self._client.until(lambda: self._goal, FOR_EVER)
+        if self._goal is None or self._result is None:
+            return
+        result, ended = self._play(self._goal), self._result
+        self._goal, self._client.is_canceled = None, False
+        ended.set_result(result)
+        self._executor.wake()
 
     # --- requests -------------------------------------------------------------------------------
 
