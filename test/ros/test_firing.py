@@ -261,7 +261,7 @@ def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, ser
             'this cell has safety equipment',
         ),
         ([*PLAYER, '{rest: [90, 0]}', '--budget', '100'], 1, 'no stroke'),
-        ([*PLAYER, '{pot: 8}'], 1, 'pot needs a ball; the scene has only the cue ball'),
+        ([*PLAYER, '{pot: 8}'], 1, 'target.balls needs a ball; the scene has only the cue ball'),
     ],
 )
 def test_exit_codes_and_messages(shell, arguments, code, words):
