@@ -208,9 +208,9 @@ def test_the_action_plays_a_turn(cell, server):
     action, rule = server
     place = PatientCaller(cell.player, PlaceBalls, f'{SPACE}/table_sim/place')
     assert place.wait_for_service()
-    assert place.call(PlaceBalls.Request(balls=balls_message(BALLS))).success
+    assert place.call(PlaceBalls.Request(balls=balls_message(BALLS)), repeatable=True).success
     assert cell.player.until(lambda: len(cell.player.table.balls) == 3, PATIENCE)
-    refused = rule.call(RuleShot.Request(shot_id='another'))
+    refused = rule.call(RuleShot.Request(shot_id='another'), repeatable=True)
     assert not refused.success
     assert 'shot_id must be' in refused.message
 
