@@ -1,7 +1,7 @@
 """Inputs of the controller that must be repeated: their values, and whether they are fresh."""
 
 from collections.abc import Container, Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 
 
@@ -120,8 +120,11 @@ class HeartbeatInput:
             each.forget(until)
 
     def take_over(self, before: 'HeartbeatInput') -> None:
-        """Take over from `before` the time from which messages are trusted."""
+        """Take over what each publisher said last, and from when messages are trusted."""
         self._valid_from = before._valid_from
+        self._publishers = {
+            name: replace(each, timeout=self.timeout) for name, each in before._publishers.items()
+        }
 
     def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""

@@ -519,6 +519,20 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     assert caught.value.outcome is Outcome.ALREADY_PLAYED
 
 
+def test_other_settings_forget_no_pressed_emergency_stop(bench):
+    """Before, a latch could be cleared until a slow publisher of true was heard again."""
+    bench.controller.receive_estop(True, bench.now, bench.now, 'gate')
+    other = Bench(settings=Settings(estop_timeout=1.0))
+    other.now = bench.now
+    other.controller.take_over(bench.controller)
+    other.run(0.3)  # another publisher says false
+    assert 'estop: is true (one of 2 publishers)' in other.controller.clear(other.now).reason
+    other.run(1.0)
+    assert 'estop: no message for 1.3 s, limit 1 s' in other.controller.clear(other.now).reason
+    other.controller.receive_estop(False, other.now, other.now, 'gate')
+    assert other.controller.clear(other.now).accepted
+
+
 def test_no_goal_is_accepted_while_the_cue_still_brakes(bench):
     """Its trajectory would begin at rest, and replace the stop."""
     in_state(bench, State.FIRING)
