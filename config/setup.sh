@@ -185,12 +185,13 @@ logged() {
     exit 1
 }
 
-# say_how_far LOG: say every ten seconds how long the step takes, and the last line of its log.
+# say_how_far LOG: say every ten seconds how long the step takes, and the last line of its log that is
+# no warning.
 say_how_far() {
     local begin=$SECONDS
     # Whoever reads the output need not wait for this sleep, and nothing outlives the set-up.
     while sleep 10 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
-        echo "set-up: $step: $((SECONDS - begin)) s: $(tail -n 1 "$1" | cut -c 1-60)"
+        echo "set-up: $step: $((SECONDS - begin)) s: $(grep -v WARNING "$1" | tail -n 1 | cut -c 1-90)"
     done
 }
 
