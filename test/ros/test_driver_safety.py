@@ -386,10 +386,14 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
     def said():
         return [line for line in cell.logged('second_sim') if line.startswith('ignored')]
 
-    for _ in range(5):
-        publisher.publish(JointTrajectory())
+    def refused():
+        publisher.publish(JointTrajectory())  # again: the mechanism may not know the publisher yet
         cell.player.until(lambda: False, 0.05)
-    assert cell.player.until(said, PATIENCE)
+        return said()
+
+    assert cell.player.until(refused, PATIENCE)
+    for _ in range(5):
+        refused()
     (line,) = said()
     assert re.fullmatch(
         r'ignored a command: header\.stamp must be .*at most 0\.5 ago, got .* \(s\)',
