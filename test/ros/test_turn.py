@@ -186,6 +186,15 @@ def server(cell, launch_once):
     action = ActionClient(cell.player, PlayTurn, f'{SPACE}/play_turn')
     rule = PatientCaller(cell.player, RuleShot, f'{SPACE}/player/rule_shot')
     assert cell.player.until(action.server_is_ready, PATIENCE)
+
+    def answered():
+        """Whether the server knows this client. Until then, answers to the client are lost."""
+        sent = action.send_goal_async(PlayTurn.Goal(state=GameState(game='cricket')))
+        if not cell.player.until(sent.done, 5.0) or not sent.result().accepted:
+            return False
+        return cell.player.until(sent.result().get_result_async().done, 5.0)
+
+    assert cell.player.until(answered, PATIENCE)
     yield action, rule
     action.destroy()
     process.send_signal(signal.SIGTERM)
