@@ -237,14 +237,6 @@ def _normal_of_plane(system: System) -> Vector:
     return normal
 
 
-def without_rounding(delassus: Vector) -> Vector:
-    """Make couplings of W (n, 3 N, 3 N) exactly symmetric, and zero if they are only rounding."""
-    sizes = np.sqrt(np.einsum('nii->ni', delassus))
-    scale = sizes[:, :, np.newaxis] * sizes[:, np.newaxis]
-    symmetric = 0.5 * (delassus + delassus.transpose(0, 2, 1))
-    return np.where(np.abs(symmetric) < rounding.COUPLING * scale, 0.0, symmetric)
-
-
 def velocity_changes(system: System, impulses: Vector) -> Vector:
     """Compute the changes of velocity and spin (B, 6) by impulses (N, 3) on bodies a [N s]."""
     arms, given = system.arms(), np.zeros((len(system.positions), 6))
