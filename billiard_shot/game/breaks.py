@@ -20,7 +20,7 @@ from billiard_shot.planning.strikes import motions_after
 from billiard_shot.planning.within_noise import NoisyBatch
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import SLOWEST
+from billiard_shot.scene.player import with_errors
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -106,8 +106,7 @@ def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledB
     position[:, :, 0, :2] = strokes[:, np.newaxis, :2]
     draws = [np.random.default_rng(seed).standard_normal(5) for seed in seeds]
     errors = np.array(draws) * scene.noise.sigmas(scene.ball.radius)
-    played = (strokes[:, np.newaxis, 2:] + errors).reshape(-1, 5)
-    played[:, 2], played[:, 4] = np.maximum(played[:, 2], 0.0), np.maximum(played[:, 4], SLOWEST)
+    played = with_errors(strokes[:, np.newaxis, 2:], errors).reshape(-1, 5)
     motion = motions_after(scene, model_of(scene), played)
     tables = TableStates(names, position.reshape(-1, len(names), 3))
     tables.velocity[:, 0], tables.spin[:, 0] = motion[:, :3], motion[:, 3:] / scene.ball.radius

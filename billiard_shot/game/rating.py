@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from billiard_shot.game.ideas import Idea
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.valuation import values
-from billiard_shot.planning.limits import AZIMUTH, ELEVATION, SPEED
-from billiard_shot.scene.player import SLOWEST
+from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.scene.player import with_errors
 
 Array = NDArray[np.float64]
 
@@ -64,9 +64,7 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         state, scene = position
-        played = np.array([idea.offsets for idea in own])[:, np.newaxis] + errors
-        played[..., ELEVATION] = np.maximum(played[..., ELEVATION], 0.0)
-        played[..., SPEED] = np.maximum(played[..., SPEED], SLOWEST)
+        played = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
         calls = [idea.call for idea in own for _ in range(samples)]
         batch = position.play(played.reshape(-1, 5), calls)
         kept = batch.keeps(state.player).reshape(-1, samples)

@@ -13,7 +13,7 @@ from billiard_shot.game.game import start
 from billiard_shot.gym.actions import action_space, places_of, scene_of_table, strokes_of
 from billiard_shot.planning.strikes import motions_after
 from billiard_shot.scene import SceneLike
-from billiard_shot.scene.player import SLOWEST
+from billiard_shot.scene.player import with_errors
 from billiard_shot.scene.values import whole
 from billiard_shot.shot.effects import model_of
 from billiard_shot.status import Status
@@ -86,9 +86,7 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         tables.present[:, cue] = True
         sigmas = scene.noise.sigmas(radius)
         errors = sigmas * self.np_random.standard_normal((self.num_envs, 5))
-        strokes = strokes_of(scene, actions) + errors
-        strokes[:, 2] = np.maximum(strokes[:, 2], 0.0)
-        strokes[:, 4] = np.maximum(strokes[:, 4], SLOWEST)
+        strokes = with_errors(strokes_of(scene, actions), errors)
         motion = motions_after(scene, model_of(scene), strokes)
         tables.velocity[:, cue], tables.spin[:, cue] = motion[:, :3], motion[:, 3:] / radius
         played = simulate_batch(scene, tables)

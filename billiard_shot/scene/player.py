@@ -203,3 +203,21 @@ class Noise:
     def times(self, factor: float) -> Noise:
         """Return the noise multiplied by a factor, at least 0."""
         return Noise(*(factor * each for each in astuple(self)))
+
+
+def with_errors(strokes: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Add errors to strokes, so that each can be played.
+
+    Elevations are raised to 0, and speeds to 1 mm/s.
+
+    Parameters
+    ----------
+    strokes, errors : (..., 5) float arrays
+        a, b (ball radii), elevation, azimuth (rad), speed (m/s).
+
+    """
+    played = strokes + errors
+    played[..., 2] = np.maximum(played[..., 2], 0.0)
+    played[..., 4] = np.maximum(played[..., 4], SLOWEST)
+    return played
