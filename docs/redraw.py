@@ -15,11 +15,11 @@ from tempfile import TemporaryDirectory
 from billiard_shot.cli import main
 from billiard_shot.pictures.figures import FIGURES
 
-DOCS = Path(__file__).resolve().parent
+sys.path.append(str(Path(__file__).resolve().parent / '_ext'))
+from pages import DOCS, FILE
+
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
 MEASURED = {'games-rack.png'}
-FILE = re.compile(r'<!-- file: (\S+) -->\n```\w+\n(.*?)^```$', re.MULTILINE | re.DOTALL)
-"""A file that a page shows: its name and its text."""
 STUDIES = (
     'study accuracy --picture accuracy.png',
     'atlas pool_table --ball 8 --ball-at 0.5 0.2 --cue-grid 24x12 --budget 2000 '

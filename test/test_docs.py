@@ -16,13 +16,14 @@ from billiard_shot.cli import main
 ROOT = Path(__file__).resolve().parents[1]
 sys.path += [str(ROOT / 'docs'), str(ROOT / 'docs' / '_ext')]
 from interfaces import Group, read_interfaces  # noqa: E402
+from pages import FILE, included_in, text_of  # noqa: E402
 import redraw  # noqa: E402
 
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 BLOCKS = [
-    (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(page.read_text())
+    (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(text_of(page))
 ]
 # Run by CI, by test_packaging.py, and by study/test_accuracy.py, with more options.
 ELSEWHERE = (
@@ -33,7 +34,7 @@ ELSEWHERE = (
     'billiard-shot study accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
-FILES = {page.name: redraw.FILE.findall(page.read_text()) for page in PAGES}
+FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
 TAGGED = [(page, tag, language, text) for page, tag, language, text in BLOCKS if tag]
 
 
@@ -221,6 +222,11 @@ def test_what_cannot_be_run_names_what_is_there(page, tag, language, text, tmp_p
     for kind, name in re.findall(r'billiard_shot_msgs/(\w+)/(\w+)', text):
         assert (MESSAGES / kind / f'{name}.{kind}').is_file()
     pytest.skip(f'needs {tag} to be run')
+
+
+def test_pages_show_the_examples_that_are_there():
+    shown = set().union(*(included_in(page) for page in PAGES))
+    assert shown == {f'examples/{path.name}' for path in (ROOT / 'docs' / 'examples').iterdir()}
 
 
 def test_pages_show_the_pictures_that_are_there():

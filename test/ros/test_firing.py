@@ -29,7 +29,10 @@ from billiard_shot.ros.service_caller import RETRY_PERIOD
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'firing.md'
-BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', PAGE.read_text(), re.MULTILINE | re.DOTALL)
+sys.path.append(str(ROOT / 'docs' / '_ext'))
+from pages import text_of
+
+BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', text_of(PAGE), re.MULTILINE | re.DOTALL)
 PLAYER = [sys.executable, '-m', 'billiard_shot.ros.player']
 NODES = {
     **PATIENT,
