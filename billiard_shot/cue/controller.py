@@ -7,9 +7,10 @@ The controller acts on messages at once; it checks for time-outs and progress at
 After a pause without calls, it trusts no message from before the pause.
 """
 
-from collections.abc import Callable, Container, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 import math
+from typing import Any
 
 import numpy as np
 
@@ -153,11 +154,15 @@ class Controller:
         self._watch_interlock(now)
 
     def receive_publishers(
-        self, estop: Container[Hashable], interlock: Container[Hashable]
+        self, estop: Mapping[Any, str], interlock: Mapping[Any, str], now: float
     ) -> None:
-        """Take the living publishers of both safety inputs, named as in the calls above."""
-        self.estop.keep(estop)
-        self.interlock.keep(interlock)
+        """
+        Take the living publishers of both safety inputs, with the names of their nodes.
+
+        Their keys are the publishers of the calls above.
+        """
+        self.estop.keep(estop, now)
+        self.interlock.keep(interlock, now)
 
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Take measured joint positions (6,) [m, rad] and velocities [per s]."""

@@ -1,8 +1,9 @@
 """Inputs of the controller that must be repeated: their values, and whether they are fresh."""
 
-from collections.abc import Container, Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 import math
+from typing import Any
 
 
 @dataclass(slots=True)
@@ -82,6 +83,9 @@ class HeartbeatInput:
     """
     Boolean input that every one of its publishers must repeat, and that all must call safe.
 
+    A publisher that exists but has said nothing yet may be about to say that it is not safe. So it
+    counts as silent if no message of it arrives within `timeout`.
+
     Parameters
     ----------
     name : str
@@ -96,6 +100,8 @@ class HeartbeatInput:
     timeout: float
     safe: bool
     _publishers: dict[Hashable, _PublisherHeartbeat] = field(default_factory=dict)
+    # Publishers that have said nothing yet: since when they are known, and their node.
+    _unheard: dict[Hashable, tuple[float, str]] = field(default_factory=dict)
     _valid_from: float = -math.inf
 
     def record(self, value: bool, written: float, now: float, publisher: Hashable = None) -> None:
@@ -104,13 +110,24 @@ class HeartbeatInput:
         if last is None:
             last = _PublisherHeartbeat(self.name, self.timeout, _valid_from=self._valid_from)
             self._publishers[publisher] = last
+            self._unheard.pop(publisher, None)
         if last.record(written, now) or value is not self.safe:
             last.value = value
 
-    def keep(self, publishers: Container[Hashable]) -> None:
-        """Forget the publishers that no longer exist; one without an id stays."""
+    def keep(self, publishers: Mapping[Any, str], now: float) -> None:
+        """
+        Take the publishers that exist now, with the names of their nodes; forget all others.
+
+        A publisher without an id stays. If there is one, the middleware gives no ids, and it is
+        not known which publishers have been heard.
+        """
         self._publishers = {
             name: each for name, each in self._publishers.items() if not name or name in publishers
+        }
+        self._unheard = {
+            name: (self._unheard.get(name, (now,))[0], node)
+            for name, node in publishers.items()
+            if name not in self._publishers and all(self._publishers)
         }
 
     def forget(self, until: float) -> None:
@@ -125,6 +142,7 @@ class HeartbeatInput:
         self._publishers = {
             name: replace(each, timeout=self.timeout) for name, each in before._publishers.items()
         }
+        self._unheard = before._unheard
 
     def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""
@@ -135,8 +153,14 @@ class HeartbeatInput:
             or ('' if each.value is self.safe else f'{self.name}: is {str(each.value).lower()}')
             for each in self._publishers.values()
         ]
+        problems += [
+            f'{self.name}: no message received from {node}'
+            for since, node in self._unheard.values()
+            if now - since > self.timeout
+        ]
         found = [each for each in problems if each]
         if not found:
             return ''
-        several = f' (one of {len(problems)} publishers)' if len(problems) > 1 else ''
+        count = len(self._publishers) + len(self._unheard)
+        several = f' (one of {count} publishers)' if count > 1 else ''
         return found[0] + several

@@ -426,12 +426,10 @@ class CueDriver(LifecycleNode):
         self._publish_diagnostics()
 
     def _count_publishers(self) -> None:
-        self._controller.receive_publishers(
-            *(
-                publishers_of(self, self.resolve_topic_name(name))
-                for name in ('estop', 'interlock')
-            )
+        estop, interlock = (
+            publishers_of(self, self.resolve_topic_name(name)) for name in ('estop', 'interlock')
         )
+        self._controller.receive_publishers(estop, interlock, steady_time())
 
     # --- outputs --------------------------------------------------------------------------------
 

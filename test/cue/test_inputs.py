@@ -80,12 +80,37 @@ def test_a_publisher_that_falls_silent_is_not_covered_by_another(estop):
     estop.record(False, 1.1, 1.1, 'gate')
     estop.record(False, 1.9, 1.9, 'panel')
     assert 'estop: no message for 0.8 s' in estop.problem(1.9)
-    estop.keep({'panel'})
+    estop.keep({'panel': '/panel'}, 1.9)
     assert estop.problem(1.9) == ''
 
 
+def test_a_publisher_that_was_never_heard_counts_as_silent():
+    """It may hang with its button pressed, and have said so before this program started."""
+    estop = HeartbeatInput('estop', 0.5, safe=False)
+    listed = {'panel': '/panel', 'gate': '/left/gate'}
+    for step in range(10):
+        now = 1.0 + 0.1 * step
+        estop.record(False, now, now, 'panel')
+        estop.keep(listed, now)
+        wrong = 'estop: no message received from /left/gate (one of 2 publishers)'
+        assert estop.problem(now) == ('' if now < 1.55 else wrong), now
+    estop.record(False, 1.9, 1.9, 'gate')
+    assert estop.problem(1.9) == ''
+    estop.keep({**listed, 'new': '/new'}, 2.0)
+    estop.keep(listed, 2.1)
+    assert estop.problem(2.2) == '', 'it has gone'
+
+
+def test_without_ids_of_publishers_one_message_is_that_of_all():
+    estop = HeartbeatInput('estop', 0.5, safe=False)
+    estop.record(False, 1.0, 1.0, b'')
+    estop.keep({'panel': '/panel'}, 1.0)
+    estop.record(False, 2.0, 2.0, b'')
+    assert estop.problem(2.0) == ''
+
+
 def test_without_publishers_nothing_is_known(estop):
-    estop.keep(())
+    estop.keep({}, 1.0)
     assert estop.problem(1.0) == 'estop: no message received'
 
 
