@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 import math
 from time import monotonic
+from traceback import format_exception
 from typing import Any, TypeAlias, TypeVar
 
 from action_msgs.msg import GoalStatus
@@ -32,6 +33,7 @@ from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.seen import Places, possible_rulings
 from billiard_shot.game.state import State
+from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import (
     CanceledError,
     NotReadyError,
@@ -42,8 +44,6 @@ from billiard_shot.ros.client import (
 from billiard_shot.ros.game_conversions import balls_message, shot_message
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.shot.replay import from_json
-
-T = TypeVar('T')
 
 PLACE_TOLERANCE = 0.01
 """Largest distance of a ball from its place [m]; the player then decides for where it lies."""
@@ -57,6 +57,8 @@ FORGET_PERIOD = 2.0
 RECORD_TIME = 5.0
 """Longest time in which a simulated table publishes its record of a shot [s]."""
 
+T = TypeVar('T')
+
 Stage = PlayTurn.Feedback
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
@@ -67,6 +69,10 @@ Ask: TypeAlias = Callable[[str, State, Places], Outcome]
 
 class NotPlayedError(RuntimeError):
     """The driver has refused or ended a shot; the message says why."""
+
+
+class AgentError(RuntimeError):
+    """The agent has failed; the message says how, and `__cause__` where."""
 
 
 @dataclass
@@ -121,6 +127,9 @@ class Turn:
             return result.CANCELED, 'canceled'
         except NotPlayedError as error:
             return result.NOT_PLAYED, str(error)
+        except AgentError as error:
+            self.client.get_logger().error(''.join(format_exception(error.__cause__)))
+            return result.AGENT_FAILED, str(error)
         except TableUnknownError as error:
             return result.TABLE_UNKNOWN, str(error)
         except (NotReadyError, TimeoutError) as error:
@@ -139,7 +148,7 @@ class Turn:
         state = self.state
         self.tell(Stage.DECIDE, f'player {state.player} decides', '', {})
         if state.places_cue_ball:
-            x, y = self._meanwhile(self.agent.place, state)
+            x, y = self._ask_agent(_place, state)
             if why := state.no_place(x, y):
                 self._judged(state, Decision(), concede(state, f'{(x, y)}: {why}'), '')
                 return
@@ -147,9 +156,9 @@ class Turn:
         wanted = state
         if not state.choices:
             state = self._arranged(wanted)
-        decision = self._meanwhile(self.agent.decide, wanted)
+        decision = self._ask_agent(_decide, wanted)
         if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
-            decision = self._meanwhile(self.agent.decide, state)
+            decision = self._ask_agent(_decide, state)
         if decision.choice not in (state.choices or ('',)):
             why = f'{decision.choice!r} is not a choice'
             self._judged(state, Decision(), concede(state, why), '')
@@ -160,13 +169,15 @@ class Turn:
         else:
             self._shoot(state, decision, decision.stroke)
 
-    def _meanwhile(self, think: Callable[[State], T], state: State) -> T:
-        """Let the agent think in a thread, so that the client goes on, and can be canceled."""
+    def _ask_agent(self, ask: Callable[..., T], *arguments: Any) -> T:
+        """Ask the agent in a thread, so that the client goes on, and can be canceled."""
         pool = ThreadPoolExecutor(1)
-        thought = pool.submit(think, state)
+        answer = pool.submit(ask, self.agent, *arguments)
         pool.shutdown(wait=False)
-        self.client.until(thought.done, math.inf)
-        return thought.result()
+        self.client.until(answer.done, math.inf)
+        if error := answer.exception():
+            raise AgentError(f'the agent has failed: {error!r}') from error
+        return answer.result()
 
     def _shoot(self, state: State, decision: Decision, stroke: Stroke) -> None:
         """Play a stroke, watch the balls, and judge."""
@@ -203,8 +214,8 @@ class Turn:
         gone = [ball for ball in state.balls if ball not in ruling.state.balls]
         self.shots.append(shot_message(shot_id, decision.reason, decision.success, ruling, gone))
         self.tell(Stage.JUDGED, ruling.text, shot_id, {})
-        self.agent.saw(state, decision, ruling)
         self.state = ruling.state
+        self._ask_agent(_tell, state, decision, ruling)
 
     # --- the table ------------------------------------------------------------------------------
 
@@ -243,6 +254,42 @@ class Turn:
         answer = self.client.answer(self._place.call_async(request), 'table_sim/place')
         if not answer.success:
             raise TableUnknownError(f'table_sim/place: {answer.message}')
+
+
+def make_agent(name: str, scene: Scene, seed: int) -> Agent:
+    """
+    Make an agent.
+
+    Raises
+    ------
+    ValueError
+        If there is no such agent.
+    AgentError
+        If its module or its function `make` fails.
+
+    """
+    try:
+        return find_agent(name)(scene, seed)
+    except ValueError:
+        raise
+    except Exception as error:
+        raise AgentError(f'agent {name!r} has failed: {error!r}') from error
+
+
+def _place(agent: Agent, state: State) -> tuple[float, float]:
+    x, y = map(float, agent.place(state))
+    return x, y
+
+
+def _decide(agent: Agent, state: State) -> Decision:
+    found: Any = agent.decide(state)
+    if not isinstance(found, Decision):
+        raise TypeError(f'decide must return a Decision, got {found!r}')
+    return found
+
+
+def _tell(agent: Agent, state: State, decision: Decision, ruling: Ruling) -> None:
+    agent.saw(state, decision, ruling)
 
 
 def _moves(seen: Balls, state: State) -> list[tuple[str, tuple[float, float]]]:

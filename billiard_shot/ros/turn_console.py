@@ -14,7 +14,7 @@ from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.turn import Stage, Turn
+from billiard_shot.ros.turn import AgentError, make_agent, Stage, Turn
 
 FIRE = 'fire'
 """What the operator types to fire an aimed shot."""
@@ -97,7 +97,11 @@ def play_turn(
         print(f'  {WORDS[stage]:11} {message}', flush=True)
 
     may_fire = (lambda: True) if options.arm else typed_fire
-    agent = find_agent(options.agent)(scene, options.seed)
+    try:
+        agent = make_agent(options.agent, scene, options.seed)
+    except AgentError as error:
+        print(f'  turn        {error}', flush=True)
+        return False
     turn = Turn(client, scene, agent, tell, ask, may_fire, state)
     print(f'{state.game}: {len(state.object_balls)} balls, player {state.player}', flush=True)
     outcome, message = turn.play()

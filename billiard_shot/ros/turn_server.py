@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 from threading import Thread
+from traceback import format_exception
 from typing import Any, TypeAlias
 
 from billiard_shot_msgs.action import PlayTurn
@@ -17,10 +18,9 @@ from billiard_shot.cue.lying import positions_of
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
-from billiard_shot.game.tournament import find_agent
-from billiard_shot.ros.client import CanceledError, RobotClient, TableUnknownError
+from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, state_message, state_of
-from billiard_shot.ros.turn import Turn
+from billiard_shot.ros.turn import AgentError, make_agent, Turn
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
@@ -158,12 +158,15 @@ class TurnServer(Node):
             self._client.wait_for_driver()
             balls = positions_of(self._client.wait_for_rest(), self._scene)
             state = state_of(request.state, balls, self._scene)
-            agent = find_agent(request.agent or 'player')(self._scene, request.seed)
+            agent = make_agent(request.agent or 'player', self._scene, request.seed)
         except CanceledError:
             return _failed(PlayTurn.Result.CANCELED, 'canceled', goal)
         except TableUnknownError as error:
             return _failed(PlayTurn.Result.TABLE_UNKNOWN, str(error), goal)
-        except RuntimeError as error:
+        except AgentError as error:
+            self.get_logger().error(''.join(format_exception(error.__cause__)))
+            return _failed(PlayTurn.Result.AGENT_FAILED, str(error), goal)
+        except (NotReadyError, TimeoutError) as error:
             return _failed(PlayTurn.Result.NOT_READY, str(error), goal)
         except ValueError as error:
             return _failed(PlayTurn.Result.INVALID, str(error), goal)

@@ -1,6 +1,7 @@
 """Turns of games with the mechanical cue: real processes, and rulings from pictures."""
 
 from dataclasses import replace
+import os
 import signal
 from types import SimpleNamespace
 
@@ -76,6 +77,9 @@ class Client:
     def count_publishers(self, topic):
         return 0
 
+    def get_logger(self):
+        return SimpleNamespace(error=lambda text: None)
+
     def until(self, condition, seconds):
         while not condition():
             pass
@@ -107,7 +111,7 @@ class Shooter:
         pass
 
 
-def turn_of(client, state, asked=None):
+def turn_of(client, state, asked=None, agent=None):
     told = []
 
     def ask(shot_id, before, places):
@@ -115,7 +119,7 @@ def turn_of(client, state, asked=None):
         return asked
 
     tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
-    return Turn(client, SCENE, Shooter(), tell, ask, lambda: True, state), told
+    return Turn(client, SCENE, agent or Shooter(), tell, ask, lambda: True, state), told
 
 
 def without(*names):
@@ -158,6 +162,39 @@ def test_a_turn_that_cannot_go_on_says_why(error, outcome):
     assert turn.state == game_of('practice')
 
 
+class Failing(Shooter):
+    """Agent of somebody else, which fails in one of its methods."""
+
+    def __init__(self, method, result=None, error=None):
+        def fail(*_):
+            if error:
+                raise error
+            return result
+
+        setattr(self, method, fail)
+
+
+@pytest.mark.parametrize(
+    ('agent', 'said'),
+    [
+        (Failing('decide', error=ZeroDivisionError('no idea')), "ZeroDivisionError('no idea')"),
+        (Failing('decide', error=SystemExit(3)), 'SystemExit(3)'),
+        (Failing('decide', result='a stroke'), "must return a Decision, got 'a stroke'"),
+        (Failing('place', result=None), 'TypeError'),
+        (Failing('saw', error=KeyError('shots')), "KeyError('shots')"),
+    ],
+)
+def test_an_agent_that_fails_ends_the_turn_with_the_reason(agent, said):
+    state = game_of('eight_ball', groups=('solids', 'stripes'))
+    if 'place' in vars(agent):
+        state = replace(state, in_hand='anywhere', balls=without('cue'))
+    turn, _ = turn_of(Client(BALLS, without('cue', '1')), state, agent=agent)
+    outcome, message = turn.play()
+    assert outcome == PlayTurn.Result.AGENT_FAILED
+    assert said in message
+    assert len(turn.shots) == ('saw' in vars(agent)), 'a shot that was played is not forgotten'
+
+
 # --- real processes -----------------------------------------------------------------------------
 
 
@@ -177,9 +214,22 @@ def test_three_balls_are_cleared(cell):
     assert {'1': state.balls['1']}.items() <= first.items()
 
 
+AGENT = """
+class Agent:
+    def decide(self, state):
+        raise RuntimeError('no idea')
+
+def make(scene, seed):
+    return Agent()
+"""
+
+
 @pytest.fixture
-def server(cell, launch_once):
+def server(cell, launch_once, tmp_path, monkeypatch):
     """Client of the action `play_turn`, and of the service that rules, of a process of its own."""
+    (tmp_path / 'failing').mkdir()
+    (tmp_path / 'failing' / 'agent.py').write_text(AGENT)
+    monkeypatch.setenv('PYTHONPATH', str(tmp_path), prepend=os.pathsep)
     process = launch_once(
         'player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'
     )
@@ -229,8 +279,14 @@ def test_the_action_plays_a_turn(cell, server):
     assert answer.result.outcome == PlayTurn.Result.INVALID
     assert "'cricket'" in answer.result.message
 
+    goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='failing.agent')
+    answer = ended(cell, begin(cell, action, goal, []))
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert answer.result.outcome == PlayTurn.Result.AGENT_FAILED
+    assert answer.result.message == "the agent has failed: RuntimeError('no idea')"
+
     said = []
-    goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='greedy')
+    goal.agent = 'greedy'
     handle = begin(cell, action, goal, said)
     assert handle.accepted
     assert not begin(cell, action, goal, []).accepted, 'one turn at a time'
