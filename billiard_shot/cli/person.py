@@ -60,7 +60,7 @@ class Person:
             return Decision(choice=choice)
         _show(state)
         scene = scene_of(self._scene, state)
-        direct = shots(scene, placed(state), find_game(state.game).pots(state))
+        direct = shots(scene, placed(state), find_game(state.game).targets(state))
         for number in range(len(direct)):
             ball, pocket = _names(direct, number)
             print(f'{number:3}  {ball} to {pocket}, chance {100.0 * direct.chance[number]:.0f} %')

@@ -30,9 +30,8 @@ class Game:
     rule : callable
         Takes a `State`, a `Call` and an `Outcome`, and returns the `Ruling`, see there.
     targets : callable
-        Takes a state, and returns the balls that the cue ball may meet first.
-    pots : callable
-        Takes a state, and returns the balls whose pot keeps the turn if they are met first.
+        Takes a state, and returns the balls that the cue ball may meet first. In games with
+        pockets the pot of such a ball keeps the turn.
     rack : callable
         Takes a state and the names of balls, and returns their places (x, y) [m].
     balls : tuple of str
@@ -58,7 +57,6 @@ class Game:
     edition: str
     rule: Callable[[State, Call, Outcome], Ruling]
     targets: Callable[[State], tuple[str, ...]]
-    pots: Callable[[State], tuple[str, ...]]
     rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
     balls: tuple[str, ...]
     needs: Callable[[State, int], int] = lambda state, player: len(state.object_balls)

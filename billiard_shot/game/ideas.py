@@ -132,7 +132,7 @@ def indirect_pots(position: Position) -> list[Idea]:
     """Search for combinations, kicks and banks that keep the turn."""
     state, scene = position
     rules = find_game(state.game)
-    wanted = rules.pots(state) if rules.calls else state.object_balls
+    wanted = rules.targets(state) if rules.calls else state.object_balls
     constraints = {'first_contact': rules.targets(state)}
     try:
         found = candidates(scene, Pot(wanted), budget=INDIRECT, constraints=constraints)

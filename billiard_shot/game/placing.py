@@ -32,7 +32,7 @@ def places_to_try(state: State, draw: np.random.Generator) -> Array:
     found = []
     half_length, half_width = 0.5 * state.length, 0.5 * state.width
     pockets = [(x, y) for x in (-half_length, 0.0, half_length) for y in (-half_width, half_width)]
-    for ball in find_game(state.game).pots(state):
+    for ball in find_game(state.game).targets(state):
         x, y = state.balls[ball]
         for pocket in pockets:
             back = math.atan2(y - pocket[1], x - pocket[0])

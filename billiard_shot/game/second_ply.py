@@ -61,7 +61,7 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     masks = np.zeros(batch.states.present.shape, np.bool_)
     for number, ruling in enumerate(batch.kinds):
         if goes_on[number] and not ruling.state.in_hand:
-            pots = find_game(ruling.state.game).pots(ruling.state)
+            pots = find_game(ruling.state.game).targets(ruling.state)
             masks[batch.kind == number] = [name in pots for name in names]
     direct = shots(scene, batch.states, masks)
     if not len(direct):
@@ -125,7 +125,7 @@ def _values_after(
         after = state.without(names[pair[1]])
         groups[pair] = after, rows
         if after.object_balls:
-            pots = find_game(state.game).pots(after)
+            pots = find_game(state.game).targets(after)
             masks[rows] = [name in pots for name in names]
     chance = np.zeros(len(kind))
     open_ = np.flatnonzero(masks.any(axis=1))

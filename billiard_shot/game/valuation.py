@@ -134,5 +134,5 @@ def value(ruling: Ruling, player: int, chance: Array) -> Array:
 
 def _may_pot(ruling: Ruling, names: tuple[str, ...]) -> NDArray[np.bool_]:
     """Which balls the next player may pot."""
-    pots = find_game(ruling.state.game).pots(ruling.state)
+    pots = find_game(ruling.state.game).targets(ruling.state)
     return np.array([name in pots for name in names])

@@ -35,12 +35,12 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
 
     An observation (16, 4) has a row for each ball, the cue ball first: x and y relative to half
     the length and half the width; 1 if the ball is on the table; and the role of the ball: 1 if it
-    may be potted, -1 if it must not be met first, else 0. The role of the cue ball is 1 if it is
-    in hand, -1 if it is in hand behind the head string, else 0. An action (7,) is a stroke and a
-    place of the cue ball in hand, see `strokes_of`; x is scaled to the part of the table where the
-    rules allow the cue ball. The cue is raised as far as it needs for clearance. The call is made
-    afterwards: the first ball that falls and may be potted was called. If rules offer choices, the
-    first one is taken.
+    may be met first and potted, else -1. The role of the cue ball is 1 if it is in hand, -1 if it
+    is in hand behind the head string, else 0. An action (7,) is a stroke and a place of the cue
+    ball in hand, see `strokes_of`; x is scaled to the part of the table where the rules allow the
+    cue ball. The cue is raised as far as it needs for clearance. The call is made afterwards: the
+    first ball that falls and may be potted was called. If rules offer choices, the first one is
+    taken.
 
     The reward is 1 for a rack that is won, -1 for one that is lost, else 0. A cue ball that is
     placed onto another ball loses the rack. The opponent plays in the same step until its turn
@@ -117,23 +117,18 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
 
     def _seen(self) -> Floats:
         state = self._state
-        may, legal = ((), ()) if state.over else self._roles()
+        legal = () if state.over else find_game(GAME).targets(state)
         seen = np.zeros((len(BALLS), 4), np.float32)
         for row, ball in zip(seen, BALLS, strict=True):
             if ball in state.balls:
                 x, y = state.balls[ball]
-                role = float(ball in may) - float(ball not in legal and ball != CUE_BALL)
+                role = 1.0 if ball in legal else -1.0
                 row[:] = 2.0 * x / state.length, 2.0 * y / state.width, 1.0, role
         seen[0, 3] = 0.0 if CUE_BALL in state.balls else IN_HAND[state.in_hand]
         return np.clip(seen, self._space.low, self._space.high)
 
-    def _roles(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the balls that may be potted, and those that may be met first."""
-        rules = find_game(GAME)
-        return rules.pots(self._state), rules.targets(self._state)
-
 
 def _call(state: State, outcome: Outcome) -> Call:
     """Call the first ball that fell and may be potted."""
-    may = find_game(GAME).pots(state)
+    may = find_game(GAME).targets(state)
     return next((Call(*pair) for pair in outcome.pocketed if pair[0] in may), NO_CALL)

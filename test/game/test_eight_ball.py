@@ -53,6 +53,11 @@ def test_a_ball_or_pocket_that_was_not_called_ends_the_turn_and_takes_no_group(p
     assert pot[0] not in ruling.state.balls  # 3.7: no ball but the 8 is ever spotted
 
 
+def test_the_eight_must_not_be_met_first_on_an_open_table():
+    ruling = judge(OPEN, CALL, after(('3', 'foot_left'), first='8'))  # 3.4
+    assert (numbers(ruling), ruling.state.groups) == (['6.2'], ('', ''))
+
+
 def test_a_called_safety_ends_the_turn_though_the_ball_falls():
     ruling = judge(SOLIDS, replace(CALL, safety=True), after(('3', 'foot_left')))
     assert ruling.legal

@@ -36,7 +36,7 @@ class Greedy:
             return -0.3 * state.length, 0.1 * state.width
         places = places_to_try(state, self._draw)
         tables = placed(state, places)
-        direct = shots(self._scene, tables, find_game(state.game).pots(state))
+        direct = shots(self._scene, tables, find_game(state.game).targets(state))
         x, y = places[int(np.argmax(direct.best))].tolist()
         return x, y
 
@@ -47,7 +47,7 @@ class Greedy:
         scene = scene_of(self._scene, state)
         if state.phase == 'break':
             return Decision(break_stroke(scene), reason='break')
-        direct = shots(scene, placed(state), find_game(state.game).pots(state))
+        direct = shots(scene, placed(state), find_game(state.game).targets(state))
         if not len(direct):
             return hit_something(scene, state)
         best = int(np.argmax(direct.chance))

@@ -129,7 +129,7 @@ class Player:
         found = {}
         for choice in state.choices:
             after = choose(state, choice)
-            pots = find_game(after.game).pots(after)
+            pots = find_game(after.game).targets(after)
             chance = np.zeros(1)
             if after.phase == 'break':
                 found[choice] = 0.5 if after.player == state.player else 0.45
@@ -158,7 +158,7 @@ class Player:
     def _steps(self, state: State) -> Iterator[list[Rated]]:
         """Yield the best strokes so far after each step, the best one first."""
         places = places_to_try(state, self._draw) if state.places_cue_ball else None
-        direct = shots(self._scene, placed(state, places), find_game(state.game).pots(state))
+        direct = shots(self._scene, placed(state, places), find_game(state.game).targets(state))
         best: list[Rated] = []
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):

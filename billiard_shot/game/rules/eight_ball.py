@@ -22,19 +22,9 @@ DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to c
 
 
 def targets(state: State) -> tuple[str, ...]:
-    """Balls that may be met first: all while the table is open, then the group, then the 8."""
-    group = state.groups[state.player]
-    if not group:
-        return state.object_balls
-    left = tuple(ball for ball in state.object_balls if ball in GROUPS[group])
-    return left or ('8',)
-
-
-def pots(state: State) -> tuple[str, ...]:
-    """Balls that may be called: the 8 only when the group is cleared (3.6)."""
-    if not state.groups[state.player]:
-        return tuple(ball for ball in state.object_balls if ball != '8')
-    return targets(state)
+    """Balls that may be met first and called (3.4, 3.6): the group, and after it the 8."""
+    group = GROUPS.get(state.groups[state.player], (*SOLIDS, *STRIPES))
+    return tuple(ball for ball in state.object_balls if ball in group) or ('8',)
 
 
 def needs(state: State, player: int) -> int:
@@ -51,7 +41,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         return _break(state, outcome)
     fouls = standard_fouls(state, outcome, targets(state))
     called = (call.ball, call.pocket) in outcome.pocketed
-    made = called and call.ball in pots(state) and not fouls
+    made = called and call.ball in targets(state) and not fouls
     if '8' in outcome.gone:
         won = made and call.ball == '8' and not call.safety
         winner = state.player if won else state.other
@@ -110,7 +100,6 @@ GAME = Game(
     edition=f'{WPA}, part 3',
     rule=rule,
     targets=targets,
-    pots=pots,
     rack=partial(rack_of, 'eight_ball'),  # 3.2
     balls=(*SOLIDS, '8', *STRIPES),
     needs=needs,

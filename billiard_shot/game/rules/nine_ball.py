@@ -64,7 +64,6 @@ GAME = Game(
     edition=f'{WPA}, part 2',
     rule=rule,
     targets=targets,
-    pots=targets,
     rack=partial(rack_of, 'nine_ball'),  # 2.2
     balls=tuple(str(ball) for ball in range(1, 10)),
     calls=False,

@@ -61,7 +61,6 @@ GAME = Game(
     edition=f'clear the table; fouls: {WPA}, part 6',
     rule=rule,
     targets=targets,
-    pots=targets,
     rack=rack,
     balls=tuple(str(ball) for ball in range(1, 16)),
     in_hand='anywhere',

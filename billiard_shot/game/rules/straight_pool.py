@@ -162,7 +162,6 @@ GAME = Game(
     edition=f'{WPA}, part 4',
     rule=rule,
     targets=targets,
-    pots=targets,
     rack=rack,
     balls=BALLS,
     needs=needs,

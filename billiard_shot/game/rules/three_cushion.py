@@ -73,7 +73,6 @@ GAME = Game(
     edition='Union Mondiale de Billard, World Rules of Carom Billiard, 1 January 1989',
     rule=rule,
     targets=targets,
-    pots=lambda state: (),
     rack=rack,
     balls=('other', 'red'),
     in_hand='',
