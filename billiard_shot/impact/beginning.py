@@ -25,9 +25,9 @@ from billiard_shot.impact.state import (
     ContactState,
     FREE,
     FRICTIONLESS,
+    ImpactProgress,
     INACTIVE,
     Model,
-    Progress,
     Workspace,
 )
 from billiard_shot.impact.turning import turn_normals
@@ -113,7 +113,7 @@ class Collisions(NamedTuple):
 
 @inner
 def begin(
-    given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: Progress
+    given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
 ) -> tuple[Model, Units]:
     """
     Set contacts and progress to the start of a collision, in the units of the collision.
@@ -238,7 +238,7 @@ def start_length(c: ContactState, length: float) -> None:
 
 
 @inner
-def start(p: Progress) -> None:
+def start(p: ImpactProgress) -> None:
     """Set the progress to the start of a collision."""
     p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
     p.section, p.section_start, p.sections = -1, 0, 0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
 from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
-from billiard_shot.impact.events import EventKind
+from billiard_shot.impact.events import ImpactEventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
@@ -22,9 +22,9 @@ REACTIVATIONS = 'instant', 'distance'
 class Ending(IntEnum):
     """Why a phase ended."""
 
-    RESTITUTION = EventKind.RESTITUTION_END  # the contact has finished restitution
-    ACTIVATION = EventKind.ACTIVATION  # another contact became active
-    SPRING_EXHAUSTED = EventKind.SPRING_EXHAUSTED  # law poisson: it ended with an empty spring
+    RESTITUTION = ImpactEventKind.RESTITUTION_END  # the contact has finished restitution
+    ACTIVATION = ImpactEventKind.ACTIVATION  # another contact became active
+    SPRING_EXHAUSTED = ImpactEventKind.SPRING_EXHAUSTED  # law poisson: its spring was empty
     ENERGY_FLOOR = ENERGY_FLOOR  # the motion died down: an infinite sequence ends
 
 

@@ -27,7 +27,7 @@ from billiard_shot.numerics.polynomial import evaluate, first_root, NO_ROOT, NOT
 from billiard_shot.records import Floats
 
 
-class EventKind(IntEnum):
+class ImpactEventKind(IntEnum):
     """Kind of the event at the end of a step."""
 
     NO_EVENT = 0  # the step ends for the sake of accuracy
@@ -43,7 +43,7 @@ class EventKind(IntEnum):
 (
     NO_EVENT, NORMAL_REVERSAL, RESTITUTION_END, ACTIVATION, SLIP_STOP, CONE_EXIT, SPRING_EXHAUSTED,
     TIP_CLEAR,
-) = map(int, EventKind)  # fmt: skip
+) = map(int, ImpactEventKind)  # fmt: skip
 
 
 class Step(NamedTuple):
@@ -57,18 +57,18 @@ class Step(NamedTuple):
     tolerance: float  # of the velocities
 
 
-class Event(NamedTuple):
+class ImpactEvent(NamedTuple):
     """The end of a step: an event at a contact, or NO_EVENT."""
 
     x: float
-    kind: int  # EventKind
+    kind: int  # ImpactEventKind
     contact: int  # -1: none
 
 
 @inner
 def first_event(
     m: Model, contacts: list[ContactState], ws: Workspace, step: Step, speed: float
-) -> Event:
+) -> ImpactEvent:
     """
     Locate the first event in (0, step.end]. If nothing happens, return NO_EVENT at the end.
 
@@ -125,7 +125,7 @@ def first_event(
                 end, kind, contact = x, CONE_EXIT, j
         if opens and (kind != CONE_EXIT or contact != j):  # not by friction outside its cone
             end, kind, contact = 0.0, RESTITUTION_END, j
-    return Event(end, kind, contact)
+    return ImpactEvent(end, kind, contact)
 
 
 @inner

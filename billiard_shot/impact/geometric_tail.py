@@ -20,9 +20,9 @@ from billiard_shot.impact.options import OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     HISTORY,
+    ImpactProgress,
     is_active,
     Model,
-    Progress,
     SECTION,
     Workspace,
 )
@@ -38,7 +38,7 @@ RESTITUTION_LOSS, FRICTION_LOSS, FINAL_SLIP, DURING = range(7, SECTION)
 
 @inner
 def ends_in_geometric_tail(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress
+    m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
 ) -> bool:
     """At the end of a section, add the rest if it is a geometric series; return whether it is."""
     record_section(contacts, ws, p)
@@ -46,7 +46,7 @@ def ends_in_geometric_tail(
 
 
 @inner
-def record_section(contacts: list[ContactState], ws: Workspace, p: Progress) -> None:
+def record_section(contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> None:
     """Write the state into the history."""
     row = p.sections % HISTORY
     ws.hashes[row] = p.event_hash
@@ -64,7 +64,7 @@ def record_section(contacts: list[ContactState], ws: Workspace, p: Progress) -> 
 
 
 @inner
-def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> bool:
+def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> bool:
     """Add the rest of a sequence to the state if it is a geometric series; return whether."""
     row = p.sections - 1
     for sections in range(1, MAX_SECTIONS + 1):

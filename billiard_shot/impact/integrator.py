@@ -7,8 +7,8 @@ Contract of the integrator, as long as a contact is active or approaches:
 2. *Propose a step.* `propose_step` returns a `Step`: forces, velocities and compressions of all
    contacts as polynomials, as far as the tolerance allows. It is an explicit step (taylor.py) or,
    if a contact's slip has just begun or creeps, an implicit one (collocation.py).
-3. *Locate the first event* on the polynomials: `first_event` returns an `Event`, at the end of the
-   step if nothing happens.
+3. *Locate the first event* on the polynomials: `first_event` returns an `ImpactEvent`, at the
+   end of the step if nothing happens.
 4. *Advance* the state to the event, and book impulses and losses (advance.py).
 5. *Apply its transition*, which changes modes, never velocities by a finite amount; law poisson
    and the end of a cue that swings back excepted (transitions.py).
@@ -25,8 +25,8 @@ from billiard_shot.impact.collocation import implicit_step
 from billiard_shot.impact.events import (
     ACTIVATION,
     CONE_EXIT,
-    Event,
     first_event,
+    ImpactEvent,
     NO_EVENT,
     NORMAL_REVERSAL,
     RESTITUTION_END,
@@ -47,13 +47,13 @@ from billiard_shot.impact.state import (
     CREEP,
     DEFERRED,
     FREE,
+    ImpactProgress,
     INACTIVE,
     is_active,
     is_stiff,
     MAX_COEFFICIENTS,
     Model,
     PhaseLog,
-    Progress,
     REDUNDANT_STICK,
     RESTITUTION,
     SLIP,
@@ -74,7 +74,7 @@ ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has 
 
 @inner
 def integrate(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, log: list[PhaseLog]
+    m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress, log: list[PhaseLog]
 ) -> bool:
     """
     Integrate a collision until it is over, or a section of it ends (geometric_tail.py).
@@ -119,13 +119,13 @@ def steps_allowed(contacts: int) -> int:
 
 
 @inner
-def is_time_to_rescale(p: Progress) -> bool:
+def is_time_to_rescale(p: ImpactProgress) -> bool:
     """Whether velocities may have grown unnoticed, because there was no event for a while."""
     return p.steps_since_event % OPTIONS.rescale_interval == OPTIONS.rescale_interval - 1
 
 
 @inner
-def ends_section(contacts: list[ContactState], p: Progress, event: Event) -> bool:
+def ends_section(contacts: list[ContactState], p: ImpactProgress, event: ImpactEvent) -> bool:
     """Whether an event ends the compression of the contact that sections are counted by."""
     if event.kind != NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
         return False
@@ -138,13 +138,13 @@ def ends_section(contacts: list[ContactState], p: Progress, event: Event) -> boo
 
 
 @inner
-def zero_slip(m: Model, p: Progress) -> float:
+def zero_slip(m: Model, p: ImpactProgress) -> float:
     """Slip below which a contact does not slip."""
     return OPTIONS.zero_slip_share * m.tolerance * max(p.speed, 1.0)
 
 
 @inner
-def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> None:
+def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> None:
     """Find the largest velocity that a contact has, or that its spring could still give."""
     largest = 0.0
     for j in range(len(contacts)):
@@ -186,7 +186,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
 
 
 @inner
-def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Progress) -> Step:
+def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> Step:
     """Fill the polynomials of the longest step within the tolerance; scale 0 if none is found."""
     stiff, redundant = prepare_contacts(m, contacts)
     p.steps += 1 + OPTIONS.implicit_cost * stiff * stiff
@@ -244,7 +244,12 @@ def prepare_contacts(m: Model, contacts: list[ContactState]) -> tuple[int, bool]
 
 @inner
 def take_step(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: Progress, step: Step, event: Event
+    m: Model,
+    contacts: list[ContactState],
+    ws: Workspace,
+    p: ImpactProgress,
+    step: Step,
+    event: ImpactEvent,
 ) -> None:
     """Advance to an event, and update the friction modes."""
     if event.kind == CONE_EXIT:
@@ -288,9 +293,9 @@ def carry_out(
     m: Model,
     contacts: list[ContactState],
     ws: Workspace,
-    p: Progress,
+    p: ImpactProgress,
     log: list[PhaseLog],
-    event: Event,
+    event: ImpactEvent,
 ) -> None:
     """Apply the transition of an event; first log the phase, if the event ends it."""
     kind, j = event.kind, event.contact
@@ -312,7 +317,7 @@ def carry_out(
 
 
 @inner
-def next_scale(p: Progress, step: Step) -> float:
+def next_scale(p: ImpactProgress, step: Step) -> float:
     """Scale of the next step: as long as the tolerance allowed this one to be."""
     if p.stiff > 0:
         longer = (step.tolerance / max(step.error, 1e-300)) ** (1.0 / STAGES)
@@ -396,7 +401,7 @@ def end(
     m: Model,
     contacts: list[ContactState],
     ws: Workspace,
-    p: Progress,
+    p: ImpactProgress,
     log: list[PhaseLog],
     status: int,
 ) -> bool:
@@ -415,7 +420,7 @@ def end(
 def log_phase(
     m: Model,
     contacts: list[ContactState],
-    p: Progress,
+    p: ImpactProgress,
     log: list[PhaseLog],
     ending: int,
     contact: int,

@@ -27,8 +27,8 @@ from billiard_shot.impact.outcome import (
 from billiard_shot.impact.state import (
     BodyState,
     ContactState,
+    ImpactProgress,
     PhaseLog,
-    Progress,
     Workspace,
     workspace,
 )
@@ -41,7 +41,7 @@ class Scratch(NamedTuple):
 
     contacts: list[ContactState]
     workspace: Workspace
-    progress: list[Progress]  # 1
+    progress: list[ImpactProgress]  # 1
 
 
 def new_scratch(storage: Storage, count: int) -> Scratch:
@@ -49,7 +49,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
     return Scratch(
         storage.records(ContactState, count),
         workspace(storage, count, TABLEAUS[storage]),
-        storage.records(Progress, 1),
+        storage.records(ImpactProgress, 1),
     )
 
 

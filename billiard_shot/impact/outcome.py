@@ -18,10 +18,10 @@ from billiard_shot.impact.state import (
     BodyState,
     components,
     ContactState,
+    ImpactProgress,
     is_active,
     Model,
     PhaseLog,
-    Progress,
     Workspace,
 )
 from billiard_shot.records import record
@@ -73,7 +73,7 @@ def finish(
     units: Units,
     contacts: list[ContactState],
     ws: Workspace,
-    p: Progress,
+    p: ImpactProgress,
     results: Results,
     number: int,
 ) -> None:

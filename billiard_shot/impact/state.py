@@ -137,7 +137,7 @@ class ContactState:
 
 
 @record
-class Progress:
+class ImpactProgress:
     """Progress of the integration of a collision."""
 
     status: int

@@ -6,7 +6,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.events import (
     ACTIVATION,
     CONE_EXIT,
-    Event,
+    ImpactEvent,
     NORMAL_REVERSAL,
     SLIP_STOP,
     SPRING_EXHAUSTED,
@@ -42,7 +42,7 @@ def apply(
     m: Model,
     contacts: list[ContactState],
     ws: Workspace,
-    event: Event,
+    event: ImpactEvent,
     known: bool,
     remaining: float,
 ) -> bool:

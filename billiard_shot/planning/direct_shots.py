@@ -22,7 +22,7 @@ from billiard_shot.records import Floats, record, Storage
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion_models import HAN
-from billiard_shot.table.geometry import lay_out, Layout, Pocket, TableNumbers
+from billiard_shot.table.geometry import lay_out, PackedTable, PocketGeometry, TableNumbers
 from billiard_shot.table.params import AUTO, BallClothParams, TableParams
 
 ABSENT, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
@@ -319,7 +319,7 @@ def rate_shot(
     seen: Seen,
     player: Player,
     openings: Floats,
-    hole: Pocket,
+    hole: PocketGeometry,
     axis: float,
     arrival: float,
     cue: int,
@@ -436,7 +436,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 @entry(_example)
 def find_direct_shots(
-    layout: Layout,
+    layout: PackedTable,
     places: Floats,
     kinds: Any,
     cue: int,
@@ -450,7 +450,7 @@ def find_direct_shots(
 
     Parameters
     ----------
-    layout : Layout
+    layout : PackedTable
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints

@@ -30,9 +30,9 @@ from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.cue import Cue, TIP_DURATION
+from billiard_shot.table.cue import CueRecord, TIP_DURATION
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
-from billiard_shot.table.motion import Segment
+from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.simulate import (
     batch_of,
     BatchRecording,
@@ -144,7 +144,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     runs = Runs(
         from_rows(BallOutcome, recording.balls.ravel()),
         from_rows(TableOutcome, recording.tables),
-        from_rows(Segment, recording.segments),
+        from_rows(SegmentRecord, recording.segments),
         run.storage.zeros(len(recording.segments)),
         run.storage.zeros(len(problem.places)),
     )
@@ -216,7 +216,7 @@ def start_strokes(
     rows = strikes.rows
     if len(solved) == count:
         return Started(task, rows['status'], rows['together'], rows['hits'] > 1)
-    starts, cues = starts_of(centre, others, count), ROWS.records(Cue, count)
+    starts, cues = starts_of(centre, others, count), ROWS.records(CueRecord, count)
     status = np.zeros(count, np.int64)
     together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     starts[solved], status[solved] = task.starts, rows['status']

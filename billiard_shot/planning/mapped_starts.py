@@ -13,7 +13,7 @@ from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.moving_strikes import TOLERANCE
 from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
 from billiard_shot.status import OK
-from billiard_shot.table.cue import Cue, follow_through_time
+from billiard_shot.table.cue import CueRecord, follow_through_time
 from billiard_shot.table.initial_states import BallStart
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ class Begun(NamedTuple):
     """How n tables of the same balls begin."""
 
     balls: list[BallStart]  # tables by balls
-    cues: list[Cue]  # n
+    cues: list[CueRecord]  # n
     status: Any  # (n,) ints: Status, OK or why the stroke is refused
 
 
@@ -135,7 +135,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         Ground(EXAMPLE_MODEL, around, zeros(3)),
         zeros(1, 5),
         Mapped(numbers, zeros(1, 3), zeros(1, TERMS, MOTION), storage.array(np.ones(3))),
-        Begun(storage.records(BallStart, 1), storage.records(Cue, 1), numbers),
+        Begun(storage.records(BallStart, 1), storage.records(CueRecord, 1), numbers),
         Room(zeros(3), zeros(3), zeros(MOTION)),
     )
 
@@ -185,7 +185,7 @@ def start_mapped(
     strokes : (n, 5) float array
     mapped : Mapped
     starts : (n, balls) BallStart
-    cues : (n,) Cue
+    cues : (n,) CueRecord
     status : (n,) int array
         Of the strikes that were solved.
 
@@ -199,13 +199,13 @@ def start_mapped(
     )
     begun = Begun(
         storage.from_rows(BallStart, starts.reshape(-1)),
-        storage.from_rows(Cue, cues),
+        storage.from_rows(CueRecord, cues),
         array(status),
     )
     room = Room(zeros(3), zeros(3), zeros(MOTION))
     run(ground, array(strokes), Mapped(*map(array, mapped)), begun, room)
     return (
         as_rows(BallStart, begun.balls).reshape(starts.shape),
-        as_rows(Cue, begun.cues),
+        as_rows(CueRecord, begun.cues),
         np.array(begun.status, np.int64),
     )

@@ -30,7 +30,7 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import names_of
 from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import layout_of, Table
+from billiard_shot.table.geometry import layout_of, TableModel
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulation_state import BallRule
@@ -46,7 +46,7 @@ class Problem:
     noise: Noise
     model: StrikeModel
     table: TableParams
-    layout: Table
+    layout: TableModel
     names: tuple[str, ...]  # of all balls, the cue ball first
     places: Array  # (balls, 2) m
     balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first

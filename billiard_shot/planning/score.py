@@ -20,7 +20,7 @@ from billiard_shot.table.motion import (
     OFF_TABLE,
     POCKETED,
     RELEASE,
-    Segment,
+    SegmentRecord,
 )
 from billiard_shot.table.simulation_state import BallRule
 
@@ -79,7 +79,7 @@ class Runs(NamedTuple):
 
     balls: list[BallOutcome]  # tables n
     tables: list[TableOutcome]
-    segments: list[Segment]
+    segments: list[SegmentRecord]
     ends: Floats  # (segments,) scratch, see `write_ends`
     following: Floats  # (n,) scratch
 
@@ -111,7 +111,7 @@ def piece_distance(px: float, py: float, qx: float, qy: float) -> float:
 
 
 @inner
-def nearest(segment: Segment, lasting: float, x: float, y: float) -> float:
+def nearest(segment: SegmentRecord, lasting: float, x: float, y: float) -> float:
     """Smallest horizontal distance [m] between a point and a segment of this duration [s]."""
     p, v, a = segment.position, segment.velocity, segment.acceleration
     px, py = p[0] - x, p[1] - y
@@ -128,7 +128,7 @@ def nearest(segment: Segment, lasting: float, x: float, y: float) -> float:
 
 
 @inner
-def crosses(segment: Segment, lasting: float, goal: Goal) -> bool:
+def crosses(segment: SegmentRecord, lasting: float, goal: Goal) -> bool:
     """Whether a segment crosses the line between the ends of a gate."""
     p, v, a = segment.position, segment.velocity, segment.acceleration
     lx, ly = goal.u - goal.x, goal.v - goal.y
@@ -168,7 +168,7 @@ def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first
 
 
 @inner
-def has_hit(segment: Segment) -> bool:
+def has_hit(segment: SegmentRecord) -> bool:
     """Whether a segment starts with a collision of balls."""
     return (segment.cause == BALL or segment.cause == CLUSTER) and segment.motion < POCKETED
 
@@ -232,7 +232,7 @@ def hit_penalty(sought: Sought, runs: Runs, part: Part) -> float:
 
 
 @inner
-def direction_error(goal: Goal, segments: list[Segment], part: Part) -> float:
+def direction_error(goal: Goal, segments: list[SegmentRecord], part: Part) -> float:
     """
     Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
 
@@ -253,7 +253,9 @@ def direction_error(goal: Goal, segments: list[Segment], part: Part) -> float:
 
 
 @inner
-def place_error(goal: Goal, x: float, y: float, segments: list[Segment], part: Part) -> float:
+def place_error(
+    goal: Goal, x: float, y: float, segments: list[SegmentRecord], part: Part
+) -> float:
     """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
     for k in range(part.begin, part.end):
         segment = segments[k]
@@ -322,7 +324,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     runs = Runs(
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
-        storage.records(Segment, 1),
+        storage.records(SegmentRecord, 1),
         zeros(1),
         zeros(1),
     )

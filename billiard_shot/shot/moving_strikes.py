@@ -19,9 +19,9 @@ from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.model import cue_params, tip_reach
 from billiard_shot.shot.strike import MISCUE_SLIP, PHASES, strike_status, Strikes, Strokes
 from billiard_shot.status import MISS
-from billiard_shot.table.cue import Cue, TIP_DURATION
+from billiard_shot.table.cue import CueRecord, TIP_DURATION
 from billiard_shot.table.flight import bounce
-from billiard_shot.table.motion import Ball, start_ball
+from billiard_shot.table.motion import BallRecord, start_ball
 from billiard_shot.table.params import BallClothParams, OFF, TableParams
 from billiard_shot.table.simulate import BatchRecording, run_tables, run_with_events, TableTask
 
@@ -64,7 +64,7 @@ def with_moving_bodies(
     which = np.flatnonzero(repeated | near)
     if not len(which):
         return done
-    cues: NDArray[np.void] = ROWS.records(Cue, len(which))
+    cues: NDArray[np.void] = ROWS.records(CueRecord, len(which))
     cues['tip'] = strokes.position + tip_reach(model) * rows['axes'][which, :3]
     cues['axis'] = strokes.velocities[which] / speeds[which, np.newaxis]
     cues['speed'], cues['strikes'] = speeds[which], True
@@ -113,7 +113,7 @@ def _write(
 
 def _bounce(params: BallClothParams, outcome: np.void) -> None:
     """Let a ball that came back to the cloth in its strike leave it again."""
-    ball, place = Ball(), [0.0, 0.0, params.radius]
+    ball, place = BallRecord(), [0.0, 0.0, params.radius]
     start_ball(ball, place, outcome['velocity'].tolist(), outcome['spin'].tolist())
     bounce(params, ball)
     outcome['velocity'], outcome['spin'] = ball.velocity, ball.spin

@@ -14,7 +14,7 @@ from billiard_shot.shot.model import cue_params
 from billiard_shot.shot.moving_strikes import TOLERANCE
 from billiard_shot.shot.strike import Strikes, Strokes
 from billiard_shot.status import Status
-from billiard_shot.table.cue import Cue, follow_through_time
+from billiard_shot.table.cue import CueRecord, follow_through_time
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import EventLog
 from billiard_shot.table.simulate import TableTask
@@ -83,7 +83,7 @@ def _following_cues(strokes: Strokes, strikes: Strikes) -> NDArray[np.void]:
     """Return the cues (n,) that follow their strokes; those of refused strokes stay away."""
     rows = strikes.rows
     played, speeds = rows['status'] < Status.MISS, rows['cue_speed'].tolist()
-    cues: NDArray[np.void] = ROWS.records(Cue, len(rows))
+    cues: NDArray[np.void] = ROWS.records(CueRecord, len(rows))
     cues['tip'], cues['tolerance'] = strikes.starts['position'][:, 0] + rows['tip'], TOLERANCE
     axes = strokes.velocities[played]
     cues['axis'][played] = axes / np.sqrt((axes * axes).sum(axis=1))[:, np.newaxis]

@@ -22,9 +22,9 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.strike import Strike
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.motion import Segment
+from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.run import EventLog, TableRun
-from billiard_shot.table.simulation_state import Event
+from billiard_shot.table.simulation_state import EventRecord
 
 FORMAT, VERSION = 'billiard_shot shot', 1
 
@@ -149,8 +149,8 @@ def _run(data: dict[str, Any]) -> TableRun:
         data['duration'],
         data['wall_time'],
         data['searches'],
-        _rows(Segment, data['segments'], 'run: segments'),
-        EventLog(_rows(Event, data['events'], 'run: events'), participants),
+        _rows(SegmentRecord, data['segments'], 'run: segments'),
+        EventLog(_rows(EventRecord, data['events'], 'run: events'), participants),
         np.array(data['places'], dtype=np.int64),
         data['jaws_met'],
     )

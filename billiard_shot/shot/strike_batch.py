@@ -23,11 +23,11 @@ from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import EventLog
-from billiard_shot.table.simulation_state import Event
+from billiard_shot.table.simulation_state import EventRecord
 
 AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 NO_BALLS = np.zeros((0, 3))
-NO_EVENTS = EventLog(ROWS.records(Event, 0), np.zeros((0, 2), np.int64))
+NO_EVENTS = EventLog(ROWS.records(EventRecord, 0), np.zeros((0, 2), np.int64))
 
 
 def strike_batch(

@@ -7,7 +7,7 @@ from billiard_shot.records import Vector
 from billiard_shot.table.ball_impact import apply_impulse, friction_impulse_per_slip, slip_at
 from billiard_shot.table.contact_time import contact_time
 from billiard_shot.table.geometry import TableNumbers
-from billiard_shot.table.motion import Ball, FLIGHT
+from billiard_shot.table.motion import BallRecord, FLIGHT
 from billiard_shot.table.params import BallClothParams
 
 OVERLAP = 1e-10  # m
@@ -26,7 +26,7 @@ def stays_beyond(x: float, v: float, h: float, time: float, distance: float) -> 
 
 
 @inner
-def collision_time(a: Ball, b: Ball, now: float, end: float, diameter: float) -> float:
+def collision_time(a: BallRecord, b: BallRecord, now: float, end: float, diameter: float) -> float:
     """Time at which two balls meet, if they go on as they do until `end`; else inf."""
     s, t, lasting = now - a.time, now - b.time, end - now
     p, q, u, w = a.position, b.position, a.velocity, b.velocity
@@ -61,7 +61,7 @@ def collision_time(a: Ball, b: Ball, now: float, end: float, diameter: float) ->
 
 
 @inner
-def line_of_centres(a: Ball, b: Ball) -> tuple[float, float, float, float]:
+def line_of_centres(a: BallRecord, b: BallRecord) -> tuple[float, float, float, float]:
     """Find the unit vector from ball b to ball a, and the distance of their centres [m]."""
     x = a.position[0] - b.position[0]
     y = a.position[1] - b.position[1]
@@ -86,7 +86,7 @@ def friction_of_balls(n: TableNumbers, slip: float) -> float:
 
 @inner
 def collide_balls(
-    params: BallClothParams, n: TableNumbers, a: Ball, b: Ball, restitution: float
+    params: BallClothParams, n: TableNumbers, a: BallRecord, b: BallRecord, restitution: float
 ) -> None:
     """Change the velocities and spins of two equal balls that meet: restitution and friction."""
     x, y, z, distance = line_of_centres(a, b)

@@ -10,7 +10,7 @@ restitution: the special case of billiard_shot.impact that Han (2005) works out 
 import math
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.table.motion import Ball
+from billiard_shot.table.motion import BallRecord
 from billiard_shot.table.params import BallClothParams
 
 # Bodies that meet more slowly [m/s] stay together. If their motion on the cloth presses them
@@ -20,7 +20,9 @@ MIN_APPROACH_SPEED = 1e-3
 
 
 @innermost
-def slip_at(ball: Ball, lever: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+def slip_at(
+    ball: BallRecord, lever: float, x: float, y: float, z: float
+) -> tuple[float, float, float]:
     """Tangential velocity [m/s] of a ball's surface at `lever` times the unit vector (x, y, z)."""
     v, w = ball.velocity, ball.spin
     along = v[0] * x + v[1] * y + v[2] * z
@@ -43,7 +45,7 @@ def friction_impulse_per_slip(
 @innermost
 def apply_impulse(
     params: BallClothParams,
-    ball: Ball,
+    ball: BallRecord,
     lever: float,
     x: float,
     y: float,
@@ -65,7 +67,7 @@ def apply_impulse(
 @inner
 def collide_fixed(
     params: BallClothParams,
-    ball: Ball,
+    ball: BallRecord,
     x: float,
     y: float,
     z: float,

@@ -9,12 +9,12 @@ a solid ball after 2 |u| / (7 mu g)). The spin about the vertical decays by itse
 import math
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.table.motion import Ball, REST, ROLL, SLIDE, SPIN, stop_ball
+from billiard_shot.table.motion import BallRecord, REST, ROLL, SLIDE, SPIN, stop_ball
 from billiard_shot.table.params import BallClothParams
 
 
 @innermost
-def speed_of(ball: Ball, radius: float) -> float:
+def speed_of(ball: BallRecord, radius: float) -> float:
     """Speed scale of a ball [m/s], to tell motion from rounding."""
     largest = 0.0
     for i in range(3):
@@ -23,7 +23,7 @@ def speed_of(ball: Ball, radius: float) -> float:
 
 
 @inner
-def slip_of(ball: Ball, radius: float) -> tuple[float, float, float]:
+def slip_of(ball: BallRecord, radius: float) -> tuple[float, float, float]:
     """Size [m/s] and direction (x, y) of the lowest point's velocity; zero if only rounding."""
     x = ball.velocity[0] - radius * ball.spin[1]
     y = ball.velocity[1] + radius * ball.spin[0]
@@ -46,14 +46,14 @@ def rolling_share(params: BallClothParams) -> float:
 
 
 @innermost
-def set_rolling_spin(params: BallClothParams, ball: Ball) -> None:
+def set_rolling_spin(params: BallClothParams, ball: BallRecord) -> None:
     """Turn a ball as it rolls at its speed."""
     ball.spin[0] = -ball.velocity[1] / params.radius
     ball.spin[1] = ball.velocity[0] / params.radius
 
 
 @inner
-def start_cloth_motion(params: BallClothParams, ball: Ball) -> None:
+def start_cloth_motion(params: BallClothParams, ball: BallRecord) -> None:
     """Find what a ball on the cloth does from now on, its accelerations, and when that ends."""
     lasting = math.inf
     slip, x, y = slip_of(ball, params.radius)
@@ -99,7 +99,7 @@ def start_cloth_motion(params: BallClothParams, ball: Ball) -> None:
 
 
 @inner
-def snap_to_segment_end(params: BallClothParams, ball: Ball) -> None:
+def snap_to_segment_end(params: BallClothParams, ball: BallRecord) -> None:
     """Make exact what a segment on the cloth ends in: no slip, no speed, or no spin."""
     if ball.spin_ends:
         ball.spin[2] = 0.0

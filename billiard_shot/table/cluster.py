@@ -22,12 +22,21 @@ from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import as_rows, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
-from billiard_shot.table.cue import Cue, THE_CUE
+from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
 from billiard_shot.table.gather import CLOTH, ImpactRoom, TIP
-from billiard_shot.table.geometry import Table
-from billiard_shot.table.motion import BALL, Ball, CLUSTER, CUE, FLIGHT, IMPACT, NOTHING, SLIDE
+from billiard_shot.table.geometry import TableModel
+from billiard_shot.table.motion import (
+    BALL,
+    BallRecord,
+    CLUSTER,
+    CUE,
+    FLIGHT,
+    IMPACT,
+    NOTHING,
+    SLIDE,
+)
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import (
     energy_of,
@@ -35,7 +44,7 @@ from billiard_shot.table.simulation_state import (
     log_event,
     note_meeting,
     position_at,
-    Progress,
+    RunProgress,
     Simulation,
 )
 
@@ -71,7 +80,7 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
 
 
 def solve(
-    storage: Storage, table: Table, p: Progress, room: ImpactRoom, phases: int = 0
+    storage: Storage, table: TableModel, p: RunProgress, room: ImpactRoom, phases: int = 0
 ) -> NDArray[np.void]:
     """
     Solve an impact after `gather`.
@@ -106,7 +115,7 @@ def solve(
 
 
 @inner
-def settle(table: Table, s: Simulation, room: ImpactRoom) -> None:
+def settle(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
     """
     Stop what only rounding moves, and put balls onto the cloth.
 
@@ -137,7 +146,9 @@ def settle(table: Table, s: Simulation, room: ImpactRoom) -> None:
 
 
 @inner
-def shift_ball(p: Progress, room: ImpactRoom, member: int, x: float, y: float, z: float) -> None:
+def shift_ball(
+    p: RunProgress, room: ImpactRoom, member: int, x: float, y: float, z: float
+) -> None:
     """Shift a ball, and the tip of the cue with the ball that it hits."""
     place = room.results.bodies[member].position
     place[0] += x
@@ -151,7 +162,7 @@ def shift_ball(p: Progress, room: ImpactRoom, member: int, x: float, y: float, z
 
 
 @inner
-def set_apart(table: Table, p: Progress, room: ImpactRoom) -> bool:
+def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
     """
     Move balls apart that are still dented, and out of cushions; return whether none overlap then.
 
@@ -180,7 +191,7 @@ def set_apart(table: Table, p: Progress, room: ImpactRoom) -> bool:
 
 
 @inner
-def leave_edge(table: Table, p: Progress, room: ImpactRoom, contact: int) -> bool:
+def leave_edge(table: TableModel, p: RunProgress, room: ImpactRoom, contact: int) -> bool:
     """Move a ball sideways out of the edge of a contact; return whether it was in it."""
     radius, member = table.params.radius, room.properties[contact].body_a
     place = room.results.bodies[member].position
@@ -195,7 +206,7 @@ def leave_edge(table: Table, p: Progress, room: ImpactRoom, contact: int) -> boo
 
 
 @inner
-def takes_part(p: Progress, room: ImpactRoom, member: int) -> bool:
+def takes_part(p: RunProgress, room: ImpactRoom, member: int) -> bool:
     """Whether a contact of a member closed. The cue hits ball 0 in any case."""
     if member == 0 and p.other == THE_CUE:
         return True
@@ -207,7 +218,7 @@ def takes_part(p: Progress, room: ImpactRoom, member: int) -> bool:
 
 
 @inner
-def first_partner(p: Progress, room: ImpactRoom, member: int) -> int:
+def first_partner(p: RunProgress, room: ImpactRoom, member: int) -> int:
     """Ball that a member met: one that began the impact, or the one that it pushed most."""
     found, most = NOTHING, -1.0
     for j in range(p.contacts):
@@ -227,7 +238,7 @@ def first_partner(p: Progress, room: ImpactRoom, member: int) -> int:
 
 @inner
 def leave_impact(
-    params: BallClothParams, ball: Ball, x: float, y: float, z: float, lasting: float
+    params: BallClothParams, ball: BallRecord, x: float, y: float, z: float, lasting: float
 ) -> None:
     """
     Let a ball go on with the exit velocity and spin that an impact gives it.
@@ -255,7 +266,9 @@ def leave_impact(
 
 
 @inner
-def conclude(table: Table, s: Simulation, cues: list[Cue], number: int, room: ImpactRoom) -> None:
+def conclude(
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
+) -> None:
     """Let balls and cue go on after an impact is solved; `resume` begins the balls' segments."""
     p, outcome = s.progress, room.results.outcomes[0]
     with_cue, status, lasting = p.other == THE_CUE, outcome.status, 0.0
@@ -284,7 +297,7 @@ def conclude(table: Table, s: Simulation, cues: list[Cue], number: int, room: Im
 
 
 @inner
-def write_exit(params: BallClothParams, ball: Ball, body: BodyState) -> float:
+def write_exit(params: BallClothParams, ball: BallRecord, body: BodyState) -> float:
     """Write velocity and spin with which a ball leaves an impact; return its kinetic energy."""
     for i in range(3):
         ball.exit_velocity[i], ball.exit_spin[i] = body.velocity[i], body.spin[i] / params.radius
@@ -292,7 +305,7 @@ def write_exit(params: BallClothParams, ball: Ball, body: BodyState) -> float:
 
 
 @inner
-def let_go(table: Table, s: Simulation, room: ImpactRoom, lasting: float) -> None:
+def let_go(table: TableModel, s: Simulation, room: ImpactRoom, lasting: float) -> None:
     """Let the balls of an impact go on, and log it."""
     p, params, with_cue = s.progress, table.params, s.progress.other == THE_CUE
     before, after, first = 0.0, 0.0, s.balls[p.ball]
@@ -329,7 +342,7 @@ def note_meetings(s: Simulation, room: ImpactRoom) -> None:
 
 
 @inner
-def begin_after_strike(table: Table, s: Simulation, room: ImpactRoom, moved: bool) -> None:
+def begin_after_strike(table: TableModel, s: Simulation, room: ImpactRoom, moved: bool) -> None:
     """Put balls where a strike leaves them, or where they were; log the meetings of balls."""
     p, params, bodies = s.progress, table.params, room.results.bodies
     for k in range(p.members):
@@ -353,7 +366,7 @@ def begin_after_strike(table: Table, s: Simulation, room: ImpactRoom, moved: boo
 
 
 @inner
-def note_strike(p: Progress, room: ImpactRoom, cue: Cue, status: int) -> None:
+def note_strike(p: RunProgress, room: ImpactRoom, cue: CueRecord, status: int) -> None:
     """Write what the impact did with which a run begins."""
     outcome, tip = room.results.outcomes[0], room.results.contacts[TIP]
     cue.status, cue.phases, cue.steps = status, outcome.phases, outcome.steps
@@ -370,7 +383,7 @@ def note_strike(p: Progress, room: ImpactRoom, cue: Cue, status: int) -> None:
 
 
 @inner
-def release_cue(s: Simulation, cue: Cue, room: ImpactRoom, lasting: float) -> None:
+def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float) -> None:
     """Let the cue go on beside the ball that it hit."""
     p, tip, ball = s.progress, room.results.bodies[s.progress.members], s.balls[0]
     speed = dot(cue.axis, tip.velocity)

@@ -42,7 +42,7 @@ NO_CUE = CueParams(*(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf
 
 
 @record
-class Cue:
+class CueRecord:
     """
     The cue of a table. Frame `table`.
 

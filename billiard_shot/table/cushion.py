@@ -13,8 +13,8 @@ from billiard_shot.compiled import inner
 from billiard_shot.table.cushion_models import collide_lying, MATHAVAN, restitution_at
 from billiard_shot.table.flight import LYING
 from billiard_shot.table.flight_boundary import edge_at
-from billiard_shot.table.geometry import Table, TableNumbers
-from billiard_shot.table.motion import advance, Ball, FLIGHT, NOTHING, SLIDE
+from billiard_shot.table.geometry import TableModel, TableNumbers
+from billiard_shot.table.motion import advance, BallRecord, FLIGHT, NOTHING, SLIDE
 from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, WY, WZ, Y, Z
 from billiard_shot.table.rebound_table import interpolate_rebound
 from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
@@ -27,7 +27,9 @@ IN_THE_AIR = 0.01  # of it for a ball that flies, whose later rebounds enlarge w
 
 
 @inner
-def direction_from(table: Table, ball: Ball, feature: int) -> tuple[float, float, float]:
+def direction_from(
+    table: TableModel, ball: BallRecord, feature: int
+) -> tuple[float, float, float]:
     """
     Find the horizontal direction to a ball from the edge it touches, and its distance [m].
 
@@ -40,7 +42,7 @@ def direction_from(table: Table, ball: Ball, feature: int) -> tuple[float, float
 
 
 @inner
-def normal_at(table: Table, ball: Ball, feature: int) -> tuple[float, float, float]:
+def normal_at(table: TableModel, ball: BallRecord, feature: int) -> tuple[float, float, float]:
     """Find the unit vector to a ball from where it touches a nose, facing or arc."""
     x, y, _ = direction_from(table, ball, feature)
     up = (ball.position[2] - table.numbers.nose_height) / table.params.radius
@@ -50,7 +52,9 @@ def normal_at(table: Table, ball: Ball, feature: int) -> tuple[float, float, flo
 
 
 @inner
-def shift_to_touch(table: Table, ball: Ball, feature: int, z: float) -> tuple[float, float, float]:
+def shift_to_touch(
+    table: TableModel, ball: BallRecord, feature: int, z: float
+) -> tuple[float, float, float]:
     """Find the way (x, y) to where a ball at height z touches an edge, and its length [m]."""
     x, y, away = direction_from(table, ball, feature)
     radius, up = table.params.radius, z - table.numbers.nose_height
@@ -59,7 +63,7 @@ def shift_to_touch(table: Table, ball: Ball, feature: int, z: float) -> tuple[fl
 
 
 @inner
-def collide_cushion(table: Table, r: Rebound, ball: Ball, feature: int) -> bool:
+def collide_cushion(table: TableModel, r: Rebound, ball: BallRecord, feature: int) -> bool:
     """
     Find how a ball leaves a cushion that it meets.
 
@@ -76,7 +80,9 @@ def collide_cushion(table: Table, r: Rebound, ball: Ball, feature: int) -> bool:
 
 
 @inner
-def collide_compliant(table: Table, r: Rebound, ball: Ball, x: float, y: float, z: float) -> bool:
+def collide_compliant(
+    table: TableModel, r: Rebound, ball: BallRecord, x: float, y: float, z: float
+) -> bool:
     """Let a ball collide with a cushion whose normal is (x, y, z), as rebound.py says."""
     params, n = table.params, table.numbers
     v, w, state, radius = ball.velocity, ball.spin, r.state, params.radius
@@ -122,7 +128,7 @@ def collide_compliant(table: Table, r: Rebound, ball: Ball, x: float, y: float, 
 
 
 @inner
-def press(table: Table, r: Rebound, ball: Ball) -> None:
+def press(table: TableModel, r: Rebound, ball: BallRecord) -> None:
     """Begin the segment in which a ball presses a nose, after `collide_cushion`."""
     params, along, lasting = table.params, r.state[ALONG], r.time
     height = 0.0 if r.held else max(r.state[Z], 0.0)
@@ -142,7 +148,7 @@ def press(table: Table, r: Rebound, ball: Ball) -> None:
 
 
 @inner
-def release(table: Table, ball: Ball) -> None:
+def release(table: TableModel, ball: BallRecord) -> None:
     """Let a ball that presses a nose leave it: from now on it moves as after the contact."""
     if ball.position[2] <= table.params.radius * (1.0 + LYING):
         ball.position[2] = table.params.radius
@@ -152,7 +158,7 @@ def release(table: Table, ball: Ball) -> None:
 
 
 @inner
-def advance_free(table: Table, ball: Ball, time: float) -> None:
+def advance_free(table: TableModel, ball: BallRecord, time: float) -> None:
     """
     Move a ball on to a time; if it presses a nose, that contact is over.
 
@@ -165,7 +171,7 @@ def advance_free(table: Table, ball: Ball, time: float) -> None:
 
 
 @inner
-def next_nose(n: TableNumbers, ball: Ball) -> tuple[float, int]:
+def next_nose(n: TableNumbers, ball: BallRecord) -> tuple[float, int]:
     """When a ball that presses a nose meets another one, in a corner without a pocket; or inf."""
     end, feature = ball.end - ball.time, NOTHING
     px, py, vx, vy = ball.position[0], ball.position[1], ball.velocity[0], ball.velocity[1]

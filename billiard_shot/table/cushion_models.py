@@ -14,8 +14,8 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.table.ball_impact import collide_fixed
 
 if TYPE_CHECKING:
-    from billiard_shot.table.geometry import Table, TableNumbers
-    from billiard_shot.table.motion import Ball
+    from billiard_shot.table.geometry import TableModel, TableNumbers
+    from billiard_shot.table.motion import BallRecord
 
 MATHAVAN, HAN = 0, 1
 CUSHION_MODELS = {'mathavan': MATHAVAN, 'han': HAN}
@@ -23,28 +23,28 @@ LEAST_RESTITUTION = 0.05  # that of scenes
 
 
 @innermost
-def restitution_at(n: TableNumbers, ball: Ball, x: float, y: float, z: float) -> float:
+def restitution_at(n: TableNumbers, ball: BallRecord, x: float, y: float, z: float) -> float:
     """Restitution of a cushion with the normal (x, y, z) for a ball as fast as this one."""
     speed = n.cushion_fading * (x * ball.velocity[0] + y * ball.velocity[1] + z * ball.velocity[2])
     return max(n.cushion_restitution / (1.0 + speed * speed), LEAST_RESTITUTION)
 
 
 @inner
-def change_velocity(table: Table, ball: Ball, x: float, y: float, z: float) -> None:
+def change_velocity(table: TableModel, ball: BallRecord, x: float, y: float, z: float) -> None:
     """Change velocity and spin of a ball at a cushion with the normal (x, y, z) by its model."""
     if table.numbers.cushion_model == HAN:
         collide_han(table, ball, x, y, z)
 
 
 @inner
-def collide_han(table: Table, ball: Ball, x: float, y: float, z: float) -> None:
+def collide_han(table: TableModel, ball: BallRecord, x: float, y: float, z: float) -> None:
     """Let a ball collide with a cushion as if there were no cloth (Han 2005)."""
     restitution = restitution_at(table.numbers, ball, x, y, z)
     collide_fixed(table.params, ball, x, y, z, restitution, table.numbers.cushion_friction)
 
 
 @inner
-def collide_lying(table: Table, ball: Ball, x: float, y: float, z: float) -> float:
+def collide_lying(table: TableModel, ball: BallRecord, x: float, y: float, z: float) -> float:
     """
     Write how a lying ball leaves a cushion whose normal is (x, y, z), by a model in closed form.
 

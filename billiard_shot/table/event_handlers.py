@@ -24,11 +24,11 @@ from billiard_shot.table.cushion import (
 )
 from billiard_shot.table.flight import bounce, lumped_bounce_error
 from billiard_shot.table.flight_boundary import lands_off_table
-from billiard_shot.table.geometry import Table
+from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
     advance,
     BALL,
-    Ball,
+    BallRecord,
     CUSHION,
     FLIGHT,
     IMPACT,
@@ -66,7 +66,7 @@ APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 
 @inner
-def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) -> float:
+def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: float) -> float:
     """
     Let the cloth answer to an impact that pushed a ball into it or off it.
 
@@ -89,7 +89,7 @@ def apply_cloth_response(params: BallClothParams, ball: Ball, tolerance: float) 
 
 
 @inner
-def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
+def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> None:
     """
     Begin a ball's next segment on the cloth or in the air, and find when it meets the table.
 
@@ -117,14 +117,14 @@ def go_on(table: Table, s: Simulation, ball: Ball, cause: int) -> None:
 
 
 @inner
-def meet_cushion(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
+def meet_cushion(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
     """Let a ball meet a cushion; if that is not solved, note the status."""
     if not collide_cushion(table, s.rebound, ball, feature):
         s.progress.unsolved = BUDGET_EXCEEDED
 
 
 @inner
-def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> float:
+def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> float:
     """
     Begin the segment that follows an event, and find what its ball meets of the table.
 
@@ -153,7 +153,7 @@ def start_next_segment(table: Table, s: Simulation, ball: Ball, cause: int) -> f
 
 
 @inner
-def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
+def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball's segment end by itself."""
     motion, cause = ball.motion, OWN
     advance(ball, ball.end)
@@ -177,7 +177,7 @@ def handle_segment_end(table: Table, s: Simulation, ball: Ball) -> None:
 
 @inner
 def separate(
-    table: Table, s: Simulation, ball: Ball, space: float, x: float, y: float, z: float
+    table: TableModel, s: Simulation, ball: BallRecord, space: float, x: float, y: float, z: float
 ) -> None:
     """Shift a ball by half of a space along (x, y, z), if nothing is in its way."""
     n, radius, shift = table.numbers, table.params.radius, 0.5 * space
@@ -201,7 +201,7 @@ def separate(
 
 
 @inner
-def meet_edge(table: Table, s: Simulation, ball: Ball, feature: int) -> None:
+def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
     """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
     n, lies = table.numbers, ball.position[2] == table.params.radius
     ball.last_edge = ball.time
@@ -240,7 +240,9 @@ def defer_to_cluster(s: Simulation, time: float, ball: int, other: int, reach: f
 
 
 @inner
-def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float, reach: float) -> bool:
+def is_cluster(
+    table: TableModel, s: Simulation, i: int, j: int, time: float, reach: float
+) -> bool:
     """Whether either of two balls that meet is within reach of another one."""
     distance = 2.0 * table.params.radius + reach
     return touches_another(s, i, j, time, distance) or touches_another(s, j, i, time, distance)
@@ -248,7 +250,7 @@ def is_cluster(table: Table, s: Simulation, i: int, j: int, time: float, reach: 
 
 @inner
 def impact_reach(
-    table: Table, a: Ball, b: Ball, x: float, y: float, z: float, approach: float
+    table: TableModel, a: BallRecord, b: BallRecord, x: float, y: float, z: float, approach: float
 ) -> float:
     """Distance [m] up to which balls take part in an impact of balls that meet along (x, y, z)."""
     n, along = table.numbers, 0.0
@@ -261,7 +263,7 @@ def impact_reach(
 
 
 @inner
-def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
+def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball meet something of the table."""
     params, feature, cause = table.params, ball.boundary_feature, CUSHION
     advance_free(table, ball, ball.boundary_time)
@@ -280,7 +282,7 @@ def handle_boundary(table: Table, s: Simulation, ball: Ball) -> None:
 
 
 @inner
-def handle_collision(table: Table, s: Simulation, i: int, j: int, time: float) -> None:
+def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: float) -> None:
     """Let two balls meet."""
     params, a, b = table.params, s.balls[i], s.balls[j]
     advance_free(table, a, time)

@@ -15,7 +15,7 @@ from billiard_shot.records import Floats, record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OK
 from billiard_shot.status import OFF_TABLE as TABLE_OFF
 from billiard_shot.table.cluster import conclude, room_for
-from billiard_shot.table.cue import Cue, THE_CUE
+from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.event_handlers import (
     defer_to_cluster,
     handle_boundary,
@@ -25,13 +25,13 @@ from billiard_shot.table.event_handlers import (
     start_next_segment,
 )
 from billiard_shot.table.gather import gather, ImpactRoom
-from billiard_shot.table.geometry import lay_out, Layout, Table
+from billiard_shot.table.geometry import lay_out, PackedTable, TableModel
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.motion import (
     ABSENT,
     advance,
-    Ball,
+    BallRecord,
     CLUSTER,
     CUE,
     FLIGHT,
@@ -60,7 +60,7 @@ class Beginnings(NamedTuple):
     """How tables of n balls begin."""
 
     balls: list[BallStart]  # n of each table, one table after the other
-    cues: list[Cue]  # which struck ball 0 of each table, or strike it; or none
+    cues: list[CueRecord]  # which struck ball 0 of each table, or strike it; or none
 
 
 class Window(NamedTuple):
@@ -82,11 +82,11 @@ class BallOutcome:
     pocket: int  # in which it lies, or NOTHING
     first_contact: int  # index of the first ball that it met, or NOTHING
     time: float  # s, since when it rests or, if it never does, its last motion lasts
-    cushions: int  # straight cushions that it met; this and the next three as in `Ball`
+    cushions: int  # straight cushions that it met; this and the next three as in `BallRecord`
     last_edge: float
     met_time: float
     met_after: int
-    left_out: float  # m, see `Ball`
+    left_out: float  # m, see `BallRecord`
 
 
 @record
@@ -103,7 +103,7 @@ class TableOutcome:
 
 
 @inner
-def resume(table: Table, s: Simulation, cause: int, now: float) -> None:
+def resume(table: TableModel, s: Simulation, cause: int, now: float) -> None:
     """Let the balls go on that were put somewhere, or that took part in a pending impact."""
     for i in range(len(s.balls)):
         if s.balls[i].modified:
@@ -136,7 +136,7 @@ def is_decided(s: Simulation) -> bool:
 
 
 @inner
-def ending(params: BallClothParams, ball: Ball) -> int:
+def ending(params: BallClothParams, ball: BallRecord) -> int:
     """Status of a ball in its last segment: OK, OFF_TABLE, NEVER_RESTS or BUDGET_EXCEEDED."""
     if ball.motion == OFF_TABLE:
         return TABLE_OFF
@@ -173,7 +173,7 @@ def stop_all(s: Simulation, time: float) -> int:
 
 @inner
 def run_events(
-    table: Table, s: Simulation, max_events: int, window: Window, number: int
+    table: TableModel, s: Simulation, max_events: int, window: Window, number: int
 ) -> tuple[float, int]:
     """
     Simulate until nothing moves, or only endlessly, or the window ends.
@@ -225,7 +225,7 @@ def run_events(
 
 
 @inner
-def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> bool:
+def begin(table: TableModel, s: Simulation, beginnings: Beginnings, number: int) -> bool:
     """Put the balls and the cue of a table where they begin; return whether they can be there."""
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
@@ -275,7 +275,7 @@ def begin(table: Table, s: Simulation, beginnings: Beginnings, number: int) -> b
 
 
 @inner
-def write_outcome(ball: Ball, outcome: BallOutcome, valid: bool) -> None:
+def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
     """Write how a ball ends; zeros, if it cannot begin."""
     if not valid:
         outcome.pocket, outcome.first_contact = NOTHING, NOTHING
@@ -301,7 +301,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         room_for_simulation(storage, 1),
         Beginnings(
             storage.from_rows(BallStart, starts[0]),
-            storage.records(Cue, 1),
+            storage.records(CueRecord, 1),
         ),
         0,
         1,
@@ -314,7 +314,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 @entry(_example)
 def simulate_tables(
-    layout: Layout,
+    layout: PackedTable,
     simulation: SimulationRoom,
     beginnings: Beginnings,
     first: int,
@@ -331,7 +331,7 @@ def simulate_tables(
 
     Parameters
     ----------
-    layout : Layout
+    layout : PackedTable
     simulation : SimulationRoom
         For the present table; at first `room_for_simulation`. Segments of all tables and events of
         the last one are recorded as far as there is room.
@@ -353,7 +353,7 @@ def simulate_tables(
         The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
-    table = Table(
+    table = TableModel(
         layout.params,
         layout.numbers[0],
         layout.jaws,

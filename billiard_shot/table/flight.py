@@ -12,7 +12,7 @@ import math
 from billiard_shot.compiled import inner
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cloth import rolling_share, slip_of, speed_of
-from billiard_shot.table.motion import Ball, FLIGHT
+from billiard_shot.table.motion import BallRecord, FLIGHT
 from billiard_shot.table.params import BallClothParams, OFF, ON
 
 MAX_BOUNCES = 1000  # more than it takes at restitution 0.99
@@ -21,7 +21,7 @@ LOWEST = 1e-20  # relative to the radius: height of a bounce that is lost in rou
 
 
 @inner
-def lumped_bounce_error(params: BallClothParams, ball: Ball, up: float) -> float:
+def lumped_bounce_error(params: BallClothParams, ball: BallRecord, up: float) -> float:
     """
     Bound of the error in position [m] if all bounces from a speed `up` [m/s] on are lumped.
 
@@ -44,7 +44,7 @@ def lumped_bounce_error(params: BallClothParams, ball: Ball, up: float) -> float
 
 
 @inner
-def take_off(params: BallClothParams, ball: Ball, tolerance: float) -> tuple[bool, float]:
+def take_off(params: BallClothParams, ball: BallRecord, tolerance: float) -> tuple[bool, float]:
     """
     Let a ball fly that leaves the cloth or is above it, until it comes down.
 
@@ -88,7 +88,7 @@ def take_off(params: BallClothParams, ball: Ball, tolerance: float) -> tuple[boo
 
 
 @inner
-def bounce(params: BallClothParams, ball: Ball) -> None:
+def bounce(params: BallClothParams, ball: BallRecord) -> None:
     """Let a ball that comes down to the cloth leave it again; after lumped bounces it stays."""
     lumped = ball.landing_speed > 0.0
     if lumped:

@@ -12,8 +12,8 @@ import math
 
 from billiard_shot.compiled import inner
 from billiard_shot.table.contact_time import contact_time, MIN_CLOSING_SPEED, TOUCH_GAP
-from billiard_shot.table.geometry import Pocket, POCKETS, Table
-from billiard_shot.table.motion import Ball, NOTHING
+from billiard_shot.table.geometry import PocketGeometry, POCKETS, TableModel
+from billiard_shot.table.motion import BallRecord, NOTHING
 from billiard_shot.table.rolling_boundary import (
     ARCS,
     beside_nose,
@@ -31,7 +31,7 @@ SKIP = 1e-5  # s: how long a ball that just left an edge is not looked at
 
 
 @inner
-def edge_at(table: Table, feature: int, x: float, y: float) -> tuple[float, float, float]:
+def edge_at(table: TableModel, feature: int, x: float, y: float) -> tuple[float, float, float]:
     """Horizontal direction from an edge to a point, and its distance, negative behind the edge."""
     if feature < FACINGS:
         sign = 1.0 if feature % 2 == 0 else -1.0
@@ -51,7 +51,7 @@ def edge_at(table: Table, feature: int, x: float, y: float) -> tuple[float, floa
 
 
 @inner
-def projects_onto_edge(table: Table, feature: int, x: float, y: float) -> bool:
+def projects_onto_edge(table: TableModel, feature: int, x: float, y: float) -> bool:
     """Whether the point of an edge that is nearest to (x, y) belongs to it."""
     if feature < FACINGS:
         return beside_nose(table.numbers, feature, x, y)
@@ -64,7 +64,7 @@ def projects_onto_edge(table: Table, feature: int, x: float, y: float) -> bool:
 
 
 @inner
-def reach_line(table: Table, ball: Ball, feature: int, end: float) -> float:
+def reach_line(table: TableModel, ball: BallRecord, feature: int, end: float) -> float:
     """Time until a ball in the air touches the line of a straight edge, up to `end`; else inf."""
     radius, climb, half = table.params.radius, ball.velocity[2], 0.5 * ball.acceleration[2]
     x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
@@ -82,7 +82,7 @@ def reach_line(table: Table, ball: Ball, feature: int, end: float) -> float:
 
 
 @inner
-def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
+def reach_edge(table: TableModel, ball: BallRecord, feature: int, end: float) -> float:
     """Time from now until a ball in the air touches an edge, if before `end`; else inf."""
     radius, height = table.params.radius, table.numbers.nose_height
     px, py, pz = ball.position[0], ball.position[1], ball.position[2]
@@ -116,7 +116,7 @@ def reach_edge(table: Table, ball: Ball, feature: int, end: float) -> float:
 
 
 @inner
-def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
+def next_flight_boundary(table: TableModel, ball: BallRecord) -> tuple[float, int]:
     """When a ball in the air meets something of the table before it lands, and what."""
     n, radius = table.numbers, table.params.radius
     end, feature = ball.end - ball.time, NOTHING
@@ -146,7 +146,7 @@ def next_flight_boundary(table: Table, ball: Ball) -> tuple[float, int]:
 
 @inner
 def fly_into_pocket(
-    table: Table, ball: Ball, index: int, end: float, feature: int
+    table: TableModel, ball: BallRecord, index: int, end: float, feature: int
 ) -> tuple[float, int]:
     """Time from now until a ball in the air meets anything of a pocket, if before `end`."""
     for jaw in range(2 * index, 2 * index + 2):
@@ -164,7 +164,9 @@ def fly_into_pocket(
 
 
 @inner
-def pocket_drop_time(pocket: Pocket, capture_height: float, ball: Ball, end: float) -> float:
+def pocket_drop_time(
+    pocket: PocketGeometry, capture_height: float, ball: BallRecord, end: float
+) -> float:
     """Time from now until a ball is over a hole and its centre not above a height; or inf."""
     dx, dy = ball.position[0] - pocket.hole_x, ball.position[1] - pocket.hole_y
     height = ball.position[2]
@@ -193,7 +195,7 @@ def pocket_drop_time(pocket: Pocket, capture_height: float, ball: Ball, end: flo
 
 
 @inner
-def lands_off_table(table: Table, ball: Ball) -> bool:
+def lands_off_table(table: TableModel, ball: BallRecord) -> bool:
     """Whether a ball that comes down lands neither on the bed nor on the shelf of a pocket."""
     n, x, y = table.numbers, ball.position[0], ball.position[1]
     if abs(x) <= n.nose_half_length and abs(y) <= n.nose_half_width:

@@ -22,11 +22,11 @@ from billiard_shot.impact.state import TIP as TIP_BODY
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.cue import Cue, THE_CUE
+from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
-from billiard_shot.table.geometry import Table
-from billiard_shot.table.motion import Ball, FLIGHT, IMPACT, NOTHING
+from billiard_shot.table.geometry import TableModel
+from billiard_shot.table.motion import BallRecord, FLIGHT, IMPACT, NOTHING
 from billiard_shot.table.params import BallClothParams, OFF
 from billiard_shot.table.rolling_boundary import FACINGS, HOLES
 from billiard_shot.table.simulation_state import position_at, Simulation
@@ -50,7 +50,9 @@ class ImpactRoom(NamedTuple):
 
 
 @inner
-def gather(table: Table, s: Simulation, cues: list[Cue], number: int, room: ImpactRoom) -> None:
+def gather(
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
+) -> None:
     """
     Write the bodies and contacts of an impact that is pending; their numbers to `progress`.
 
@@ -82,7 +84,7 @@ def gather(table: Table, s: Simulation, cues: list[Cue], number: int, room: Impa
 
 
 @inner
-def find_members(table: Table, s: Simulation, members: Any) -> int:
+def find_members(table: TableModel, s: Simulation, members: Any) -> int:
     """Write the balls that take part in an order that is theirs; return their number."""
     p, count = s.progress, len(s.balls)
     reach = 2.0 * table.params.radius + p.reach
@@ -111,7 +113,7 @@ def find_members(table: Table, s: Simulation, members: Any) -> int:
 
 
 @inner
-def write_ball(params: BallClothParams, ball: Ball, time: float, body: BodyState) -> None:
+def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: BodyState) -> None:
     """Write a ball of a time as a body, free of any cushion."""
     dt = time - ball.time
     body.kind, body.turning = BALL, params.radius * params.radius / params.inertia
@@ -136,7 +138,9 @@ def write_fixed(body: BodyState, kind: int, x: float, y: float, z: float) -> Non
 
 
 @inner
-def connect(table: Table, s: Simulation, room: ImpactRoom, a: int, b: int, gap: float) -> None:
+def connect(
+    table: TableModel, s: Simulation, room: ImpactRoom, a: int, b: int, gap: float
+) -> None:
     """Add a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
     p = s.progress
     c = room.properties[p.contacts]
@@ -150,7 +154,7 @@ def connect(table: Table, s: Simulation, room: ImpactRoom, a: int, b: int, gap: 
 
 
 @inner
-def add_cue(table: Table, s: Simulation, cue: Cue, room: ImpactRoom) -> None:
+def add_cue(table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom) -> None:
     """Add tip and cloth, and their contacts with ball 0."""
     p, params, q = s.progress, table.params, table.cue
     ball, tip, cloth = room.bodies[0], room.bodies[p.bodies], room.bodies[p.bodies + 1]
@@ -181,14 +185,14 @@ def add_cue(table: Table, s: Simulation, cue: Cue, room: ImpactRoom) -> None:
 
 
 @inner
-def set_cloth(table: Table, c: ContactProperties) -> None:
+def set_cloth(table: TableModel, c: ContactProperties) -> None:
     """Set the properties of a contact with the cloth, whose normal never turns."""
     c.friction, c.restitution = table.cue.cloth_friction, table.cue.cloth_restitution
     c.stiffness, c.keeps_normal = table.cue.cloth_stiffness, True
 
 
 @inner
-def add_pairs(table: Table, s: Simulation, room: ImpactRoom) -> None:
+def add_pairs(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
     """Add the contacts of balls with each other."""
     p, n, with_cue = s.progress, table.numbers, s.progress.other == THE_CUE
     diameter = 2.0 * table.params.radius
@@ -216,7 +220,7 @@ def add_pairs(table: Table, s: Simulation, room: ImpactRoom) -> None:
 
 
 @inner
-def add_edges(table: Table, s: Simulation, room: ImpactRoom, member: int) -> None:
+def add_edges(table: TableModel, s: Simulation, room: ImpactRoom, member: int) -> None:
     """Add the edges of cushions that a ball may reach, and the cloth under a ball beside them."""
     p, n, radius = s.progress, table.numbers, table.params.radius
     place = room.bodies[member].position

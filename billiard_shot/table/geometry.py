@@ -83,7 +83,7 @@ class Jaw:
 
 
 @record
-class Pocket:
+class PocketGeometry:
     """A hole, and the rectangle in which a ball's centre can meet anything of the pocket [m]."""
 
     hole_x: float  # centre
@@ -95,31 +95,31 @@ class Pocket:
     bounds_half_width: float
 
 
-class Table(NamedTuple):
+class TableModel(NamedTuple):
     """All that a simulation takes of a table."""
 
     params: BallClothParams
     numbers: TableNumbers
     jaws: list[Jaw]  # 12, or none
-    pockets: list[Pocket]  # 6, or none
+    pockets: list[PocketGeometry]  # 6, or none
     rebounds: Floats  # see rebound_table.py; empty: all rebounds are solved
     cue: CueParams
 
 
-class Layout(NamedTuple):
-    """A `Table` as compiled code is given it: to pass a record of its own takes long."""
+class PackedTable(NamedTuple):
+    """A `TableModel` as compiled code is given it: to pass a record of its own takes long."""
 
     params: BallClothParams
     numbers: list[TableNumbers]  # 1
     jaws: list[Jaw]
-    pockets: list[Pocket]
+    pockets: list[PocketGeometry]
     rebounds: Floats
     cue: CueParams
 
 
-def table_of(layout: Layout) -> Table:
+def table_of(layout: PackedTable) -> TableModel:
     """Return the table that is laid out; for Python, because numba cannot return a record."""
-    return Table(layout.params, layout.numbers[0], *layout[2:])
+    return TableModel(layout.params, layout.numbers[0], *layout[2:])
 
 
 @_kept
@@ -131,7 +131,7 @@ def lay_out(
     hop_tolerance: float = 1.0,
     fast_rebounds: bool = False,
     cue: CueParams = NO_CUE,
-) -> Layout:
+) -> PackedTable:
     """
     Lay out a table; not to be changed.
 
@@ -159,16 +159,16 @@ def lay_out(
     rebounds = (
         room_for_rebounds(storage, params, table, sine) if fast_rebounds else storage.zeros(0)
     )
-    return Layout(params, numbers, *edges_of(storage, table, params.radius), rebounds, cue)
+    return PackedTable(params, numbers, *edges_of(storage, table, params.radius), rebounds, cue)
 
 
 def edges_of(
     storage: Storage, table: TableParams, radius: float
-) -> tuple[list[Jaw], list[Pocket]]:
+) -> tuple[list[Jaw], list[PocketGeometry]]:
     """Lay out the jaws and pockets of a table for balls of a radius [m]."""
     count = POCKETS if table.pockets else 0
     jaws: list[Jaw] = storage.records(Jaw, 2 * count)
-    pockets: list[Pocket] = storage.records(Pocket, count)
+    pockets: list[PocketGeometry] = storage.records(PocketGeometry, count)
     x, y = 0.5 * table.length, 0.5 * table.width
     at_corner = math.sqrt(0.5) * table.corner[0]
     out = math.sqrt(0.5) * table.corner_hole[0]
@@ -219,7 +219,7 @@ def place_jaw(
     jaw.normal_y = sine * dy - cosine * oy
 
 
-def bound_pocket(pocket: Pocket, jaws: tuple[Jaw, Jaw], standoff: float) -> None:
+def bound_pocket(pocket: PocketGeometry, jaws: tuple[Jaw, Jaw], standoff: float) -> None:
     """Find the rectangle in which a ball's centre can meet anything of the pocket."""
     centres = [(pocket.hole_x, pocket.hole_y, pocket.hole_radius)]
     for jaw in jaws:
@@ -235,7 +235,7 @@ def bound_pocket(pocket: Pocket, jaws: tuple[Jaw, Jaw], standoff: float) -> None
     pocket.bounds_half_width = 0.5 * (high_y - low_y)
 
 
-def layout_of(params: BallClothParams, table: TableParams) -> Table:
+def layout_of(params: BallClothParams, table: TableParams) -> TableModel:
     """Lay out a table for those who look at it, but simulate nothing."""
     return table_of(lay_out(OBJECTS, params, table))
 

@@ -48,7 +48,7 @@ IMPACT = -2
 
 
 @record
-class Segment:
+class SegmentRecord:
     """A stretch of one kind of motion, from its start on."""
 
     time: float  # s
@@ -63,7 +63,7 @@ class Segment:
 
 
 @record
-class Ball:
+class BallRecord:
     """A ball in its present segment, and what happens to it next."""
 
     time: float  # s; this and the next eight fields are those of its segment
@@ -100,7 +100,7 @@ class Ball:
 
 
 @inner
-def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> None:
+def start_ball(ball: BallRecord, position: Vector, velocity: Vector, spin: Vector) -> None:
     """Put a ball into a state at time 0."""
     for i in range(3):
         ball.position[i], ball.velocity[i], ball.spin[i] = position[i], velocity[i], spin[i]
@@ -115,7 +115,7 @@ def start_ball(ball: Ball, position: Vector, velocity: Vector, spin: Vector) -> 
 
 
 @inner
-def write_segment(ball: Ball, segment: Segment) -> None:
+def write_segment(ball: BallRecord, segment: SegmentRecord) -> None:
     """Write a ball's present motion into a segment."""
     segment.time, segment.ball = ball.time, ball.ball
     segment.motion, segment.cause = ball.motion, ball.cause
@@ -128,7 +128,7 @@ def write_segment(ball: Ball, segment: Segment) -> None:
 
 
 @innermost
-def advance(ball: Ball, time: float) -> None:
+def advance(ball: BallRecord, time: float) -> None:
     """Move a ball on to a time."""
     dt = time - ball.time
     for i in range(3):
@@ -140,7 +140,7 @@ def advance(ball: Ball, time: float) -> None:
 
 
 @inner
-def stop_ball(ball: Ball, motion: int) -> None:
+def stop_ball(ball: BallRecord, motion: int) -> None:
     """Stop a ball where it is, for good."""
     for i in range(3):
         ball.velocity[i], ball.acceleration[i] = 0.0, 0.0

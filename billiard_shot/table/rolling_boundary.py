@@ -15,8 +15,8 @@ from billiard_shot.table.contact_time import (
     PRESSED_GAP,
     TOUCH_GAP,
 )
-from billiard_shot.table.geometry import Jaw, Pocket, POCKETS, Table, TableNumbers
-from billiard_shot.table.motion import Ball, NOTHING
+from billiard_shot.table.geometry import Jaw, PocketGeometry, POCKETS, TableModel, TableNumbers
+from billiard_shot.table.motion import BallRecord, NOTHING
 
 BEYOND = 1e-8  # m: a ball that is deeper than that in a nose is in a mouth, beside it
 FACINGS, ARCS, HOLES, OUTSIDE = 4, 16, 28, 34
@@ -58,7 +58,7 @@ def coordinate_range(x: float, v: float, a: float, t: float) -> tuple[float, flo
 
 
 @inner
-def reach_circle(ball: Ball, x: float, y: float, radius: float, end: float) -> float:
+def reach_circle(ball: BallRecord, x: float, y: float, radius: float, end: float) -> float:
     """Time from now until the ball's centre comes within a radius of (x, y), if before `end`."""
     dx, dy = ball.position[0] - x, ball.position[1] - y
     u, v = ball.velocity[0], ball.velocity[1]
@@ -75,7 +75,7 @@ def reach_circle(ball: Ball, x: float, y: float, radius: float, end: float) -> f
 
 
 @inner
-def reach_facing(ball: Ball, jaw: Jaw, standoff: float) -> float:
+def reach_facing(ball: BallRecord, jaw: Jaw, standoff: float) -> float:
     """Time from now until a lying ball meets a facing."""
     dx, dy = ball.position[0] - jaw.start_x, ball.position[1] - jaw.start_y
     u, v, nx, ny = ball.velocity[0], ball.velocity[1], jaw.normal_x, jaw.normal_y
@@ -101,7 +101,7 @@ def beside_nose(n: TableNumbers, nose: int, x: float, y: float) -> bool:
 
 
 @innermost
-def approach_to_nose(n: TableNumbers, nose: int, ball: Ball) -> tuple[float, float, float]:
+def approach_to_nose(n: TableNumbers, nose: int, ball: BallRecord) -> tuple[float, float, float]:
     """Find a ball's gap to a nose [m], and its speed and half its acceleration towards it."""
     sign = 1.0 if nose % 2 == 0 else -1.0
     p, v, a = ball.position, ball.velocity, ball.acceleration
@@ -111,7 +111,9 @@ def approach_to_nose(n: TableNumbers, nose: int, ball: Ball) -> tuple[float, flo
 
 
 @innermost
-def may_enter(pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y: float) -> bool:
+def may_enter(
+    pocket: PocketGeometry, low_x: float, high_x: float, low_y: float, high_y: float
+) -> bool:
     """Whether a path within a rectangle may meet anything of a pocket."""
     x, y = pocket.bounds_x, pocket.bounds_y
     half_length, half_width = pocket.bounds_half_length, pocket.bounds_half_width
@@ -125,7 +127,7 @@ def may_enter(pocket: Pocket, low_x: float, high_x: float, low_y: float, high_y:
 
 @inner
 def reach_pocket(
-    table: Table, ball: Ball, index: int, end: float, feature: int
+    table: TableModel, ball: BallRecord, index: int, end: float, feature: int
 ) -> tuple[float, int]:
     """Time from now until a lying ball meets anything of a pocket, and what, if before `end`."""
     standoff = table.numbers.nose_standoff
@@ -145,7 +147,7 @@ def reach_pocket(
 
 
 @inner
-def leaving_time(n: TableNumbers, ball: Ball) -> float:
+def leaving_time(n: TableNumbers, ball: BallRecord) -> float:
     """Time from now until a ball's centre is behind the cushions, or inf."""
     first = math.inf
     for side in (1.0, -1.0):
@@ -158,7 +160,7 @@ def leaving_time(n: TableNumbers, ball: Ball) -> float:
 
 
 @inner
-def next_rolling_boundary(table: Table, ball: Ball) -> tuple[float, int, int]:
+def next_rolling_boundary(table: TableModel, ball: BallRecord) -> tuple[float, int, int]:
     """
     When a lying ball meets something of the table before its segment ends, and what.
 

@@ -3,12 +3,12 @@
 from billiard_shot.compiled import inner
 from billiard_shot.table.cloth import snap_to_segment_end, start_cloth_motion
 from billiard_shot.table.flight import bounce, take_off
-from billiard_shot.table.motion import advance, Ball, FLIGHT, OWN
+from billiard_shot.table.motion import advance, BallRecord, FLIGHT, OWN
 from billiard_shot.table.params import BallClothParams
 
 
 @inner
-def start_segment(params: BallClothParams, ball: Ball, tolerance: float) -> float:
+def start_segment(params: BallClothParams, ball: BallRecord, tolerance: float) -> float:
     """
     Find what a ball does from now on: motion, accelerations, end. Return the error made [m].
 
@@ -26,7 +26,7 @@ def start_segment(params: BallClothParams, ball: Ball, tolerance: float) -> floa
 
 
 @inner
-def end_segment(params: BallClothParams, ball: Ball) -> None:
+def end_segment(params: BallClothParams, ball: BallRecord) -> None:
     """Follow a ball's segment to its end, and make the change that ends it."""
     advance(ball, ball.end)
     if ball.motion == FLIGHT:

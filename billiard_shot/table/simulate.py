@@ -21,7 +21,7 @@ from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
 from billiard_shot.status import Status
 from billiard_shot.table import cluster
 from billiard_shot.table.cluster import losses_of, room_for
-from billiard_shot.table.cue import Cue, CueParams, NO_CUE
+from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.event_loop import (
@@ -40,12 +40,12 @@ from billiard_shot.table.initial_states import (
     validated_starts,
     VECTORS,
 )
-from billiard_shot.table.motion import Motion, NOTHING, Segment
+from billiard_shot.table.motion import Motion, NOTHING, SegmentRecord
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.run import EventLog, POCKET_NAMES, TableRun
 from billiard_shot.table.simulation_state import (
     BallRule,
-    Event,
+    EventRecord,
     room_for_simulation,
     SimulationRoom,
 )
@@ -78,7 +78,7 @@ class TableTask(NamedTuple):
         A run that takes more ends with BUDGET_EXCEEDED.
     cue : CueParams
         Of the cues.
-    cues : (tables,) array of Cue, optional
+    cues : (tables,) array of CueRecord, optional
         Without them, there are no cues.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
@@ -175,13 +175,13 @@ class BatchRecording(NamedTuple):
     ----------
     balls : (tables, balls) array of BallOutcome
     tables : (tables,) array of TableOutcome
-    segments : (segments,) array of Segment
+    segments : (segments,) array of SegmentRecord
         Of all tables, one after the other, as far as there was room.
     events : EventLog
         Of the last table, as far as there was room.
     places : (tables, balls, times, 3) float array
         At the times of the task [m].
-    cues : (tables,) array of Cue, or none
+    cues : (tables,) array of CueRecord, or none
         After the strikes, if they strike.
     impact : ImpactDetails, optional
         The last impact of several bodies, if its phases were asked for.
@@ -267,7 +267,7 @@ class _Thread(threading.local):
 
 
 _thread = _Thread()
-NO_CUES, NO_RULES = ROWS.records(Cue, 0), ROWS.records(BallRule, 0)
+NO_CUES, NO_RULES = ROWS.records(CueRecord, 0), ROWS.records(BallRule, 0)
 
 
 def run_tables(
@@ -295,8 +295,8 @@ def run_tables(
     table = table_of(layout)
     simulation, room = _thread.rooms(storage, count, cues is not None)
     simulation = simulation._replace(
-        segments=storage.records(Segment, segments),
-        events=storage.records(Event, events),
+        segments=storage.records(SegmentRecord, segments),
+        events=storage.records(EventRecord, events),
         rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
     )
     if events:
@@ -305,7 +305,7 @@ def run_tables(
     progress = simulation.progress[0]
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(Cue, NO_CUES if cues is None else cues),
+        storage.from_rows(CueRecord, NO_CUES if cues is None else cues),
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
@@ -325,13 +325,13 @@ def run_tables(
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),
-        as_rows(Segment, simulation.segments[: int(progress.segments)]),
+        as_rows(SegmentRecord, simulation.segments[: int(progress.segments)]),
         EventLog(
-            as_rows(Event, simulation.events[:log_ends]),
+            as_rows(EventRecord, simulation.events[:log_ends]),
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
-        as_rows(Cue, beginnings.cues),
+        as_rows(CueRecord, beginnings.cues),
         impact,
     )
 

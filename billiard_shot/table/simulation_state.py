@@ -7,15 +7,15 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.records import record, Storage, Vector
 from billiard_shot.table.ball_collision import collision_time
 from billiard_shot.table.flight_boundary import next_flight_boundary
-from billiard_shot.table.geometry import Table
+from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
-    Ball,
+    BallRecord,
     FLIGHT,
     IMPACT,
     NOTHING,
     RELEASE,
     REST,
-    Segment,
+    SegmentRecord,
     SPIN,
     write_segment,
 )
@@ -25,7 +25,7 @@ from billiard_shot.table.rolling_boundary import next_rolling_boundary
 
 
 @record
-class Event:
+class EventRecord:
     """Something that happened on the table."""
 
     time: float  # s
@@ -39,7 +39,7 @@ class Event:
 
 
 @record
-class Progress:
+class RunProgress:
     """How far a simulation is."""
 
     segments: int  # so far, of all tables
@@ -86,40 +86,40 @@ class BallRule:
 class Simulation(NamedTuple):
     """State of n balls."""
 
-    balls: list[Ball]
+    balls: list[BallRecord]
     collisions: Any  # (n, n) when each pair meets [s], above the diagonal
-    progress: Progress
+    progress: RunProgress
     rebound: Rebound  # room for a contact with a cushion
-    segments: list[Segment]  # of all tables, as far as there is room
-    events: list[Event]  # of this table, as far as there is room
+    segments: list[SegmentRecord]  # of all tables, as far as there is room
+    events: list[EventRecord]  # of this table, as far as there is room
     rules: list[BallRule]  # of each ball, or none: the run goes on until all rest
-    cue: Ball  # the sphere of the tip, which follows its stroke until its `end`
+    cue: BallRecord  # the sphere of the tip, which follows its stroke until its `end`
 
 
 class SimulationRoom(NamedTuple):
     """A `Simulation` as compiled code is given it: to pass a record of its own takes long."""
 
-    balls: list[Ball]
+    balls: list[BallRecord]
     collisions: Any
-    progress: list[Progress]  # 1
+    progress: list[RunProgress]  # 1
     rebound: list[Rebound]  # 1
-    segments: list[Segment]
-    events: list[Event]
+    segments: list[SegmentRecord]
+    events: list[EventRecord]
     rules: list[BallRule]
-    cue: list[Ball]  # 1
+    cue: list[BallRecord]  # 1
 
 
 def room_for_simulation(storage: Storage, balls: int) -> SimulationRoom:
     """Make room for so many balls; none for segments and events, and no rules."""
     return SimulationRoom(
-        storage.records(Ball, balls),
+        storage.records(BallRecord, balls),
         storage.zeros(balls, balls),
-        storage.records(Progress, 1),
+        storage.records(RunProgress, 1),
         storage.records(Rebound, 1),
-        storage.records(Segment, 0),
-        storage.records(Event, 0),
+        storage.records(SegmentRecord, 0),
+        storage.records(EventRecord, 0),
         storage.records(BallRule, 0),
-        storage.records(Ball, 1),
+        storage.records(BallRecord, 1),
     )
 
 
@@ -134,13 +134,13 @@ def kinetic_energy(params: BallClothParams, velocity: Vector, spin: Vector) -> f
 
 
 @innermost
-def energy_of(params: BallClothParams, ball: Ball) -> float:
+def energy_of(params: BallClothParams, ball: BallRecord) -> float:
     """Kinetic energy of a ball [J]."""
     return kinetic_energy(params, ball.velocity, ball.spin)
 
 
 @inner
-def log_segment(s: Simulation, ball: Ball) -> None:
+def log_segment(s: Simulation, ball: BallRecord) -> None:
     """Record a ball's motion as its next segment."""
     if s.progress.segments < len(s.segments):
         write_segment(ball, s.segments[s.progress.segments])
@@ -152,7 +152,7 @@ def log_event(
     s: Simulation,
     time: float,
     cause: int,
-    ball: Ball,
+    ball: BallRecord,
     other: int,
     before: float,
     after: float,
@@ -168,7 +168,7 @@ def log_event(
 
 
 @innermost
-def position_at(ball: Ball, time: float) -> tuple[float, float, float]:
+def position_at(ball: BallRecord, time: float) -> tuple[float, float, float]:
     """Where a ball's centre is at a time, in its present segment [m]."""
     dt = time - ball.time
     half = 0.5 * dt
@@ -195,14 +195,14 @@ def touches_another(s: Simulation, index: int, besides: int, time: float, reach:
 
 
 @innermost
-def is_translating(ball: Ball) -> bool:
+def is_translating(ball: BallRecord) -> bool:
     """Whether a ball's centre moves."""
     motion = ball.motion
     return motion != REST and motion != SPIN and motion <= FLIGHT
 
 
 @inner
-def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
+def predict_boundary_event(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Find when a ball, in its present segment, meets something of the table."""
     if table.numbers.endless or not is_translating(ball):
         ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
@@ -214,7 +214,7 @@ def predict_boundary_event(table: Table, s: Simulation, ball: Ball) -> None:
 
 
 @inner
-def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
+def meeting_time(ball: BallRecord, cue: BallRecord, reach: float) -> float:
     """
     When a cue meets a ball in the ball's present segment [s], or inf.
 
@@ -223,8 +223,8 @@ def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
 
     Parameters
     ----------
-    ball : Ball
-    cue : Ball
+    ball : BallRecord
+    cue : BallRecord
         The sphere of the tip, until its `end`.
     reach : float
         Distance of the centres of tip and ball as they meet [m].
@@ -239,7 +239,7 @@ def meeting_time(ball: Ball, cue: Ball, reach: float) -> float:
 
 
 @inner
-def predict_cue(s: Simulation, ball: Ball) -> None:
+def predict_cue(s: Simulation, ball: BallRecord) -> None:
     """
     Find when the cue that follows its stroke meets the ball that it struck, in its segment.
 
@@ -257,7 +257,7 @@ def note_meeting(s: Simulation, i: int, j: int, time: float) -> None:
 
 
 @inner
-def share_impact(a: Ball, b: Ball) -> bool:
+def share_impact(a: BallRecord, b: BallRecord) -> bool:
     """Whether an impact that lasts knows how both balls move: they take part in it, or rest."""
     one, other = a.nose == IMPACT, b.nose == IMPACT
     if not (one or other) or a.impact != b.impact:
@@ -266,7 +266,7 @@ def share_impact(a: Ball, b: Ball) -> bool:
 
 
 @inner
-def predict_collisions(table: Table, s: Simulation, index: int, now: float) -> None:
+def predict_collisions(table: TableModel, s: Simulation, index: int, now: float) -> None:
     """
     Find when a ball meets each other one, before either does something else anyway.
 

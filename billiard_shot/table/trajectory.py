@@ -109,7 +109,7 @@ class Trajectory:
         return f'Trajectory(segments: {len(self.rows)}, {self.duration:.3g} s, {rest})'
 
     def __post_init__(self) -> None:
-        dtype: np.dtype[np.void] = motion.Segment.dtype  # type: ignore[attr-defined]
+        dtype: np.dtype[np.void] = motion.SegmentRecord.dtype  # type: ignore[attr-defined]
         if self.rows.ndim != 1 or self.rows.dtype != dtype or len(self.rows) == 0:
             raise ValueError(
                 f'rows must be segments (n,), n > 0, got {self.rows.dtype} {self.rows.shape}'

@@ -17,7 +17,7 @@ from billiard_shot.cue.outcome import Outcome, RefusedError
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
-from billiard_shot.table.motion import Motion, Segment
+from billiard_shot.table.motion import Motion, SegmentRecord
 from billiard_shot.table.trajectory import Trajectory
 
 POINT = Shape(RADIUS, 0.0, 0.0)
@@ -117,7 +117,7 @@ def test_touch_is_found_when_it_happens():
 
 def test_a_ball_that_comes_back_meets_a_cue_that_stays():
     """There and back again, x = t - t^2, without end."""
-    rows = ROWS.records(Segment, 1)
+    rows = ROWS.records(SegmentRecord, 1)
     rows['motion'] = Motion.SLIDE
     rows['position'], rows['velocity'] = (0.0, 0.0, RADIUS), (1.0, 0.0, 0.0)
     rows['acceleration'] = (-2.0, 0.0, 0.0)

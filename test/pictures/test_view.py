@@ -12,7 +12,7 @@ from billiard_shot.cli import main
 from billiard_shot.pictures.orientations import orientations, product, rotation, STEP
 from billiard_shot.pictures.view import page_of, view_data, write_page
 from billiard_shot.records import ROWS
-from billiard_shot.table.motion import Segment
+from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import Trajectory
 
@@ -79,7 +79,7 @@ def test_orientations_follow_the_spin(shot):
 
 def test_turning_is_of_fourth_order():
     """Of a spin whose axis turns: halving the step makes the error sixteen times as small."""
-    rows = ROWS.records(Segment, 2)
+    rows = ROWS.records(SegmentRecord, 2)
     rows['motion'], rows['time'] = (1, 0), (0.0, 0.8)
     rows['spin'][0], rows['spin_acceleration'][0] = (1.0, 0.5, -2.0), (-1.5, 2.0, 1.0)
     ball = Trajectory(rows)

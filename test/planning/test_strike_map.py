@@ -20,7 +20,7 @@ from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.cue import Cue, TIP_DURATION
+from billiard_shot.table.cue import CueRecord, TIP_DURATION
 from billiard_shot.table.model import ENDLESS
 
 SCENE = Scene.load('blocked')
@@ -42,7 +42,7 @@ def mapped(scene, strokes, sigmas, **options):
 def begun(scene, strokes, found):
     """Balls, cues and statuses of mapped strokes, at the cue ball alone."""
     count, place = len(strokes), np.array([0.0, 0.0, scene.ball.radius])
-    starts, cues = starts_of(place, np.zeros((0, 3)), count), ROWS.records(Cue, count)
+    starts, cues = starts_of(place, np.zeros((0, 3)), count), ROWS.records(CueRecord, count)
     ground = Ground(model_of(scene), NOTHING_AROUND, place)
     return start_mapped(ground, strokes, found, starts, cues, np.full(count, -1))
 

@@ -3,7 +3,7 @@
 from billiard_shot.records import ROWS
 from billiard_shot.shot.model import cue_params, tip_reach
 from billiard_shot.shot.strike_batch import starts_of
-from billiard_shot.table.cue import Cue
+from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables, TableTask
 
@@ -14,7 +14,7 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS):
 
     Parameters are unit vectors (n, 3) of cues and where they touch, and speeds (n,).
     """
-    cues = ROWS.records(Cue, len(axes))
+    cues = ROWS.records(CueRecord, len(axes))
     cues['axis'], cues['speed'], cues['strikes'], cues['tolerance'] = axes, speeds, True, 1e-9
     cues['tip'] = places[0] + tip_reach(model) * normals
     starts = starts_of(places[0], places[1:], len(axes))

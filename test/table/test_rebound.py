@@ -18,7 +18,7 @@ from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.scene.table import is_instant_beside
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.motion import Ball, start_ball
+from billiard_shot.table.motion import BallRecord, start_ball
 from billiard_shot.table.rebound import follow, Rebound, VX, VY, VZ, WX, WY, WZ, Z
 
 # Snooker (section 4): restitution, friction at cushion and cloth, height of the nose (eq. 1).
@@ -173,7 +173,7 @@ def test_a_ball_in_the_air_agrees_with_small_steps(height, topspin):
 
 def test_a_ball_that_never_lands_bounces_as_if_there_were_no_cloth():
     params, _ = params_on_table(POOL)
-    ball, sine = Ball(), 0.2
+    ball, sine = BallRecord(), 0.2
     start_ball(ball, [0, 0, 1], [0.4, 1.0, 0.1], [3.0 / R / 10, 0.2 / R, 0.5 / R])
     velocity, spin, _, lasting = rebounds(
         tuple(ball.velocity), tuple(R * x for x in ball.spin), 1e9, sine

@@ -3,7 +3,13 @@
 from billiard_shot.scene import Scene
 from billiard_shot.table.effects.air import Bounce, Flight
 from billiard_shot.table.effects.cloth import Roll, Slide, SpinDecay
-from billiard_shot.table.effects.collisions import BallBall, Cluster, Cushion, Pocket, Throw
+from billiard_shot.table.effects.collisions import (
+    BallBallEffect,
+    Cluster,
+    CushionEffect,
+    PocketEffect,
+    Throw,
+)
 from billiard_shot.table.effects.effect import (
     apply_overrides,
     check_overrides,
@@ -39,9 +45,9 @@ TABLE_GATES: tuple[EffectGate[EffectContext], ...] = (
     Slide(),
     Roll(),
     SpinDecay(),
-    Cushion(),
-    Pocket(),
-    BallBall(),
+    CushionEffect(),
+    PocketEffect(),
+    BallBallEffect(),
     Throw(),
     Cluster(),
 )

@@ -16,7 +16,7 @@ JAW = 'jaw of'
 TOGETHER = 'the ball reaches what is near during the strike'
 
 
-class Cushion(EffectGate[EffectContext]):
+class CushionEffect(EffectGate[EffectContext]):
     """When off, the cloth is unbounded, and there are no pockets."""
 
     name = 'cushion'
@@ -42,7 +42,7 @@ class Cushion(EffectGate[EffectContext]):
         return decision
 
 
-class Pocket(EffectGate[EffectContext]):
+class PocketEffect(EffectGate[EffectContext]):
     """Without, the cushions go on where the pockets would be."""
 
     name = 'pocket'
@@ -66,7 +66,7 @@ class Pocket(EffectGate[EffectContext]):
         return _count(jaws, 'a jaw of a pocket')
 
 
-class BallBall(EffectGate[EffectContext]):
+class BallBallEffect(EffectGate[EffectContext]):
     """Without, balls go through each other."""
 
     name = 'ball_ball'
