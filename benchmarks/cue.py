@@ -27,8 +27,8 @@ from tools.timing import QUICK, Report, resident
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import initialized
@@ -56,7 +56,14 @@ incline: {min: 0.40, max: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 """
 """A mechanism that aims quickly, so that many shots take minutes."""
 
-WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+WAY = [
+    SafetyState.AIMING,
+    SafetyState.AIMED,
+    SafetyState.ARMED,
+    SafetyState.FIRING,
+    SafetyState.RETRACTING,
+    SafetyState.DISARMED,
+]
 SCENE = Scene.load('paper')
 
 
@@ -87,7 +94,7 @@ def stop_latencies(player, clear_fault, count):
         del player.states[:-1]
         player.execute_shot.send_goal_async(goal)
         assert player.until(
-            lambda: any(each.state == State.AIMING for each in player.states), 10.0
+            lambda: any(each.state == SafetyState.AIMING for each in player.states), 10.0
         )
         player.until(lambda: False, 0.05 + 0.1 * random.random())
         stopped.clear()
@@ -114,12 +121,12 @@ def play(player, clear_fault, reset, count):
         planned = stroke(random)
         del player.states[:-1]
         result = player.execute(player.goal(planned, SCENE, f'shot {i}')).result
-        complete = player.until(lambda: player.states[-1].state == State.DISARMED, 5.0)
-        seen = [State(each.state) for each in player.states[1:]]
-        if result.outcome != Outcome.OK or not complete or seen != WAY:
+        complete = player.until(lambda: player.states[-1].state == SafetyState.DISARMED, 5.0)
+        seen = [SafetyState(each.state) for each in player.states[1:]]
+        if result.outcome != GoalOutcome.OK or not complete or seen != WAY:
             failed += 1
             names = ' '.join(state.name for state in seen)
-            print(f'  shot {i}: {Outcome(result.outcome).name}: {result.message}: {names}')
+            print(f'  shot {i}: {GoalOutcome(result.outcome).name}: {result.message}: {names}')
             player.until(lambda: clear_fault().success, 1.0)
             continue
         speed = max(speed, abs(result.strike.speed / planned.speed - 1))

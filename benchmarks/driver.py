@@ -27,7 +27,7 @@ from tools.timing import QUICK, Report
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import initialized
@@ -92,7 +92,9 @@ def aim(player, shot_id):
     for attempt in range(30):
         del player.states[:-1]
         player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'{shot_id}.{attempt}'))
-        if player.until(lambda: any(each.state == State.AIMING for each in player.states), 2.0):
+        if player.until(
+            lambda: any(each.state == SafetyState.AIMING for each in player.states), 2.0
+        ):
             return
     raise AssertionError(player.states[-1])
 
@@ -117,13 +119,13 @@ def stop_latencies(player, clear_fault, name, count):
         assert player.until(lambda: stopped, 5.0)
         latencies.append(1e3 * (stopped[0] - begin))
         assert player.until(
-            lambda: any(each.state == State.ESTOP for each in player.states), 10.0
+            lambda: any(each.state == SafetyState.ESTOP for each in player.states), 10.0
         ), player.states[-1]  # the driver stopped for another reason
         player.safety_inputs_on = True
         assert player.until(
-            lambda: player.states[-1].state == State.DISARMED or clear_fault(), 60.0
+            lambda: player.states[-1].state == SafetyState.DISARMED or clear_fault(), 60.0
         )
-        player.until(lambda: player.states[-1].state == State.DISARMED, 10.0)
+        player.until(lambda: player.states[-1].state == SafetyState.DISARMED, 10.0)
         player.until(lambda: False, 0.05)
     return latencies
 

@@ -17,7 +17,7 @@ import numpy as np
 from tools.timing import Report
 
 from billiard_shot import predict, Scene, Status, Stroke
-from billiard_shot.study.problem import Problem
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 from billiard_shot.table.motion import Cause
 
@@ -79,7 +79,7 @@ def checked(scenes, strokes, floors):
     """Count runs at the floor that agree with SciPy, differ, or are not finished by SciPy."""
     counts = Counter()
     for scene, stroke, floor in zip(scenes, strokes, floors, strict=True):
-        problem = Problem.of(scene, stroke)
+        problem = ContactProblem.of(scene, stroke)
         try:
             impulse = ScipyStrike(problem).solve(1e-9)
         except (GaveUpError, np.linalg.LinAlgError):

@@ -8,7 +8,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.model import contact_properties
 from billiard_shot.status import Status
-from billiard_shot.study.problem import Problem
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.reproduction import PRINTED
 
 PAPER = Scene.load('paper')
@@ -17,7 +17,7 @@ PAPER = Scene.load('paper')
 def paper_strikes(law):
     """Return the paper's four shots by name."""
     scene = replace(PAPER, law=law)
-    return {name: Problem.of(scene, stroke) for name, (stroke, _) in PRINTED.items()}
+    return {name: ContactProblem.of(scene, stroke) for name, (stroke, _) in PRINTED.items()}
 
 
 def random_strikes(count, law, seed=0):
@@ -50,7 +50,7 @@ def random_strikes(count, law, seed=0):
             cue=replace(PAPER.cue, guided=end_mass is None, end_mass=end_mass),
             contacts=replace(PAPER.contacts, cue_ball=tip, ball_table=table),
         )
-        strikes.append(Problem.of(scene, stroke))
+        strikes.append(ContactProblem.of(scene, stroke))
     return strikes
 
 
@@ -59,7 +59,7 @@ class Kernel:
 
     COPIES = 20
 
-    def __call__(self, strike: Problem, tolerance: float) -> Status:
+    def __call__(self, strike: ContactProblem, tolerance: float) -> Status:
         """Solve a strike."""
         n = self.COPIES
         solved = solve_in_contact_space(
@@ -71,6 +71,6 @@ class Kernel:
         self.impulse = solved.impulses[0].ravel()
         return Status(solved.status[0])
 
-    def error(self, strike: Problem, impulse: np.ndarray) -> float:
+    def error(self, strike: ContactProblem, impulse: np.ndarray) -> float:
         """Error of impulses from the last solution: contact speed over approach speed."""
         return np.abs(strike.response @ (impulse - self.impulse)).max() / strike.speed

@@ -19,19 +19,19 @@ from billiard_shot.cue.execution import Command, Execution, Result, Settings
 from billiard_shot.cue.goals import GoalRegistry, ShotGoal
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
-from billiard_shot.cue.measurement import Strike, StrikeDetector
+from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import aim_trajectory, prepare
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
     decide,
-    Decision,
-    Event,
     LATCHED,
     MOVING,
-    State,
+    SafetyDecision,
+    SafetyEvent,
+    SafetyState,
 )
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.cue.table_watch import TableWatch
@@ -82,10 +82,10 @@ class Controller:
         *,
         on_state: Callable[[], None] = lambda: None,
         on_command: Callable[[Command], None] = lambda _: None,
-        on_strike: Callable[[Strike], None] = lambda _: None,
+        on_strike: Callable[[MeasuredStrike], None] = lambda _: None,
         on_result: Callable[[Result], None] = lambda _: None,
     ) -> None:
-        self.state = State.DISARMED
+        self.state = SafetyState.DISARMED
         self.reason = 'started'
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
@@ -142,8 +142,8 @@ class Controller:
         """Take the state of the emergency stop; if pressed, stop even if the message is old."""
         self._hear(written, now)
         self.estop.record(pressed, written, now, publisher)
-        if pressed and self.state is not State.ESTOP:
-            self._event(Event.ESTOP, now, 'estop: pressed', Outcome.ESTOP)
+        if pressed and self.state is not SafetyState.ESTOP:
+            self._event(SafetyEvent.ESTOP, now, 'estop: pressed', GoalOutcome.ESTOP)
 
     def receive_interlock(
         self, safe: bool, written: float, now: float, publisher: Hashable = None
@@ -172,7 +172,7 @@ class Controller:
         self.position, self.velocity = position, velocity
         if self.state in MOVING and (problem := self._implausible_joint()):
             self.fail(now, problem)
-        elif self.state is State.FIRING and self._execution:
+        elif self.state is SafetyState.FIRING and self._execution:
             detector = self._execution.detector
             if detector.update(position, velocity) and detector.strike:
                 self._tell_strike(detector.strike)
@@ -187,7 +187,7 @@ class Controller:
         self.other_drivers = (
             f'another node commands the mechanism: {", ".join(names)}' if names else ''
         )
-        if names and self.state is not State.FAULT:
+        if names and self.state is not SafetyState.FAULT:
             self.fail(now, self.other_drivers)
 
     def receive_table(self, balls: Balls, written: float, stamp_now: float, now: float) -> None:
@@ -224,18 +224,18 @@ class Controller:
         self._notice_pause(now)
         if self._execution:
             raise RefusedError(
-                Outcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
+                GoalOutcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
             )
-        decision = self._decide(Event.AIM, now, goal_valid=True)
+        decision = self._decide(SafetyEvent.AIM, now, goal_valid=True)
         if not decision.accepted:
-            raise RefusedError(Outcome.NOT_READY, decision.reason)
+            raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
-            raise RefusedError(Outcome.NOT_READY, moving)
+            raise RefusedError(GoalOutcome.NOT_READY, moving)
         self._registry.check(goal)
         if problem := self.table_problem(now):
-            raise RefusedError(Outcome.TABLE_UNKNOWN, problem)
+            raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(goal.plan.balls):
-            raise RefusedError(Outcome.TABLE_DIFFERS, problem)
+            raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
         shot = prepare(self.mechanism, self._scene, goal.plan)
         expires, expiry = now + goal.remaining, self.clock.time + goal.remaining
         now = clock()
@@ -244,38 +244,40 @@ class Controller:
         self._execution = Execution(
             shot, expires, expiry, StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id)
         )
-        decision = self._event(Event.AIM, now, f'shot {goal.plan.shot_id!r}')
+        decision = self._event(SafetyEvent.AIM, now, f'shot {goal.plan.shot_id!r}')
         if not decision.accepted:
             self._execution = None
-            raise RefusedError(Outcome.NOT_READY, decision.reason)
+            raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         self._registry.use(goal.plan.shot_id)
         self._start(aim, now)
 
-    def arm(self, shot_id: str, now: float) -> Decision:
+    def arm(self, shot_id: str, now: float) -> SafetyDecision:
         """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
         if self._execution and shot_id != self.shot_id:
-            return Decision(
+            return SafetyDecision(
                 False, self.state, f'arm: shot_id must be {self.shot_id!r}, got {shot_id!r}'
             )
-        decision = self._event(Event.ARM, now, 'armed')
+        decision = self._event(SafetyEvent.ARM, now, 'armed')
         if decision.accepted and self._execution:
             self._execution.armed_until = now + self._settings.arm_timeout
             self._execution.fire_at = now + self._settings.settle_time
         return decision
 
-    def disarm(self, now: float, reason: str, outcome: Outcome = Outcome.DISARMED) -> Decision:
+    def disarm(
+        self, now: float, reason: str, outcome: GoalOutcome = GoalOutcome.DISARMED
+    ) -> SafetyDecision:
         """Stop all motion and return to DISARMED, unless ESTOP or FAULT is latched."""
-        return self._event(Event.DISARM, now, reason, outcome)
+        return self._event(SafetyEvent.DISARM, now, reason, outcome)
 
-    def clear(self, now: float) -> Decision:
+    def clear(self, now: float) -> SafetyDecision:
         """Leave ESTOP or FAULT, if its cause is gone."""
         self._notice_pause(now)
-        return self._event(Event.CLEAR, now, 'cleared')
+        return self._event(SafetyEvent.CLEAR, now, 'cleared')
 
     def fail(self, now: float, reason: str) -> None:
         """Stop all motion and latch FAULT."""
-        self._event(Event.FAIL, now, reason, Outcome.FAULT)
+        self._event(SafetyEvent.FAIL, now, reason, GoalOutcome.FAULT)
 
     def take_over(self, before: 'Controller') -> None:
         """
@@ -300,19 +302,19 @@ class Controller:
         self._last_tick = now
         if self.state in MOVING:
             if problem := self.estop.problem(now):
-                self._event(Event.ESTOP, now, problem, Outcome.ESTOP)
+                self._event(SafetyEvent.ESTOP, now, problem, GoalOutcome.ESTOP)
             self._watch_interlock(now)
         if self.state in MOVING and (problem := self.mechanism_fault(now)):
             self.fail(now, problem)
         if self.state in BEFORE_STROKE and (problem := self.clock.problem(now)):
-            self._event(Event.INTERRUPTED, now, problem, Outcome.DISARMED)
+            self._event(SafetyEvent.INTERRUPTED, now, problem, GoalOutcome.DISARMED)
         if self._execution:
             {
-                State.AIMING: self._aim,
-                State.AIMED: self._wait,
-                State.ARMED: self._fire,
-                State.FIRING: self._brake,
-                State.RETRACTING: self._retract,
+                SafetyState.AIMING: self._aim,
+                SafetyState.AIMED: self._wait,
+                SafetyState.ARMED: self._fire,
+                SafetyState.FIRING: self._brake,
+                SafetyState.RETRACTING: self._retract,
             }[self.state](now, self._execution)
 
     def _notice_pause(self, now: float) -> None:
@@ -331,8 +333,10 @@ class Controller:
             self.deaf_since = now
         for each in (self.estop, self.interlock, self.joints, self.table.heartbeat):
             each.forget(now + RECOVERY)
-        outcome = Outcome.DISARMED if self.state in BEFORE_STROKE else Outcome.FAULT
-        self._event(Event.INTERRUPTED, now, f'this process did not run for {pause:.3g} s', outcome)
+        outcome = GoalOutcome.DISARMED if self.state in BEFORE_STROKE else GoalOutcome.FAULT
+        self._event(
+            SafetyEvent.INTERRUPTED, now, f'this process did not run for {pause:.3g} s', outcome
+        )
 
     def _hear(self, written: float, now: float) -> None:
         """Note that a message has been received."""
@@ -347,7 +351,7 @@ class Controller:
             return
         overdue = self._overdue(now)
         if overdue >= 0.0 and off.max() <= 1.0:
-            self._event(Event.REACH, now, 'waiting to be armed')
+            self._event(SafetyEvent.REACH, now, 'waiting to be armed')
         elif overdue > self._settings.motion_timeout:
             self.fail(now, self._stuck(int(off.argmax()), execution.shot.aimed))
 
@@ -359,17 +363,17 @@ class Controller:
             return
         if now > execution.armed_until:
             self._event(
-                Event.EXPIRE,
+                SafetyEvent.EXPIRE,
                 now,
                 (f'armed for more than {self._settings.arm_timeout:g} s without firing'),
-                Outcome.ARM_TIMEOUT,
+                GoalOutcome.ARM_TIMEOUT,
             )
             return
         settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
         if (
             now >= execution.fire_at
             and settled
-            and self._event(Event.FIRE, now, 'striking').accepted
+            and self._event(SafetyEvent.FIRE, now, 'striking').accepted
         ):
             self._start(execution.shot.stroke.trajectory, now, execution.shot.stroke.home)
 
@@ -378,7 +382,7 @@ class Controller:
         if overdue < 0.0:
             return
         if execution.detector.strike and self.velocity[STROKE] <= 0.01:
-            self._event(Event.BRAKED, now, 'drawing back')
+            self._event(SafetyEvent.BRAKED, now, 'drawing back')
         elif overdue > self._settings.motion_timeout:
             self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
 
@@ -387,18 +391,18 @@ class Controller:
         off = np.abs(self.position - home) / self._near
         overdue = self._overdue(now)
         if overdue >= 0.0 and off.max() <= 1.0:
-            self._event(Event.HOME, now, 'done')
+            self._event(SafetyEvent.HOME, now, 'done')
         elif overdue > self._settings.motion_timeout:
             self.fail(now, self._stuck(int(off.argmax()), home))
 
     def _watch_interlock(self, now: float) -> None:
         if self.state in MOVING and (problem := self.interlock.problem(now)):
             outcome = (
-                Outcome.FAULT
-                if self.state in (State.FIRING, State.RETRACTING)
-                else Outcome.DISARMED
+                GoalOutcome.FAULT
+                if self.state in (SafetyState.FIRING, SafetyState.RETRACTING)
+                else GoalOutcome.DISARMED
             )
-            self._event(Event.INTERLOCK_LOST, now, problem, outcome)
+            self._event(SafetyEvent.INTERLOCK_LOST, now, problem, outcome)
 
     def _watch_brake(self, now: float) -> None:
         assert self._execution
@@ -415,15 +419,15 @@ class Controller:
         """End the goal if its conditions do not hold any more; return whether it has ended."""
         for outcome, problem in self._goal_problems(now, execution):
             if problem:
-                self._event(Event.EXPIRE, now, problem, outcome)
+                self._event(SafetyEvent.EXPIRE, now, problem, outcome)
                 return True
         return False
 
     # --- decisions ------------------------------------------------------------------------------
 
     def _event(
-        self, event: Event, now: float, reason: str, outcome: Outcome = Outcome.OK
-    ) -> Decision:
+        self, event: SafetyEvent, now: float, reason: str, outcome: GoalOutcome = GoalOutcome.OK
+    ) -> SafetyDecision:
         """Enter the next state of the table; a state without motion stops the mechanism."""
         decision = self._decide(event, now)
         if not decision.accepted:
@@ -441,10 +445,10 @@ class Controller:
         """Command a stop, which is repeated if the state is latched."""
         self._number += 1
         stop = Command(self._number, None)
-        self.command = None if self.state is State.DISARMED else stop
+        self.command = None if self.state is SafetyState.DISARMED else stop
         self._tell_command(stop)
 
-    def _decide(self, event: Event, now: float, goal_valid: bool = False) -> Decision:
+    def _decide(self, event: SafetyEvent, now: float, goal_valid: bool = False) -> SafetyDecision:
         execution = self._execution
         problems = {
             Condition.ESTOP_FRESH: self.estop.problem(now),
@@ -469,12 +473,14 @@ class Controller:
             return decision
         return replace(decision, reason=f'{decision.reason} ({why})')
 
-    def _goal_problems(self, now: float, execution: Execution) -> Iterator[tuple[Outcome, str]]:
+    def _goal_problems(
+        self, now: float, execution: Execution
+    ) -> Iterator[tuple[GoalOutcome, str]]:
         """Yield why a goal is no longer valid, or '', with the outcome that it has then."""
         expired = execution.has_expired(now, self.clock.time)
-        yield Outcome.EXPIRED, 'the goal has expired' if expired else ''
-        yield Outcome.TABLE_STALE, self.table.stale_while_aimed(self.clock.time, now)
-        yield Outcome.TABLE_MOVED, self.table.moved_while_aimed(execution.shot.plan.balls)
+        yield GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''
+        yield GoalOutcome.TABLE_STALE, self.table.stale_while_aimed(self.clock.time, now)
+        yield GoalOutcome.TABLE_MOVED, self.table.moved_while_aimed(execution.shot.plan.balls)
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""

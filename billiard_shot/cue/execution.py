@@ -4,8 +4,8 @@ from dataclasses import dataclass
 import math
 
 from billiard_shot.cue.joint_trajectory import JointTrajectory
-from billiard_shot.cue.measurement import Strike, StrikeDetector
-from billiard_shot.cue.outcome import Outcome
+from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
+from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.plan import PreparedShot
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
@@ -100,9 +100,9 @@ class Command:
 class Result:
     """How a goal ended; `strike` is the measured strike, None if the cue did not meet the ball."""
 
-    outcome: Outcome
+    outcome: GoalOutcome
     message: str
-    strike: Strike | None
+    strike: MeasuredStrike | None
 
 
 @dataclass(slots=True, eq=False)

@@ -3,7 +3,7 @@
 from collections import OrderedDict
 from dataclasses import dataclass
 
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan
 
 REMEMBERED = 10_000
@@ -58,18 +58,18 @@ class GoalRegistry:
         """
         if goal.plan.shot_id in self._played:
             raise RefusedError(
-                Outcome.ALREADY_PLAYED,
+                GoalOutcome.ALREADY_PLAYED,
                 f'shot_id must be new, got {goal.plan.shot_id!r}: the cue has been aimed for it '
                 'before',
             )
         if not goal.remaining > 0.0:
             raise RefusedError(
-                Outcome.ALREADY_EXPIRED,
+                GoalOutcome.ALREADY_EXPIRED,
                 f'expiry must be ahead of now, got {-goal.remaining:.3g} s ago',
             )
         if goal.remaining > self._max_validity:
             raise RefusedError(
-                Outcome.INVALID_PLAN,
+                GoalOutcome.INVALID_PLAN,
                 f'expiry must be at most {self._max_validity:g} s ahead, got {goal.remaining:.6g} '
                 's',
             )

@@ -14,7 +14,7 @@ AVERAGED_FRACTION = 0.8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Strike:
+class MeasuredStrike:
     """Measured strike: the pose of the tip as it met the ball, and its speed [m/s]."""
 
     shot_id: str
@@ -29,7 +29,7 @@ class StrikeDetector:
     mechanism: Mechanism
     profile: StrokeProfile
     shot_id: str
-    strike: Strike | None = None
+    strike: MeasuredStrike | None = None
     _speeds: list[float] = field(default_factory=list)
     _joints: Array | None = None
 
@@ -48,7 +48,7 @@ class StrikeDetector:
             return False
         joints = self._joints.copy()
         joints[STROKE] = contact
-        self.strike = Strike(
+        self.strike = MeasuredStrike(
             self.shot_id, forward_kinematics(self.mechanism, joints), float(np.mean(self._speeds))
         )
         return True

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism
-from billiard_shot.cue.parts import Part
+from billiard_shot.cue.parts import MovingPart
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
 
 Array = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Joint:
         Range and largest speed [m, m/s; rad, rad/s].
     effort : float
         Force [N] or torque [N m] that suffices for the accelerations of the mechanism.
-    part : Part
+    part : MovingPart
     centre : (3,) floats
         Centre of the part in the frame `child` [m].
 
@@ -67,7 +67,7 @@ class Joint:
     max: float
     speed: float
     effort: float
-    part: Part
+    part: MovingPart
     centre: Triple
 
 

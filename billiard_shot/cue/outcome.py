@@ -3,7 +3,7 @@
 from enum import IntEnum
 
 
-class Outcome(IntEnum):
+class GoalOutcome(IntEnum):
     """
     Outcome of a goal to play a shot.
 
@@ -44,6 +44,6 @@ class Outcome(IntEnum):
 class RefusedError(ValueError):
     """Refusal of a goal, with its outcome and a message that says why."""
 
-    def __init__(self, outcome: Outcome, message: str) -> None:
+    def __init__(self, outcome: GoalOutcome, message: str) -> None:
         super().__init__(message)
         self.outcome = outcome

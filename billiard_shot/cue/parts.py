@@ -15,7 +15,7 @@ from billiard_shot.scene.fields import number, section
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class MovingPart:
     """
     One moving part, as a box of uniform density.
 
@@ -51,7 +51,7 @@ class Part:
 
 def _part(*numbers: float) -> Any:
     return dataclasses.field(
-        default_factory=lambda: Part(*numbers), metadata=section(Part).metadata
+        default_factory=lambda: MovingPart(*numbers), metadata=section(MovingPart).metadata
     )
 
 
@@ -62,28 +62,28 @@ class Parts:
 
     Parameters
     ----------
-    base_x : Part
+    base_x : MovingPart
         The bridge across the table, above the trolley.
-    base_y : Part
+    base_y : MovingPart
         The trolley on the bridge, above the highest position of the pivot.
-    base_z : Part
+    base_z : MovingPart
         The column through the trolley, with the turntable at its lower end.
-    azimuth : Part
+    azimuth : MovingPart
         The turntable, centred on the pivot.
-    incline : Part
+    incline : MovingPart
         The box with the linear bearings and the drive of the stroke. The cue lies in its lower
         side, because a box around a level cue would touch the cloth.
-    stroke : Part
+    stroke : MovingPart
         The cue, which ends at the tip.
 
     """
 
-    base_x: Part = _part(60.0, 0.2, 4.2, 0.2)
-    base_y: Part = _part(15.0, 0.3, 0.3, 0.15)
-    base_z: Part = _part(10.0, 0.1, 0.1, 1.3)
-    azimuth: Part = _part(3.0, 0.2, 0.2, 0.04)
-    incline: Part = _part(6.0, 0.5, 0.1, 0.1)
-    stroke: Part = _part(0.5018, 1.0, 0.02, 0.02)
+    base_x: MovingPart = _part(60.0, 0.2, 4.2, 0.2)
+    base_y: MovingPart = _part(15.0, 0.3, 0.3, 0.15)
+    base_z: MovingPart = _part(10.0, 0.1, 0.1, 1.3)
+    azimuth: MovingPart = _part(3.0, 0.2, 0.2, 0.04)
+    incline: MovingPart = _part(6.0, 0.5, 0.1, 0.1)
+    stroke: MovingPart = _part(0.5018, 1.0, 0.02, 0.02)
 
     def __post_init__(self) -> None:
         check(self)

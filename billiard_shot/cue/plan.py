@@ -11,7 +11,7 @@ from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_piv
 from billiard_shot.cue.limits import LimitError
 from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.profile import (
     stroke_profile,
     stroke_trajectory,
@@ -31,12 +31,12 @@ PLAYABLE = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE, Status.TOLERANCE
 """Statuses of predictions in which the cue's motion is known well enough to brake the cue."""
 
 _OUTCOMES = {
-    'stroke.speed': Outcome.SPEED_OUT_OF_LIMITS,
-    'elevation': Outcome.ELEVATION_OUT_OF_LIMITS,
-    'force': Outcome.STROKE_OUT_OF_LIMITS,
-    'travel': Outcome.STROKE_OUT_OF_LIMITS,
-    'cloth': Outcome.STROKE_OUT_OF_LIMITS,
-    'touch': Outcome.TOUCHES_AGAIN,
+    'stroke.speed': GoalOutcome.SPEED_OUT_OF_LIMITS,
+    'elevation': GoalOutcome.ELEVATION_OUT_OF_LIMITS,
+    'force': GoalOutcome.STROKE_OUT_OF_LIMITS,
+    'travel': GoalOutcome.STROKE_OUT_OF_LIMITS,
+    'cloth': GoalOutcome.STROKE_OUT_OF_LIMITS,
+    'touch': GoalOutcome.TOUCHES_AGAIN,
 }
 
 
@@ -100,9 +100,9 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     try:
         shot = predict(replace(scene, balls=places, effects=alone), stroke)
     except ValueError as error:
-        raise RefusedError(Outcome.INVALID_PLAN, str(error)) from error
+        raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:
-        raise RefusedError(Outcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
+        raise RefusedError(GoalOutcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
     contact = tip_at(stroke, plan.balls['cue'].position, scene)
     try:
         profile = stroke_profile(
@@ -116,7 +116,7 @@ def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
         )
         aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
-        outcome = _OUTCOMES.get(error.violations[0].limit, Outcome.OUT_OF_REACH)
+        outcome = _OUTCOMES.get(error.violations[0].limit, GoalOutcome.OUT_OF_REACH)
         raise RefusedError(outcome, str(error)) from error
     aimed[STROKE] = 0.0
     trajectory = stroke_trajectory(
@@ -149,7 +149,7 @@ def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTra
 
 
 def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
-    invalid = Outcome.INVALID_PLAN
+    invalid = GoalOutcome.INVALID_PLAN
     if not plan.shot_id:
         raise RefusedError(invalid, "shot_id must not be empty, got ''")
     if 'cue' not in plan.balls:
@@ -214,12 +214,12 @@ def _check_touch(
             continue
         if touch == 0.0 and name != 'cue':
             raise RefusedError(
-                Outcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue'
+                GoalOutcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue'
             )
         again = ' again' if name == 'cue' else ''
         phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
         raise RefusedError(
-            Outcome.TOUCHES_AGAIN,
+            GoalOutcome.TOUCHES_AGAIN,
             (
                 f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
                 f'strike, as it {phase}; it stops after '

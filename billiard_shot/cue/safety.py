@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
 
-class State(IntEnum):
+class SafetyState(IntEnum):
     """
     State of the cue.
 
@@ -28,17 +28,23 @@ class State(IntEnum):
     FAULT = 7  # latched: the mechanism did not follow its commands
 
 
-MOVING = (State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING)
+MOVING = (
+    SafetyState.AIMING,
+    SafetyState.AIMED,
+    SafetyState.ARMED,
+    SafetyState.FIRING,
+    SafetyState.RETRACTING,
+)
 """States in which the mechanism is commanded, so that a silent input is dangerous."""
 
-LATCHED = (State.ESTOP, State.FAULT)
+LATCHED = (SafetyState.ESTOP, SafetyState.FAULT)
 """States that last until they are cleared."""
 
-BEFORE_STROKE = (State.AIMING, State.AIMED, State.ARMED)
+BEFORE_STROKE = (SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED)
 """Moving states that can be left without harm, because no ball has been struck."""
 
 
-class Event(StrEnum):
+class SafetyEvent(StrEnum):
     """Event that may change the state."""
 
     AIM = 'aim'
@@ -81,11 +87,11 @@ SAFE = frozenset(
 _GOAL = SAFE | {Condition.GOAL_VALID, Condition.CLOCK_RUNS}
 
 _NONE: frozenset[Condition] = frozenset()
-_S, _E = State, Event
+_S, _E = SafetyState, SafetyEvent
 _STROKE = (_S.FIRING, _S.RETRACTING)
-_ALL = tuple(State)
+_ALL = tuple(SafetyState)
 
-TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
+TABLE: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[Condition]]] = {
     (_S.DISARMED, _E.AIM): (_S.AIMING, _GOAL),
     (_S.AIMING, _E.REACH): (_S.AIMED, SAFE),
     (_S.AIMED, _E.ARM): (_S.ARMED, _GOAL),
@@ -115,7 +121,7 @@ TABLE: dict[tuple[State, Event], tuple[State, frozenset[Condition]]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
+class SafetyDecision:
     """
     Whether an event is accepted, and the state after it.
 
@@ -123,16 +129,16 @@ class Decision:
     """
 
     accepted: bool
-    state: State
+    state: SafetyState
     reason: str = ''
     missing: tuple[Condition, ...] = ()
 
 
-def decide(state: State, event: Event, conditions: Set[Condition]) -> Decision:
+def decide(state: SafetyState, event: SafetyEvent, conditions: Set[Condition]) -> SafetyDecision:
     """Look up an event in the table, given the conditions that hold."""
     if (state, event) not in TABLE:
         possible = [start.name for start, happening in TABLE if happening is event]
-        return Decision(
+        return SafetyDecision(
             False,
             state,
             (f'{event}: not possible in state {state.name}, only in {", ".join(possible)}'),
@@ -140,5 +146,5 @@ def decide(state: State, event: Event, conditions: Set[Condition]) -> Decision:
     after, needed = TABLE[state, event]
     missing = tuple(condition for condition in Condition if condition in needed - conditions)
     if missing:
-        return Decision(False, state, f'{event}: needs: {"; ".join(missing)}', missing)
-    return Decision(True, after)
+        return SafetyDecision(False, state, f'{event}: needs: {"; ".join(missing)}', missing)
+    return SafetyDecision(True, after)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.study.accuracy import Point
+from billiard_shot.study.accuracy import AccuracyPoint
 from billiard_shot.table.colours import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
 
 COLOURS = {
@@ -17,10 +17,10 @@ COLOURS = {
 }
 LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; fraction of the cue speed. Less is drawn there.
 
-Quantity = Callable[[Point], float]
+Quantity = Callable[[AccuracyPoint], float]
 
 
-def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
+def draw(curves: Mapping[str, Sequence[AccuracyPoint]], title: str, path: Path) -> None:
     """
     Draw the error of the resting place over time, and the error of velocity over evaluations.
 
@@ -80,10 +80,12 @@ def draw(curves: Mapping[str, Sequence[Point]], title: str, path: Path) -> None:
     save(figure, path)
 
 
-def settings_that_pay(points: Sequence[Point], work: Quantity, error: Quantity) -> list[Point]:
+def settings_that_pay(
+    points: Sequence[AccuracyPoint], work: Quantity, error: Quantity
+) -> list[AccuracyPoint]:
     """Find points that solve the most strokes, with less error than all cheaper ones; by work."""
     most = max(p.answered for p in points)
-    paying: list[Point] = []
+    paying: list[AccuracyPoint] = []
     for point in sorted((p for p in points if p.answered == most), key=work):
         if not paying or error(point) < error(paying[-1]):
             paying.append(point)

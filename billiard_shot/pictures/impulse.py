@@ -7,7 +7,7 @@ import numpy as np
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import CollisionTrace
-from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, State, TwoBalls
+from billiard_shot.pictures.two_balls import ImpactState, impulses_of, PING_PONG, TwoBalls
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}
@@ -137,7 +137,7 @@ def _plane(axes: Any, balls: TwoBalls) -> None:
     axes.axvline(0.0, color='black', linewidth=0.6)
 
 
-def _curve(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
+def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
     impulses = impulses_of(trace)
     numbers: dict[str, list[str]] = {}
     for number, state in enumerate(states, 1):
@@ -166,7 +166,7 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
     axes.set_title('(a) impulses', fontsize='medium', loc='left')
 
 
-def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
+def _energies(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
     """Draw the energy of each spring over the impulse that it gave; drops are losses."""
     impulses = impulses_of(trace)
     springs = (PURPLE, 'E₁, ball on ball'), (GREEN, 'E₂, ball on table')
@@ -213,7 +213,7 @@ def _energies(axes: Any, trace: CollisionTrace, states: list[State]) -> None:
     )
 
 
-def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[State]) -> None:
+def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[ImpactState]) -> None:
     """Write impulses, velocities and energies at the end of each state."""
     axes = figure.add_axes((0.06, 0.01, 0.9, 0.17))
     axes.set_axis_off()

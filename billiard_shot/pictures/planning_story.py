@@ -13,7 +13,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.planning_story import Stage, Story, tell
+from billiard_shot.study.planning_story import Story, StoryStage, tell
 from billiard_shot.table.colours import BLUE, GREEN, ORANGE
 from billiard_shot.table.outline import outline_of
 
@@ -40,7 +40,7 @@ def draw_planning_story(path: Path) -> None:
     save(figure, path)
 
 
-def _draw_stage(axes: Any, scene: Scene, stage: Stage, number: int) -> None:
+def _draw_stage(axes: Any, scene: Scene, stage: StoryStage, number: int) -> None:
     """Draw some candidates of a stage without errors."""
     reached = int(stage.reached.sum())
     axes.set_title(
@@ -91,7 +91,7 @@ def _draw_paths(
     draw_balls(axes, scene, {CUE_BALL: scene.cue_ball, **scene.balls})
 
 
-def _draw_refinement(axes: Any, stages: Iterable[Stage]) -> None:
+def _draw_refinement(axes: Any, stages: Iterable[StoryStage]) -> None:
     """Draw the success of the refined strokes after each iteration."""
     axes.set_title('3. refinement: success among samples', fontsize='medium', loc='left')
     for stage, colour in zip(stages, COLOURS, strict=False):

@@ -21,7 +21,7 @@ STATES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by ac
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class ImpactState:
     """
     A state of the collision.
 
@@ -94,11 +94,11 @@ class TwoBalls:
         m1, m2 = self.masses
         return m2 * (self.v0 + (1.0 / m1 + 1.0 / m2) * i1), i1.copy()
 
-    def states(self, trace: CollisionTrace) -> list[State]:
+    def states(self, trace: CollisionTrace) -> list[ImpactState]:
         """Name the states that the collision went through, and what happened in each."""
         parts = trace.phases()
         return [
-            State(
+            ImpactState(
                 STATES[tuple(trace.active[part][0].tolist())],
                 '-'.join(_turns(trace, part) + _ends(trace, part, after)),
                 part,

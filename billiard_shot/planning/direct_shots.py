@@ -29,7 +29,7 @@ ABSENT, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
 POCKETS, CORNERS = 6, 4
-LIFTS, LIFT = 25, math.radians(2.5)  # elevations of `Player.strikes`, and their step
+LIFTS, LIFT = 25, math.radians(2.5)  # elevations of `PlayerRecord.strikes`, and their step
 OUT = -10.0  # rad: a bound of an interval without directions
 
 
@@ -49,7 +49,7 @@ class DirectShot:
     chance: float
 
 
-class Player(NamedTuple):
+class PlayerRecord(NamedTuple):
     """Strokes and errors of a player."""
 
     # (LIFTS, 5) of strokes at 1 m/s along +x, at elevations in steps of LIFT: velocity along the
@@ -241,7 +241,9 @@ def azimuth_to(distance: float, diameter: float, line: float) -> float:
 
 
 @inner
-def needed_elevation(seen: Seen, player: Player, x: float, y: float, azimuth: float) -> float:
+def needed_elevation(
+    seen: Seen, player: PlayerRecord, x: float, y: float, azimuth: float
+) -> float:
     """Lowest elevation at which the cue has room behind a ball at (x, y), without margin [rad]."""
     if player.cue_length == 0.0:
         return 0.0
@@ -276,7 +278,9 @@ def needed_elevation(seen: Seen, player: Player, x: float, y: float, azimuth: fl
 
 
 @inner
-def side_error(seen: Seen, player: Player, elevation: float, speed: float, way: float) -> float:
+def side_error(
+    seen: Seen, player: PlayerRecord, elevation: float, speed: float, way: float
+) -> float:
     """Deviation of the cue ball, over its way [m], per error of a in ball radii."""
     params = seen.params
     across = strike(player, elevation, 2) * speed
@@ -300,8 +304,8 @@ def side_error(seen: Seen, player: Player, elevation: float, speed: float, way: 
 
 
 @inner
-def strike(player: Player, elevation: float, column: int) -> float:
-    """Interpolate a column of `Player.strikes`."""
+def strike(player: PlayerRecord, elevation: float, column: int) -> float:
+    """Interpolate a column of `PlayerRecord.strikes`."""
     x = min(max(elevation / LIFT, 0.0), LIFTS - 1.001)
     i = int(x)
     x -= i
@@ -317,7 +321,7 @@ def within(half: float, sigma: float) -> float:
 @inner
 def rate_shot(
     seen: Seen,
-    player: Player,
+    player: PlayerRecord,
     openings: Floats,
     hole: PocketGeometry,
     axis: float,
@@ -427,7 +431,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.array(np.zeros((1, 1, 2))),
         storage.array(np.zeros((1, 1), np.int64)),
         0,
-        Player(storage.zeros(LIFTS, 5), *(1.0,) * 10),
+        PlayerRecord(storage.zeros(LIFTS, 5), *(1.0,) * 10),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),
         storage.array(np.zeros(POCKETS)),
         storage.records(DirectShot, 1),
@@ -440,7 +444,7 @@ def find_direct_shots(
     places: Floats,
     kinds: Any,
     cue: int,
-    player: Player,
+    player: PlayerRecord,
     openings: Floats,
     axes: Floats,
     shots: list[DirectShot],

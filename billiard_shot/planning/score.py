@@ -84,7 +84,7 @@ class Runs(NamedTuple):
     following: Floats  # (n,) scratch
 
 
-class Part(NamedTuple):
+class RunPart(NamedTuple):
     """The part of `Runs` that belongs to one table."""
 
     first: int  # of its balls
@@ -183,7 +183,7 @@ def may_fall(sought: Sought, ball: int) -> bool:
 
 
 @inner
-def pot_penalty(sought: Sought, runs: Runs, part: Part) -> float:
+def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
     """Penalty if no wanted ball fell: distance to a pocket or, if none was met, to the ball."""
     places, holes, wanted = sought.places, sought.holes, sought.wanted
     met = False
@@ -210,7 +210,7 @@ def pot_penalty(sought: Sought, runs: Runs, part: Part) -> float:
 
 
 @inner
-def hit_penalty(sought: Sought, runs: Runs, part: Part) -> float:
+def hit_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
     """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
     goal, segments = sought.goals[0], runs.segments
     x, y = sought.places[goal.ball][0], sought.places[goal.ball][1]
@@ -232,7 +232,7 @@ def hit_penalty(sought: Sought, runs: Runs, part: Part) -> float:
 
 
 @inner
-def direction_error(goal: Goal, segments: list[SegmentRecord], part: Part) -> float:
+def direction_error(goal: Goal, segments: list[SegmentRecord], part: RunPart) -> float:
     """
     Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
 
@@ -254,7 +254,7 @@ def direction_error(goal: Goal, segments: list[SegmentRecord], part: Part) -> fl
 
 @inner
 def place_error(
-    goal: Goal, x: float, y: float, segments: list[SegmentRecord], part: Part
+    goal: Goal, x: float, y: float, segments: list[SegmentRecord], part: RunPart
 ) -> float:
     """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
     for k in range(part.begin, part.end):
@@ -272,7 +272,7 @@ def place_error(
 
 
 @inner
-def path_penalty(goal: Goal, runs: Runs, part: Part) -> float:
+def path_penalty(goal: Goal, runs: Runs, part: RunPart) -> float:
     """Penalty of a cue ball that has to pass a point or a gate."""
     x, y = goal.x, goal.y
     if goal.kind == GATE:
@@ -301,7 +301,7 @@ def has_potted(wanted: Floats, balls: list[BallOutcome], first: int) -> bool:
 
 
 @inner
-def write_ends(runs: Runs, part: Part, stop: float) -> None:
+def write_ends(runs: Runs, part: RunPart, stop: float) -> None:
     """Write when each segment of a table ends: at the next one of its ball, or at the stop [s]."""
     following = runs.following
     for i in range(len(following)):
@@ -337,7 +337,7 @@ def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
     goal, count, begin = sought.goals[0], len(sought.rules), 0
     for number in range(len(runs.tables)):
         table = runs.tables[number]
-        part = Part(number * count, begin, table.segments)
+        part = RunPart(number * count, begin, table.segments)
         place = runs.balls[part.first].position
         x, y = place[0] - goal.x, place[1] - goal.y
         away = math.sqrt(x * x + y * y) - goal.radius

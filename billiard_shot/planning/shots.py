@@ -16,7 +16,7 @@ from billiard_shot.planning.direct_shots import (
     LEGAL,
     LIFT,
     LIFTS,
-    Player,
+    PlayerRecord,
     POCKETS,
     PRESENT,
 )
@@ -228,7 +228,7 @@ def _legal(
     return np.array([name in wanted for name in names])
 
 
-def _player(scene: Scene, noise: Noise) -> Player:
+def _player(scene: Scene, noise: Noise) -> PlayerRecord:
     """Collect the strokes and the errors of a player."""
     limits = limits_of(scene, None, noise)
     robot = limits.robot
@@ -237,7 +237,7 @@ def _player(scene: Scene, noise: Noise) -> Player:
     steepest = LIFT * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
-    return Player(
+    return PlayerRecord(
         np.nan_to_num(strikes),
         a,
         azimuth,
@@ -254,7 +254,7 @@ def _player(scene: Scene, noise: Noise) -> Player:
 
 @lru_cache(maxsize=8)
 def strikes_of(model: StrikeModel) -> Array:
-    """Solve the strokes of `Player.strikes`; NaN where they cannot be played."""
+    """Solve the strokes of `PlayerRecord.strikes`; NaN where they cannot be played."""
     strokes = np.zeros((3, LIFTS, 5))
     strokes[..., 2] = LIFT * np.arange(LIFTS)
     strokes[..., 4] = SPEED

@@ -22,8 +22,8 @@ from rclpy.node import Node
 from std_msgs.msg import Bool, Header
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.node_runner import EVERY_LOG, EVERY_STATE, LATCHED
@@ -335,7 +335,7 @@ class RobotClient(Node):
         balls = self.balls()
         if CUE_BALL not in balls:
             raise RefusedError(
-                Outcome.INVALID_PLAN, f'table_state has no ball {CUE_BALL!r} on the table'
+                GoalOutcome.INVALID_PLAN, f'table_state has no ball {CUE_BALL!r} on the table'
             )
         plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
@@ -432,7 +432,7 @@ class RobotClient(Node):
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]
-        return last.state == State.AIMED and last.shot_id == goal.plan.shot_id
+        return last.state == SafetyState.AIMED and last.shot_id == goal.plan.shot_id
 
 
 def short_id() -> str:

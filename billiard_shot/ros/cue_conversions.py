@@ -19,10 +19,10 @@ from billiard_shot.cue import joint_trajectory
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Result
 from billiard_shot.cue.goals import ShotGoal
-from billiard_shot.cue.measurement import Strike as MeasuredStrike
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.measurement import MeasuredStrike as MeasuredStrike
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.ros.conversions import (
     BadRequestError,
@@ -76,7 +76,7 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
         check_frame('plan.header.frame_id', message.header, frame)
         balls = sightings_of(message.balls, field='plan.balls')
     except BadRequestError as error:
-        raise RefusedError(Outcome.INVALID_PLAN, str(error)) from None
+        raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from None
     position, turn = message.cue_pose.position, message.cue_pose.orientation
     plan = ShotPlan(
         message.shot_id,
@@ -170,10 +170,10 @@ def diagnostics_message(
     wrong = [value for value in found.values() if value != 'ok']
     level = (
         DiagnosticStatus.ERROR
-        if controller.state is State.FAULT or controller.other_drivers
+        if controller.state is SafetyState.FAULT or controller.other_drivers
         else (
             DiagnosticStatus.WARN
-            if controller.state is State.ESTOP or wrong
+            if controller.state is SafetyState.ESTOP or wrong
             else DiagnosticStatus.OK
         )
     )

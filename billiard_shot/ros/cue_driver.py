@@ -24,10 +24,10 @@ from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result
 from billiard_shot.cue.feedback import JointFeedback
-from billiard_shot.cue.measurement import Strike as MeasuredStrike
+from billiard_shot.cue.measurement import MeasuredStrike as MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
-from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.safety import BEFORE_STROKE, Decision, MOVING, State
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
 from billiard_shot.ros.command_topic import CommandTopic
@@ -326,21 +326,21 @@ class CueDriver(LifecycleNode):
 
     # --- requests -------------------------------------------------------------------------------
 
-    def _arm(self, request: Arm.Request) -> Decision:
+    def _arm(self, request: Arm.Request) -> SafetyDecision:
         return self._refused('arm') or self._controller.arm(request.shot_id, steady_time())
 
-    def _disarm(self, _: Trigger.Request) -> Decision:
+    def _disarm(self, _: Trigger.Request) -> SafetyDecision:
         return self._controller.disarm(steady_time(), 'disarmed by service')
 
-    def _clear(self, _: Trigger.Request) -> Decision:
+    def _clear(self, _: Trigger.Request) -> SafetyDecision:
         self._count_publishers()
         return self._refused('clear') or self._controller.clear(steady_time())
 
-    def _refused(self, name: str) -> Decision | None:
+    def _refused(self, name: str) -> SafetyDecision | None:
         """Return the refusal of a request if the node is not active; None if it is active."""
         if not self._inactive:
             return None
-        return Decision(False, self._controller.state, f'{name}: {self._inactive}')
+        return SafetyDecision(False, self._controller.state, f'{name}: {self._inactive}')
 
     def _may_accept(self, _: ExecuteShot.Goal) -> GoalResponse:
         if not self._inactive:
@@ -361,12 +361,12 @@ class CueDriver(LifecycleNode):
             return _aborted(goal, error.outcome, str(error))
         except Exception as error:  # rclpy would end the goal with the outcome of success
             self.survive(error)
-            return _aborted(goal, Outcome.FAULT, self._controller.reason)
+            return _aborted(goal, GoalOutcome.FAULT, self._controller.reason)
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result = await self._ended
         assert result is not None
-        if result.outcome is Outcome.OK:
+        if result.outcome is GoalOutcome.OK:
             goal.succeed()
         elif goal.is_cancel_requested:
             goal.canceled()
@@ -377,7 +377,7 @@ class CueDriver(LifecycleNode):
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in BEFORE_STROKE:
             return CancelResponse.REJECT
-        self._controller.disarm(steady_time(), 'canceled', Outcome.CANCELED)
+        self._controller.disarm(steady_time(), 'canceled', GoalOutcome.CANCELED)
         return CancelResponse.ACCEPT
 
     # --- periodic work --------------------------------------------------------------------------
@@ -421,7 +421,7 @@ class CueDriver(LifecycleNode):
         """Do the work of every second."""
         if self._commands:
             self._count_publishers()
-        if self._controller.state is State.DISARMED:
+        if self._controller.state is SafetyState.DISARMED:
             machine_code.load()  # the code that other nodes have compiled
         self._publish_diagnostics()
 
@@ -485,13 +485,13 @@ class CueDriver(LifecycleNode):
             self.get_logger().warning(f'not ready: {"; ".join(wrong)}')
 
 
-def _aborted(goal: GoalHandle, outcome: Outcome, reason: str) -> ExecuteShot.Result:
+def _aborted(goal: GoalHandle, outcome: GoalOutcome, reason: str) -> ExecuteShot.Result:
     """End a goal that has not begun; return its result."""
     goal.abort()
     return conversions.result_of(Result(outcome, reason, None), Strike())
 
 
-def _answering(act: Callable[[Any], Decision]) -> Callable[[Any, Any], Any]:
+def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any]:
     """Make the callback of a service that acts on the controller and answers with its decision."""
 
     def answer(request: Any, response: Any) -> Any:

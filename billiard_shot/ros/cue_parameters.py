@@ -7,7 +7,7 @@ from rclpy.node import Node
 from billiard_shot.cue.execution import LATEST_STOP, Settings, SHORTEST
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections
-from billiard_shot.ros.parameters import Parameter, parameters_of, read_into, TABLE_FRAME
+from billiard_shot.ros.parameters import NodeParameter, parameters_of, read_into, TABLE_FRAME
 from billiard_shot.scene import Scene
 
 
@@ -43,31 +43,31 @@ def _topic(name: str) -> None:
         raise ValueError(f'topic must be the name of a topic, got {name!r}')
 
 
-SCENE = Parameter(
+SCENE = NodeParameter(
     'scene',
     'paper',
     'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue '
     'must be guided.',
     check=guided_scene,
 )
-MECHANISM = Parameter(
+MECHANISM = NodeParameter(
     'mechanism',
     '',
     'Path of a YAML file with the mechanism. If it is empty, the default mechanism is used.',
     check=Mechanism.load,
 )
-JOINT_NAMES = Parameter(
+JOINT_NAMES = NodeParameter(
     'joint_names',
     list(JOINTS),
     f'Names of the joints in messages, in the order {", ".join(JOINTS)}.',
     check=_six_names,
 )
-INCLINE_JOINT = Parameter(
+INCLINE_JOINT = NodeParameter(
     'incline_joint',
     'incline_angle',
     'Name of the joint in joint_states that has the elevation of the cue.',
 )
-NICENESS = Parameter(
+NICENESS = NodeParameter(
     'niceness',
     -10,
     'Niceness that the process requests; lower is more urgent. If the request is denied, the node '
@@ -77,8 +77,8 @@ NICENESS = Parameter(
 )
 
 
-def _topic_parameter(name: str, default: str, description: str) -> Parameter:
-    return Parameter(name, default, description, check=_topic, read_only=True)
+def _topic_parameter(name: str, default: str, description: str) -> NodeParameter:
+    return NodeParameter(name, default, description, check=_topic, read_only=True)
 
 
 def _interface(name: str) -> None:
@@ -95,12 +95,14 @@ CUE_DRIVER = (
     SCENE,
     MECHANISM,
     JOINT_NAMES,
-    Parameter('autostart', False, 'Configure and activate the node at start-up.', read_only=True),
+    NodeParameter(
+        'autostart', False, 'Configure and activate the node at start-up.', read_only=True
+    ),
     INCLINE_JOINT,
     _topic_parameter(
         'incline_topic', '~/incline_angle', 'Topic of the commanded elevation of the cue.'
     ),
-    Parameter(
+    NodeParameter(
         'interface',
         TOPIC,
         'How the mechanism is commanded: `topic`, a trajectory on `actuation_topic`, or '
@@ -119,7 +121,7 @@ CUE_DRIVER = (
         'Action of the controller, if `interface` is `follow_joint_trajectory`.',
     ),
     NICENESS,
-    Parameter(
+    NodeParameter(
         'period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1), read_only=True
     ),
     *parameters_of(Settings, read_only=('table_timeout', 'unseen_timeout', 'stamp_tolerance')),
@@ -132,7 +134,7 @@ CUE_SIM = (
         'actuation_topic', 'cue_driver/actuation', 'Topic of the commanded trajectories.'
     ),
     NICENESS,
-    Parameter(
+    NodeParameter(
         'command_timeout',
         0.5,
         'If no command arrives for longer than this, the mechanism stops. A command older than '
@@ -141,7 +143,7 @@ CUE_SIM = (
         limits=(SHORTEST, LATEST_STOP),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'rate',
         200.0,
         'Rate at which joint_states is published.',
@@ -149,7 +151,7 @@ CUE_SIM = (
         limits=(10.0, 1000.0),
         read_only=True,
     ),
-    Parameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
+    NodeParameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
     *parameters_of(Imperfections, read_only=(each.name for each in fields(Imperfections))),
     *parameters_of(Faults),
 )
@@ -158,7 +160,7 @@ TABLE_SIM = (
     TABLE_FRAME,
     replace(SCENE, read_only=True),
     _topic_parameter('strike_topic', 'cue_driver/strike', 'Topic of the measured strikes.'),
-    Parameter(
+    NodeParameter(
         'rate',
         30.0,
         'Rate at which the balls are published.',
@@ -166,41 +168,41 @@ TABLE_SIM = (
         limits=(1.0, 1000.0),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'real_time_factor',
         1.0,
         'Speed of the simulation relative to real time.',
         limits=(1e-3, 1e6),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'camera',
         False,
         'Whether to publish `detections` of a camera instead of table_state; needs vision_msgs.',
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'detection_noise',
         0.0005,
         'Standard deviation of a detected position, in each direction.',
         unit='m',
         limits=(1e-6, 0.1),
     ),
-    Parameter(
+    NodeParameter(
         'detection_loss', 0.0, 'Fraction of the detections that are lost.', limits=(0.0, 1.0)
     ),
-    Parameter(
+    NodeParameter(
         'detection_swap',
         0.0,
         'Fraction of the pictures in which two balls have the name of the other one.',
         limits=(0.0, 1.0),
     ),
-    Parameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
+    NodeParameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
 )
 
 TABLE_DISPLAY = (
     TABLE_FRAME,
-    Parameter(
+    NodeParameter(
         'scene',
         'paper',
         'Table, and balls until table_state has been received: name of a bundled scene, or path '
@@ -216,7 +218,7 @@ CUE_MODEL = (
         replace(each, read_only=True)
         for each in (TABLE_FRAME, MECHANISM, JOINT_NAMES, INCLINE_JOINT)
     ),
-    Parameter(
+    NodeParameter(
         'rate',
         50.0,
         'Highest rate at which transforms are published.',

@@ -28,7 +28,7 @@ FRAME = 'table'
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class NodeParameter:
     """
     One parameter of a node.
 
@@ -72,7 +72,7 @@ class Parameter:
         return result
 
 
-def parameters_of(kind: type, read_only: Iterable[str] = ()) -> tuple[Parameter, ...]:
+def parameters_of(kind: type, read_only: Iterable[str] = ()) -> tuple[NodeParameter, ...]:
     """
     Parameters for the fields of a dataclass (billiard_shot.scene.fields), with their ranges.
 
@@ -92,7 +92,7 @@ def parameters_of(kind: type, read_only: Iterable[str] = ()) -> tuple[Parameter,
         words = ' '.join(described[each.name].split())
         bounds = each.metadata.get(NUMBER)
         found.append(
-            Parameter(
+            NodeParameter(
                 each.name,
                 each.default,
                 re.sub(r' \[[^]]*\]\.$', '.', words),  # the unit is named below
@@ -117,7 +117,7 @@ def _frame(name: str) -> None:
         )
 
 
-TABLE_FRAME = Parameter(
+TABLE_FRAME = NodeParameter(
     'frame',
     FRAME,
     'Frame of the table (REP-103), with its origin on the cloth at the centre of the bed. All '
@@ -127,27 +127,27 @@ TABLE_FRAME = Parameter(
 
 PREDICTOR = (
     TABLE_FRAME,
-    Parameter(
+    NodeParameter(
         'scene',
         'paper',
         'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file.',
         check=Scene.load,
     ),
-    Parameter(
+    NodeParameter(
         'tolerance',
         1e-4,
         'Largest error of the trajectory on the cloth, if the request does not give one.',
         unit='m',
         limits=(1e-12, 1.0),
     ),
-    Parameter(
+    NodeParameter(
         'sample_count',
         0,
         'Samples in the trajectory of an answer, if the request does not give a number. With 0 '
         'there are samples at the start, at changes of motion, and at rest.',
         limits=(0, MAX_SAMPLES),
     ),
-    Parameter(
+    NodeParameter(
         'path_samples', 200, 'Number of poses on the topic `~/path`.', limits=(2, MAX_SAMPLES)
     ),
 )
@@ -162,7 +162,7 @@ def table_header(node: Node, stamp: Time | None = None) -> Header:
 
 def declare(
     node: Node,
-    parameters: Iterable[Parameter],
+    parameters: Iterable[NodeParameter],
     fixed: Callable[[], str] = lambda: '',
 ) -> None:
     """

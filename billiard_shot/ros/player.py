@@ -28,7 +28,7 @@ from rclpy.utilities import remove_ros_args
 import yaml
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.ros import conversions
@@ -97,7 +97,7 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
 
     response = client.execute(goal) if arm else client.execute(goal, typed_fire, tell_how_to_fire)
     result = response.result
-    print(f'  executed    {Outcome(result.outcome).name}: {result.message}', flush=True)
+    print(f'  executed    {GoalOutcome(result.outcome).name}: {result.message}', flush=True)
     if response.status != GoalStatus.STATUS_SUCCEEDED:
         return False
     speed = result.strike.speed

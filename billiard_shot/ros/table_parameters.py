@@ -1,7 +1,7 @@
 """Parameters of the node that tracks the balls of a table."""
 
 from billiard_shot.cue.tracker import TrackerSettings
-from billiard_shot.ros.parameters import Parameter, TABLE_FRAME
+from billiard_shot.ros.parameters import NodeParameter, TABLE_FRAME
 from billiard_shot.scene import Scene
 
 DEFAULTS = TrackerSettings()
@@ -28,14 +28,14 @@ def class_names_of(pairs: list[str]) -> dict[str, str]:
 
 TABLE_TRACKER = (
     TABLE_FRAME,
-    Parameter(
+    NodeParameter(
         'scene',
         'paper',
         'Radius of the balls, and pockets: name of a bundled scene, or path of a YAML file.',
         check=Scene.load,
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'class_names',
         ['cue=cue'],
         'Names of balls by the class ids of the detections, as pairs such as `white=cue`. Every '
@@ -43,7 +43,7 @@ TABLE_TRACKER = (
         check=class_names_of,
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'detection_noise',
         0.0005,
         'Standard deviation of a detected position, in each direction, if the detection has no '
@@ -52,28 +52,28 @@ TABLE_TRACKER = (
         limits=(1e-6, 0.1),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'min_score',
         0.5,
         'Smallest score of a detection that is used.',
         limits=(0.0, 1.0),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'window',
         DEFAULTS.window,
         'Largest number of detections from which the position of a ball at rest is estimated.',
         limits=(10, 10_000),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'settled',
         DEFAULTS.settled,
         'Number of detections at one place after which a ball counts as being at rest.',
         limits=(2, 5),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'lost_after',
         DEFAULTS.lost_after,
         'Time without a detection after which the state of a ball is UNKNOWN.',
@@ -81,7 +81,7 @@ TABLE_TRACKER = (
         limits=(0.05, 10.0),
         read_only=True,
     ),
-    Parameter(
+    NodeParameter(
         'repeat_period',
         0.2,
         'Time after which table_state is repeated if there are no detections.',

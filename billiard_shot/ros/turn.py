@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.lying import positions_of
-from billiard_shot.cue.outcome import Outcome as Execution
+from billiard_shot.cue.outcome import GoalOutcome as Execution
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.game.agent import Agent, scene_of
@@ -59,7 +59,7 @@ RECORD_TIME = 5.0
 
 T = TypeVar('T')
 
-Stage = PlayTurn.Feedback
+TurnStage = PlayTurn.Feedback
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
 
@@ -146,7 +146,7 @@ class Turn:
     def _go_on(self) -> None:
         """Take a choice, or play a shot; change the state."""
         state = self.state
-        self.tell(Stage.DECIDE, f'player {state.player} decides', '', {})
+        self.tell(TurnStage.DECIDE, f'player {state.player} decides', '', {})
         if state.places_cue_ball:
             x, y = self._ask_agent(_place, state)
             if why := state.no_place(x, y):
@@ -186,13 +186,13 @@ class Turn:
             goal = self.client.goal(stroke, scene_of(self.scene, state), shot_id)
         except RefusedError as error:
             raise NotPlayedError(str(error)) from None
-        self.tell(Stage.PLAY, decision.reason or 'plays', shot_id, {})
+        self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self._records.clear()
         answer = self.client.execute(goal, self.may_fire)
         if answer.status != GoalStatus.STATUS_SUCCEEDED:
             name = Execution(answer.result.outcome).name
             raise NotPlayedError(f'{name}: {answer.result.message}')
-        self.tell(Stage.WATCH, 'the balls roll', shot_id, {})
+        self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
         seen = self.client.wait_for_rest(answer.result.strike.header.stamp)
         places = positions_of(seen, self.scene)
         self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
@@ -207,13 +207,13 @@ class Turn:
         if len(found) == 1:
             return found[0]
         rulings = ' or '.join(f'"{each.text}"' for each in found)
-        self.tell(Stage.RULE, f'pictures do not show how to rule: {rulings}', shot_id, {})
+        self.tell(TurnStage.RULE, f'pictures do not show how to rule: {rulings}', shot_id, {})
         return judge(state, decision.call, self.ask(shot_id, state, places))
 
     def _judged(self, state: State, decision: Decision, ruling: Ruling, shot_id: str) -> None:
         gone = [ball for ball in state.balls if ball not in ruling.state.balls]
         self.shots.append(shot_message(shot_id, decision.reason, decision.success, ruling, gone))
-        self.tell(Stage.JUDGED, ruling.text, shot_id, {})
+        self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
         self._ask_agent(_tell, state, decision, ruling)
 
@@ -229,7 +229,7 @@ class Turn:
                     *(f'{name} off the table' for name in seen if name not in state.balls),
                 ]
             )
-            self.tell(Stage.PLACE, f'put the balls in their places: {what}', '', state.balls)
+            self.tell(TurnStage.PLACE, f'put the balls in their places: {what}', '', state.balls)
             if self._place.service_is_ready():
                 self._place_simulated(state.balls)
             if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):

@@ -14,18 +14,18 @@ from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.turn import AgentError, make_agent, Stage, Turn
+from billiard_shot.ros.turn import AgentError, make_agent, Turn, TurnStage
 
 FIRE = 'fire'
 """What the operator types to fire an aimed shot."""
 
 WORDS = {
-    Stage.DECIDE: 'decides',
-    Stage.PLACE: 'place',
-    Stage.PLAY: 'plays',
-    Stage.WATCH: 'watches',
-    Stage.RULE: 'unknown',
-    Stage.JUDGED: 'ruling',
+    TurnStage.DECIDE: 'decides',
+    TurnStage.PLACE: 'place',
+    TurnStage.PLAY: 'plays',
+    TurnStage.WATCH: 'watches',
+    TurnStage.RULE: 'unknown',
+    TurnStage.JUDGED: 'ruling',
 }
 
 
@@ -92,7 +92,7 @@ def play_turn(
     """Play a turn and print it; return False if it was not played, or the rack is lost."""
 
     def tell(stage: int, message: str, shot_id: str, balls: Places) -> None:
-        if stage == Stage.PLAY and not options.arm:
+        if stage == TurnStage.PLAY and not options.arm:
             message += f'; when it is aimed, type {FIRE} and Enter'
         print(f'  {WORDS[stage]:11} {message}', flush=True)
 

@@ -19,7 +19,7 @@ POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 SLOWEST = 1e-3  # m/s, of a stroke with errors
 
 
-class Offsets(Protocol):
+class StrokeOffsets(Protocol):
     """A stroke; see `billiard_shot.Stroke`, which is above this layer."""
 
     @property
@@ -37,7 +37,7 @@ class Offsets(Protocol):
         """Make a stroke."""
 
 
-S = TypeVar('S', bound=Offsets)
+S = TypeVar('S', bound=StrokeOffsets)
 
 
 def _limits_in_order(robot: Any) -> Iterator[Mistake]:
@@ -143,7 +143,7 @@ class Noise:
 
     def sample(
         self,
-        strokes: Offsets | ArrayLike,
+        strokes: StrokeOffsets | ArrayLike,
         n: int,
         rng: np.random.Generator,
         ball_radius: float = POOL_BALL_RADIUS,

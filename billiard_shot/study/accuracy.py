@@ -19,7 +19,7 @@ from billiard_shot.study import impulse_scheme
 from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.memory import peak, reset_peak
 from billiard_shot.study.mujoco_strike import mujoco_strike
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 from billiard_shot.study.reproduction import PRINTED
 from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
@@ -34,7 +34,7 @@ SCIPY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
 
 Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evaluations
-Run = Callable[[], Callable[[], Answer]]  # is timed; returns a function that reads the answer
+TimedRun = Callable[[], Callable[[], Answer]]  # is timed; returns a function that reads the answer
 
 # The strokes of `billiard-shot study accuracy` by default: the paper's Table 1.
 PAPER_STROKES = {name: stroke for name, (stroke, _) in PRINTED.items()}
@@ -55,7 +55,7 @@ class Method:
         Names of the method and of its setting.
     settings : tuple of float
     prepare : callable
-        Makes a `Run` from a problem and a setting; the `Run` may raise NoAnswerError.
+        Makes a `TimedRun` from a problem and a setting; the `TimedRun` may raise NoAnswerError.
     against : callable
         Says why the method cannot solve a problem; returns '' if it can.
 
@@ -64,8 +64,8 @@ class Method:
     name: str
     setting: str
     settings: tuple[float, ...]
-    prepare: Callable[[Problem, float], Run]
-    against: Callable[[Problem], str] = lambda problem: ''
+    prepare: Callable[[ContactProblem, float], TimedRun]
+    against: Callable[[ContactProblem], str] = lambda problem: ''
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class Measurement:
     memory: float  # largest growth of the memory of the process, kB
 
 
-def _impulse_scheme(problem: Problem, step: float) -> Run:
+def _impulse_scheme(problem: ContactProblem, step: float) -> TimedRun:
     model, stroke = problem.model, problem.stroke
     friction, restitution = problem.friction.tolist(), problem.restitution.tolist()
 
@@ -108,7 +108,7 @@ def _impulse_scheme(problem: Problem, step: float) -> Run:
     return run
 
 
-def _against_impulse_scheme(problem: Problem) -> str:
+def _against_impulse_scheme(problem: ContactProblem) -> str:
     if problem.law == 'bistiffness':
         return 'impulse space knows no law bistiffness'
     surface = problem.model.surface
@@ -117,7 +117,7 @@ def _against_impulse_scheme(problem: Problem) -> str:
     return '' if guided and solid else 'for guided cues and solid balls'
 
 
-def _adaptive(problem: Problem, tolerance: float) -> Run:
+def _adaptive(problem: ContactProblem, tolerance: float) -> TimedRun:
     def run() -> Callable[[], Answer]:
         impulse, steps, status = problem.adaptive(tolerance)
         if status == Status.BUDGET_EXCEEDED:
@@ -127,7 +127,7 @@ def _adaptive(problem: Problem, tolerance: float) -> Run:
     return run
 
 
-def _closed_form(problem: Problem, _: float) -> Run:
+def _closed_form(problem: ContactProblem, _: float) -> TimedRun:
     def run() -> Callable[[], Answer]:
         impulse = closed_form(problem)
         return lambda: (*problem.motion(impulse)[:2], 1)
@@ -135,8 +135,8 @@ def _closed_form(problem: Problem, _: float) -> Run:
     return run
 
 
-def _scipy(method: str) -> Callable[[Problem, float], Run]:
-    def prepare(problem: Problem, rtol: float) -> Run:
+def _scipy(method: str) -> Callable[[ContactProblem, float], TimedRun]:
+    def prepare(problem: ContactProblem, rtol: float) -> TimedRun:
         def run() -> Callable[[], Answer]:
             strike = ScipyStrike(problem, method)
             try:
@@ -184,7 +184,7 @@ class Task:
     """A method at a setting on a stroke, with the truth it is measured against."""
 
     name: str
-    problem: Problem
+    problem: ContactProblem
     truth: tuple[Vector, Vector, Vector]  # velocity, spin, place of rest
     method: Method
     setting: float
@@ -230,7 +230,7 @@ def tasks(scene: Scene, strokes: Mapping[str, Stroke]) -> tuple[list[Task], list
     wanted: list[Task] = []
     left_out: list[str] = []
     for name, stroke in strokes.items():
-        problem = Problem.of(scene, stroke)
+        problem = ContactProblem.of(scene, stroke)
         impulse, _, status = problem.adaptive(FLOOR)
         if status not in (Status.OK, Status.INFINITE_SEQUENCE):
             left_out.append(f'{name}: not solved at {FLOOR:g}: {status.name}')
@@ -246,7 +246,7 @@ def tasks(scene: Scene, strokes: Mapping[str, Stroke]) -> tuple[list[Task], list
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class AccuracyPoint:
     """A method at a setting, over all strokes: worst errors, typical work."""
 
     setting: float
@@ -260,7 +260,7 @@ class Point:
     memory: float  # largest, kB
 
 
-def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
+def curve(measurements: Sequence[Measurement], method: str) -> list[AccuracyPoint]:
     """Work and precision of a method: one point for each setting at which it found an answer."""
     points = []
     mine = [m for m in measurements if m.method == method]
@@ -268,7 +268,7 @@ def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
         these = [m for m in mine if m.setting == setting and m.seconds == m.seconds]
         if these:
             points.append(
-                Point(
+                AccuracyPoint(
                     setting,
                     len(these),
                     max(m.velocity for m in these),
@@ -283,7 +283,7 @@ def curve(measurements: Sequence[Measurement], method: str) -> list[Point]:
     return points
 
 
-def order(points: Sequence[Point]) -> float:
+def order(points: Sequence[AccuracyPoint]) -> float:
     """
     Order of convergence: the power of the setting (step or tolerance) that the error follows.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from billiard_shot.impact.friction import minimize_over_disc
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 
 APPROACH = 1e-12  # of the approach speed: slower than this, contacts are at rest
 ROUNDS = 1000
@@ -19,7 +19,7 @@ class NoEndError(Exception):
     """The contacts still approach after very many rounds."""
 
 
-def pairwise(problem: Problem) -> Vector:
+def pairwise(problem: ContactProblem) -> Vector:
     """
     Impulses (6,) [N s] of collisions one at a time: the tip, then the table, and so on.
 
@@ -47,7 +47,7 @@ def pairwise(problem: Problem) -> Vector:
     raise NoEndError
 
 
-def newton(problem: Problem) -> Vector:
+def newton(problem: ContactProblem) -> Vector:
     """
     Impulses (6,) [N s] of Newton's law at all contacts at once (Moreau 1988).
 

@@ -11,12 +11,12 @@ import math
 
 import numpy as np
 
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 
 ZERO = 1e-15  # of a velocity, relative to the approach speed
 
 
-def applies(problem: Problem) -> bool:
+def applies(problem: ContactProblem) -> bool:
     """Whether the table is never pressed and the slip has one direction only, for any impulse."""
     w, u = problem.response, problem.velocity
     return (
@@ -29,7 +29,7 @@ def applies(problem: Problem) -> bool:
     )
 
 
-def closed_form(problem: Problem) -> Vector:
+def closed_form(problem: ContactProblem) -> Vector:
     """Return the impulses (6,) [N s]; raise ValueError if `applies` is false."""
     if not applies(problem):
         raise ValueError('stroke: the closed form is for level ones at the height of the centre')

@@ -115,7 +115,7 @@ class Collision:
 
 
 @dataclass(frozen=True, slots=True)
-class Strike(Collision):
+class StrikeCollision(Collision):
     """A stroke as a collision, and as `predict` takes it; the law of the scene is not set."""
 
     stroke: Stroke = field(kw_only=True)
@@ -150,7 +150,7 @@ def strike(
     ratio: float = 1.5,
     end_mass: float | None = None,
     exponent: float = 1.0,
-) -> Strike:
+) -> StrikeCollision:
     """
     Strike a ball on a table with a guided cue (section 3), or one with a light end.
 
@@ -176,7 +176,7 @@ def strike(
             'exponent': exponent,
         }
     )
-    return Strike(
+    return StrikeCollision(
         (cue, ball, Body.fixed()),
         (
             Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),

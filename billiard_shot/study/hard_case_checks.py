@@ -18,7 +18,7 @@ import numpy as np
 from billiard_shot.impact.integrator import steps_allowed
 from billiard_shot.shot.predict import predict
 from billiard_shot.status import Status
-from billiard_shot.study.collisions import Collision, Strike, Vector
+from billiard_shot.study.collisions import Collision, StrikeCollision, Vector
 from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import Family
 
@@ -33,7 +33,7 @@ FINEST = 1e-14  # m at 1 m/s: `predict` does what it can
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CaseOutcome:
     """Result of a collision: its motion as in `Collision.motion`, and its relative energy gain."""
 
     status: Status
@@ -43,7 +43,7 @@ class Outcome:
     gain: float
 
     @classmethod
-    def of(cls, case: Collision, law: str, tolerance: float) -> Outcome:
+    def of(cls, case: Collision, law: str, tolerance: float) -> CaseOutcome:
         """Solve a case."""
         result = case.solve(law, tolerance)
         before = case.energy(*case.start)
@@ -55,9 +55,9 @@ class Outcome:
             (case.energy(result.velocities, result.spins) - before) / before,
         )
 
-    def from_(self, other: Outcome | Vector) -> float:
+    def from_(self, other: CaseOutcome | Vector) -> float:
         """Largest difference from another motion; infinite if it is not finite."""
-        numbers = other.motion if isinstance(other, Outcome) else other
+        numbers = other.motion if isinstance(other, CaseOutcome) else other
         gap = float(np.abs(self.motion - numbers).max())
         return gap if np.isfinite(gap) else np.inf
 
@@ -70,7 +70,7 @@ class CaseResult:
     Attributes
     ----------
     family, member, law : str
-    outcome : Outcome
+    outcome : CaseOutcome
         At the tight tolerance.
     seconds : float
         Time of this solution [s].
@@ -88,7 +88,7 @@ class CaseResult:
     family: str
     member: str
     law: str
-    outcome: Outcome
+    outcome: CaseOutcome
     seconds: float
     off: float
     order: float
@@ -100,17 +100,17 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
     """Solve a case in all variants, and compare the results."""
     case = family.members[member]
     begin = perf_counter()
-    tight = Outcome.of(case, law, TIGHT)
+    tight = CaseOutcome.of(case, law, TIGHT)
     seconds = perf_counter() - begin
     if member in family.hopeless:
-        outcomes = tight, *(Outcome.of(case, law, tolerance) for tolerance in TOLERANCES)
+        outcomes = tight, *(CaseOutcome.of(case, law, tolerance) for tolerance in TOLERANCES)
         if any(outcome.status == Status.BUDGET_EXCEEDED for outcome in outcomes):
             return _of_hopeless(family, member, law, case, outcomes, seconds)
-    moved = Outcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
+    moved = CaseOutcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
     sensitivity = moved / DISTURBANCE
     order = max(
         (
-            Outcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
+            CaseOutcome.of(case.reordered(permutation), law, TIGHT).from_(tight)
             for permutation in _orders(len(case.contacts))
         ),
         default=0.0,
@@ -121,7 +121,7 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
     faults = [*_of_outcome(family, tight, GAIN)]
     for tolerance in TOLERANCES:
         allowed = SLACK * tolerance * (1.0 + sensitivity)
-        loose = Outcome.of(case, law, tolerance)
+        loose = CaseOutcome.of(case, law, tolerance)
         found = [*_of_outcome(family, loose, allowed)]
         error = loose.from_(tight)
         if len(values) > 1:  # the law jumps here: a solution may be on either side
@@ -136,7 +136,7 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
         faults.append(f'moves by {order:.1g} with the order of contacts')
     if off > within:
         faults.append(f'is off the stated value by {off:.1g}, more than {within:g}')
-    if isinstance(case, Strike):
+    if isinstance(case, StrikeCollision):
         faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
     return CaseResult(
         family.name, member, law, tight, seconds, off, order, sensitivity, tuple(faults)
@@ -148,7 +148,7 @@ def _of_hopeless(
     member: str,
     law: str,
     case: Collision,
-    outcomes: tuple[Outcome, ...],
+    outcomes: tuple[CaseOutcome, ...],
     seconds: float,
 ) -> CaseResult:
     """Check a case that exceeds the budget at some tolerance."""
@@ -176,7 +176,7 @@ def _orders(count: int) -> Iterator[tuple[int, ...]]:
         yield (*range(1, count, 2), *range(0, count, 2))
 
 
-def _of_outcome(family: Family, outcome: Outcome, gain: float) -> Iterator[str]:
+def _of_outcome(family: Family, outcome: CaseOutcome, gain: float) -> Iterator[str]:
     if outcome.status not in family.status:
         yield f'ends in {outcome.status.name}'
     if not np.isfinite(outcome.motion).all():
@@ -185,7 +185,9 @@ def _of_outcome(family: Family, outcome: Outcome, gain: float) -> Iterator[str]:
         yield f'gains {outcome.gain:.1g} of its energy'
 
 
-def _of_prediction(case: Strike, tight: Outcome, law: str, allowed: float) -> Iterator[str]:
+def _of_prediction(
+    case: StrikeCollision, tight: CaseOutcome, law: str, allowed: float
+) -> Iterator[str]:
     """Compare with `predict`, which finds contact space independently; without double hits."""
     effects = replace(case.scene.effects, double_hit='off')
     scene = replace(case.scene, law=law, effects=effects)

@@ -16,7 +16,7 @@ import numpy as np
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.classical_laws import newton, NoEndError, pairwise
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 from billiard_shot.study.resting_place import resting_place
 
 TOLERANCE = 1e-11
@@ -25,7 +25,7 @@ STEEP = 3.0  # an interval that bends this many times as much as those around is
 SMALLEST = 1e-6  # discontinuity that is reported, relative to the cue speed
 LAWS = ('bistiffness', 'energetic')
 WAYS = (*LAWS, 'pairwise', 'newton')
-Outcome = Callable[[float], Vector]
+StrokeOutcome = Callable[[float], Vector]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +44,12 @@ class ParameterSweep:
     values: Vector
     at: Callable[[float], tuple[Scene, Stroke]]
 
-    def problem(self, value: float, law: str) -> Problem:
+    def problem(self, value: float, law: str) -> ContactProblem:
         """State the stroke at a value."""
         scene, stroke = self.at(value)
-        return Problem.of(replace(scene, law=law), stroke)
+        return ContactProblem.of(replace(scene, law=law), stroke)
 
-    def solved(self, value: float, way: str) -> tuple[Problem, Vector]:
+    def solved(self, value: float, way: str) -> tuple[ContactProblem, Vector]:
         """State the stroke at a value, and find its impulses (6,) [N s] by law or way."""
         if way in LAWS:
             problem = self.problem(value, way)
@@ -57,7 +57,7 @@ class ParameterSweep:
         problem = self.problem(value, 'bistiffness')  # the laws agree for one contact alone
         return problem, pairwise(problem) if way == 'pairwise' else newton(problem)
 
-    def outcome(self, way: str) -> Outcome:
+    def outcome(self, way: str) -> StrokeOutcome:
         """Return a function from the value to the motion (7,) of ball and cue after the strike."""
 
         def motion(value: float) -> Vector:
@@ -109,7 +109,9 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
     yield ParameterSweep('speed (m/s)', np.geomspace(0.05, 10.0, count), varied(4))
 
 
-def discontinuities(outcome: Outcome, values: Sequence[float] | Vector) -> list[Discontinuity]:
+def discontinuities(
+    outcome: StrokeOutcome, values: Sequence[float] | Vector
+) -> list[Discontinuity]:
     """
     Find the discontinuities of an outcome over sorted values, each bracketed to rounding.
 
@@ -131,7 +133,7 @@ def discontinuities(outcome: Outcome, values: Sequence[float] | Vector) -> list[
     return found
 
 
-def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Discontinuity:
+def _bracketed(outcome: StrokeOutcome, low: float, high: float, slope: Vector) -> Discontinuity:
     """Halve an interval, keeping the half whose change is further from the usual slope's."""
     p, q = outcome(low), outcome(high)
     while high - low > CLOSEST * max(abs(low), abs(high)):
@@ -145,7 +147,7 @@ def _bracketed(outcome: Outcome, low: float, high: float, slope: Vector) -> Disc
     return Discontinuity(0.5 * (low + high), float(np.abs(q - p).max()))
 
 
-def wedges(problem: Problem) -> bool:
+def wedges(problem: ContactProblem) -> bool:
     """
     Whether the tip can wedge: W_nn < mu |W_nt| (Painleve 1895).
 

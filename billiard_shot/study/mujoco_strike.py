@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 
 Answer = tuple[Vector, Vector, int]
 DURATION = 1e-3  # s, of a contact: that of a leather tip
@@ -53,7 +53,7 @@ def spring_of(restitution: float, duration: float) -> str:
     return f'{-(frequency**2 + (loss / duration) ** 2)} {-2.0 * loss / duration}'
 
 
-def mujoco_strike(problem: Problem, step: float) -> Callable[[], Callable[[], Answer]]:
+def mujoco_strike(problem: ContactProblem, step: float) -> Callable[[], Callable[[], Answer]]:
     """
     Prepare a strike in time steps of `step` seconds; see `accuracy.Run`.
 
@@ -83,7 +83,7 @@ def mujoco_strike(problem: Problem, step: float) -> Callable[[], Callable[[], An
     return run
 
 
-def _description(problem: Problem, step: float) -> str:
+def _description(problem: ContactProblem, step: float) -> str:
     surface, n = problem.model.surface, np.array(problem.stroke.normal)
     ratio = math.sqrt(float(problem.stiffness[0] / problem.stiffness[1]))
     c = np.array(problem.stroke.velocity) / problem.stroke.speed

@@ -28,7 +28,7 @@ STAGES = ('straight paths', 'combinations', 'one cushion', 'curves', 'two cushio
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stage:
+class StoryStage:
     """
     A stage of a search.
 
@@ -55,7 +55,7 @@ class Story:
     """The first round of a search, and the finalists of its race."""
 
     scene: Scene
-    stages: tuple[Stage, ...]
+    stages: tuple[StoryStage, ...]
     finalists: tuple[Finalist, ...]
 
 
@@ -72,7 +72,7 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
     return Story(scene, stages, tuple(finalists))
 
 
-def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Iterator[Stage]:
+def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Iterator[StoryStage]:
     # The search asks for a stage only if the stages before were not good enough.
     for name, candidates in zip(STAGES, stage_candidates(problem, runner), strict=False):
         outcomes = runner.evaluate(candidates.strokes[:CANDIDATES])
@@ -82,4 +82,4 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
         chosen = choose(candidates, outcomes, REFINED, draws)
         population = population_of(candidates.take(chosen), outcomes.take(chosen))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
-        yield Stage(name, candidates.strokes, outcomes.success, refined)
+        yield StoryStage(name, candidates.strokes, outcomes.success, refined)

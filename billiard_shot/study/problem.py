@@ -18,7 +18,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class ContactProblem:
     """
     A strike in contact space: u = velocity + response J.
 
@@ -44,7 +44,7 @@ class Problem:
     law: str
 
     @classmethod
-    def of(cls, scene: Scene, stroke: Stroke) -> Problem:
+    def of(cls, scene: Scene, stroke: Stroke) -> ContactProblem:
         """State a stroke that can be played."""
         model = strike_model(scene)
         n, c, speed = np.array(stroke.normal), np.array(stroke.velocity), stroke.speed

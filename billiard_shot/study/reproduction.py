@@ -16,8 +16,8 @@ import numpy as np
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.problem import Problem, Vector
-from billiard_shot.study.scipy_strike import Event, ScipyStrike
+from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.study.scipy_strike import EventFunction, ScipyStrike
 
 ACCURACY = 1e-8  # of the strikes in SciPy, relative
 
@@ -71,7 +71,7 @@ ATTEMPTS: Mapping[str, tuple[Variant, ...]] = {
 class VariantStrike(ScipyStrike):
     """A strike under variants of the model."""
 
-    def __init__(self, problem: Problem, variant: Variant) -> None:
+    def __init__(self, problem: ContactProblem, variant: Variant) -> None:
         super().__init__(problem)
         self.variant = variant
         self.peak, self.again = [0.0, 0.0], [0.0, 0.0]  # energies
@@ -84,7 +84,7 @@ class VariantStrike(ScipyStrike):
             force[4:] = -self.mu[1] * normal[1] * self.begun[0]
         return force
 
-    def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
+    def events(self) -> tuple[list[tuple[str, int]], list[EventFunction]]:
         """Events, without those that the variant excludes."""
         names, functions = super().events()
         kept = [
@@ -135,7 +135,7 @@ def label(variant: Variant) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ReproducedRow:
     """A row of Table 1 under a variant: velocity and spin, and residuals from the printed ones."""
 
     name: str
@@ -145,7 +145,7 @@ class Row:
     spin: float  # residual over the printed spin's length
 
 
-def reproduce(name: str, variant: Variant) -> Row:
+def reproduce(name: str, variant: Variant) -> ReproducedRow:
     """Recompute a row under a variant."""
     stroke, printed = PRINTED[name]
     scene = Scene.load('paper')
@@ -154,14 +154,14 @@ def reproduce(name: str, variant: Variant) -> Row:
         scene = replace(scene, contacts=replace(scene.contacts, cue_ball=tip))
     if Variant.POISSON in variant:
         scene = replace(scene, law='poisson')
-    problem = Problem.of(scene, stroke)
+    problem = ContactProblem.of(scene, stroke)
     if variant & ~(Variant.INVERSE_RATIO | Variant.POISSON):
         impulse = VariantStrike(problem, variant).solve(ACCURACY)
     else:  # the library has these variants as parameters
         impulse, _, _ = problem.adaptive(1e-12)
     velocity, spin, _ = problem.motion(impulse)
     v, w = np.array(printed[:3]), np.array(printed[3:])
-    return Row(
+    return ReproducedRow(
         name,
         variant,
         np.concatenate([velocity, spin]),

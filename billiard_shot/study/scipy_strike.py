@@ -14,14 +14,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from billiard_shot.impact.friction import minimize_over_disc
-from billiard_shot.study.problem import Problem, Vector
+from billiard_shot.study.problem import ContactProblem, Vector
 
 OPEN = 1e-13  # approach slower than this is rounding
 MOST_CALLS = 20_000
 SLIDE, STICK = 0, 1
 
 
-Event = Callable[[float, Vector], float]
+EventFunction = Callable[[float, Vector], float]
 
 
 class GaveUpError(Exception):
@@ -34,13 +34,13 @@ class ScipyStrike:
 
     Parameters
     ----------
-    strike : Problem
+    strike : ContactProblem
     method : str
         Of `solve_ivp`.
 
     """
 
-    def __init__(self, strike: Problem, method: str = 'DOP853') -> None:
+    def __init__(self, strike: ContactProblem, method: str = 'DOP853') -> None:
         self.method = method
         self.speed = strike.speed
         self.unit = strike.response.diagonal().max()
@@ -120,10 +120,10 @@ class ScipyStrike:
         rate[2:] = self.forces_at(self.k * state[:2], u)
         return rate
 
-    def events(self) -> tuple[list[tuple[str, int]], list[Event]]:
+    def events(self) -> tuple[list[tuple[str, int]], list[EventFunction]]:
         """Terminal events of the present state, with their names."""
         names: list[tuple[str, int]] = []
-        functions: list[Event] = []
+        functions: list[EventFunction] = []
 
         def add(name: tuple[str, int], function: Any, direction: int) -> None:
             function.terminal, function.direction = True, direction

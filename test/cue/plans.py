@@ -14,7 +14,7 @@ from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import ShotPlan
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
 
@@ -73,7 +73,7 @@ class Bench:
 
     def __init__(self, imperfections=None, settings=None, seed=0):
         self.now = 0.0
-        self.states: list[State] = []
+        self.states: list[SafetyState] = []
         self.results: list[Result] = []
         self.strikes = []
         self.estop = False  # what is said every 10 ms; None: silence
@@ -153,7 +153,7 @@ class Bench:
         """Send a goal, aim, arm and fire; the result."""
         before = len(self.results)
         self.send_goal(shot, shot_id)
-        self.reach(State.AIMED)
+        self.reach(SafetyState.AIMED)
         assert self.arm().accepted
         assert self.run(10.0, lambda: len(self.results) > before), self.controller.reason
         return self.results[-1]

@@ -19,7 +19,7 @@ from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import RefusedError
-from billiard_shot.cue.safety import MOVING, State
+from billiard_shot.cue.safety import MOVING, SafetyState
 
 SETTINGS = Settings()
 PLANS = [
@@ -73,7 +73,10 @@ class AnyEvents(RuleBasedStateMachine):
     # --- the judge ------------------------------------------------------------------------------
 
     def note(self):
-        if self.controller.state is not State.ARMED and self.controller.state is not State.FIRING:
+        if (
+            self.controller.state is not SafetyState.ARMED
+            and self.controller.state is not SafetyState.FIRING
+        ):
             self.armed_at = None
 
     def judge(self, command):
@@ -83,7 +86,7 @@ class AnyEvents(RuleBasedStateMachine):
             and (command.trajectory.positions[0, STROKE] == 0.0)
         ):
             self.strokes += 1
-            assert self.controller.state is State.FIRING
+            assert self.controller.state is SafetyState.FIRING
             value, heard = self.said['estop']
             assert value is False
             assert self.now - heard <= SETTINGS.estop_timeout
@@ -148,11 +151,11 @@ class AnyEvents(RuleBasedStateMachine):
                 self.controller.tick(self.now)
             elif request == 'arm':
                 self.arm()
-                assert not (trusts_nothing and self.controller.state is State.ARMED)
+                assert not (trusts_nothing and self.controller.state is SafetyState.ARMED)
             else:
-                latched = self.controller.state in (State.ESTOP, State.FAULT)
+                latched = self.controller.state in (SafetyState.ESTOP, SafetyState.FAULT)
                 self.clear()
-                still = self.controller.state in (State.ESTOP, State.FAULT)
+                still = self.controller.state in (SafetyState.ESTOP, SafetyState.FAULT)
                 assert still or not (trusts_nothing and latched)
 
     @rule(seconds=st.sampled_from([0.01, 0.05, 0.2]))
@@ -206,7 +209,7 @@ class AnyEvents(RuleBasedStateMachine):
         assert plan.speed != PLANS[2].speed
         self.ordered, self.ordered_until = plan, self.now + remaining
 
-    @precondition(lambda self: self.controller.state is State.AIMING)
+    @precondition(lambda self: self.controller.state is SafetyState.AIMING)
     @rule()
     def wait_for_the_aim(self):
         self.pass_time(4.0, 0.05)
@@ -230,7 +233,7 @@ class AnyEvents(RuleBasedStateMachine):
     def clear(self):
         before = self.controller.state
         if self.controller.clear(self.now).accepted:
-            assert before in (State.ESTOP, State.FAULT)
+            assert before in (SafetyState.ESTOP, SafetyState.FAULT)
             assert self.says['estop'] is not True
 
     @rule()
@@ -243,7 +246,7 @@ class AnyEvents(RuleBasedStateMachine):
         if state in MOVING:
             assert command is not None
             assert command.trajectory is not None
-        elif state is State.DISARMED:
+        elif state is SafetyState.DISARMED:
             assert command is None
         else:
             assert command.trajectory is None
@@ -279,7 +282,7 @@ class Eager(AnyEvents):
         number=st.integers(1000, 1010),
     )
     def play(self, plan, remaining, aimed, armed, number):
-        if self.controller.state is not State.DISARMED:
+        if self.controller.state is not SafetyState.DISARMED:
             return
         self.all_is_well()
         self.send_goal(plan, number, remaining)

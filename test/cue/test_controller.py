@@ -10,12 +10,19 @@ import pytest
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import INCLINE, STROKE
-from billiard_shot.cue.outcome import Outcome, RefusedError
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.simulated import Faults, Imperfections
 
 SHOT = (0.2, 0.1, 0.2, 0.4, 3.0)
-WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+WAY = [
+    SafetyState.AIMING,
+    SafetyState.AIMED,
+    SafetyState.ARMED,
+    SafetyState.FIRING,
+    SafetyState.RETRACTING,
+    SafetyState.DISARMED,
+]
 
 
 @pytest.fixture
@@ -25,7 +32,7 @@ def bench():
 
 def test_a_shot_from_goal_to_rest(bench):
     result = bench.play(SHOT)
-    assert result.outcome is Outcome.OK
+    assert result.outcome is GoalOutcome.OK
     assert bench.states == WAY
     (strike,) = bench.strikes
     assert result.strike is strike
@@ -47,7 +54,7 @@ def test_speed_and_angle_are_reached(shot):
         result = bench.play(shot)
     except RefusedError:
         return
-    assert result.outcome is Outcome.OK
+    assert result.outcome is GoalOutcome.OK
     assert result.strike.speed == pytest.approx(shot[4], rel=5e-3)
     assert result.strike.tip.elevation == pytest.approx(shot[2], abs=math.radians(0.02))
 
@@ -67,23 +74,33 @@ def test_shots_in_a_row(bench):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
         bench.controller.execute(ShotGoal(plan, 60.0), lambda: bench.now)
-        bench.reach(State.AIMED)
+        bench.reach(SafetyState.AIMED)
         assert bench.arm().accepted
-        bench.reach(State.DISARMED)
-        assert bench.results[-1].outcome is Outcome.OK
+        bench.reach(SafetyState.DISARMED)
+        assert bench.results[-1].outcome is GoalOutcome.OK
         assert bench.states == WAY
     assert [strike.shot_id for strike in bench.strikes] == [f'shot {i}' for i in range(20)]
 
 
 def in_state(bench, state):
     bench.send_goal(SHOT)
-    bench.reach(State.AIMED if state in (State.ARMED, State.FIRING, State.RETRACTING) else state)
-    if state not in (State.AIMING, State.AIMED):
+    bench.reach(
+        SafetyState.AIMED
+        if state in (SafetyState.ARMED, SafetyState.FIRING, SafetyState.RETRACTING)
+        else state
+    )
+    if state not in (SafetyState.AIMING, SafetyState.AIMED):
         assert bench.arm().accepted
         bench.reach(state)
 
 
-MOVING = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING]
+MOVING = [
+    SafetyState.AIMING,
+    SafetyState.AIMED,
+    SafetyState.ARMED,
+    SafetyState.FIRING,
+    SafetyState.RETRACTING,
+]
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -91,17 +108,17 @@ def test_estop_stops_at_once_and_latches(bench, state):
     in_state(bench, state)
     before = bench.now
     bench.controller.receive_estop(True, bench.now, bench.now)
-    assert bench.controller.state is State.ESTOP
+    assert bench.controller.state is SafetyState.ESTOP
     assert bench.now == before, 'in the same call'
-    assert bench.results[-1].outcome is Outcome.ESTOP
+    assert bench.results[-1].outcome is GoalOutcome.ESTOP
     bench.estop = False
     bench.run(1.5)
-    assert bench.controller.state is State.ESTOP
+    assert bench.controller.state is SafetyState.ESTOP
     assert bench.mechanism.stopped
     with pytest.raises(RefusedError, match='aim: not possible in state ESTOP, only in DISARMED'):
         bench.send_goal(SHOT, 'again')
     assert bench.controller.clear(bench.now).accepted
-    assert bench.play(SHOT, 'later').outcome is Outcome.OK
+    assert bench.play(SHOT, 'later').outcome is GoalOutcome.OK
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -113,11 +130,17 @@ def test_silence_stops(name, state):
     bench.run(0.07)
     bench.run(1.5)
     assert bench.mechanism.stopped
-    stroke = state in (State.FIRING, State.RETRACTING)
-    wanted = State.ESTOP if name == 'estop' else State.FAULT if stroke else State.DISARMED
+    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    wanted = (
+        SafetyState.ESTOP
+        if name == 'estop'
+        else SafetyState.FAULT
+        if stroke
+        else SafetyState.DISARMED
+    )
     assert bench.controller.state is wanted
     assert f'{name}: no message for' in bench.controller.reason
-    assert bench.results[-1].outcome is not Outcome.OK
+    assert bench.results[-1].outcome is not GoalOutcome.OK
 
 
 def pause(bench, seconds=1.0):
@@ -137,22 +160,22 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
     in_state(bench, state)
     pause(bench)
     assert not bench.arm().accepted
-    stroke = state in (State.FIRING, State.RETRACTING)
-    assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
+    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    assert bench.controller.state is (SafetyState.FAULT if stroke else SafetyState.DISARMED)
     assert 'this process did not run for 1' in bench.controller.reason
-    assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
+    assert bench.results[-1].outcome is (GoalOutcome.FAULT if stroke else GoalOutcome.DISARMED)
     assert not bench.controller.clear(bench.now).accepted
     with pytest.raises(RefusedError):
         bench.send_goal(SHOT, 'too early')
     bench.run(4.1)
     assert bench.mechanism.stopped
     assert not stroke or bench.controller.clear(bench.now).accepted
-    assert bench.play(SHOT, 'later').outcome is Outcome.OK
+    assert bench.play(SHOT, 'later').outcome is GoalOutcome.OK
 
 
-@pytest.mark.parametrize('latch', [State.ESTOP, State.FAULT])
+@pytest.mark.parametrize('latch', [SafetyState.ESTOP, SafetyState.FAULT])
 def test_a_latch_is_not_cleared_by_messages_that_waited(bench, latch):
-    if latch is State.ESTOP:
+    if latch is SafetyState.ESTOP:
         bench.controller.receive_estop(True, bench.now, bench.now)
     else:
         bench.controller.fail(bench.now, 'for the test')
@@ -166,40 +189,40 @@ def test_a_latch_is_not_cleared_by_messages_that_waited(bench, latch):
 
 
 def test_a_short_pause_is_allowed(bench):
-    in_state(bench, State.AIMED)
+    in_state(bench, SafetyState.AIMED)
     pause(bench, 0.09)
     bench.run(0.05)
-    assert bench.controller.state is State.AIMED
+    assert bench.controller.state is SafetyState.AIMED
 
 
 def test_a_press_counts_however_old_it_is(bench):
-    in_state(bench, State.AIMING)
+    in_state(bench, SafetyState.AIMING)
     bench.controller.receive_estop(True, bench.now - 5.0, bench.now)
-    assert bench.controller.state is State.ESTOP
+    assert bench.controller.state is SafetyState.ESTOP
 
 
-@pytest.mark.parametrize('state', [State.DISARMED, *MOVING])
+@pytest.mark.parametrize('state', [SafetyState.DISARMED, *MOVING])
 def test_another_driver_is_a_fault(bench, state):
-    if state is not State.DISARMED:
+    if state is not SafetyState.DISARMED:
         in_state(bench, state)
     for _ in range(3):
         bench.controller.receive_other_drivers(['/other/cue_driver'], bench.now)
         bench.run(0.05)
-    assert bench.controller.state is State.FAULT
-    assert bench.states.count(State.FAULT) == 1
+    assert bench.controller.state is SafetyState.FAULT
+    assert bench.states.count(SafetyState.FAULT) == 1
     assert bench.controller.reason == ('another node commands the mechanism: /other/cue_driver')
     assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
     bench.controller.receive_other_drivers([], bench.now)
     assert bench.controller.clear(bench.now).accepted
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
 @pytest.mark.parametrize(('jump', 'way'), [(-100.0, 'back'), (3600.0, 'ahead')])
 def test_a_clock_that_jumps_disarms(bench, state, jump, way):
     in_state(bench, state)
     bench.clock_offset += jump
     bench.run(0.02)
-    assert bench.controller.state is State.DISARMED
+    assert bench.controller.state is SafetyState.DISARMED
     assert bench.controller.reason.startswith(f'ROS clock: jumped {way} by {abs(jump):.3g} s')
     with pytest.raises(RefusedError, match=f'jumped {way} by'):
         bench.send_goal(SHOT, 'again')
@@ -208,12 +231,12 @@ def test_a_clock_that_jumps_disarms(bench, state, jump, way):
 def test_a_goal_that_has_expired_on_its_own_clock_is_not_fired(bench):
     """A step of the clock that is too small for a jump."""
     bench.send_goal(SHOT, remaining=5.0)
-    bench.reach(State.AIMED)
+    bench.reach(SafetyState.AIMED)
     left = 5.0 - bench.now
     bench.clock_offset += 0.9
     bench.run(left - 0.5)
-    assert bench.controller.state is State.DISARMED
-    assert bench.results[-1].outcome is Outcome.EXPIRED
+    assert bench.controller.state is SafetyState.DISARMED
+    assert bench.results[-1].outcome is GoalOutcome.EXPIRED
     assert not bench.arm().accepted
 
 
@@ -222,9 +245,9 @@ def test_interlock_opened(bench, state):
     in_state(bench, state)
     bench.interlock = False
     bench.controller.receive_interlock(False, bench.now, bench.now)
-    stroke = state in (State.FIRING, State.RETRACTING)
-    assert bench.controller.state is (State.FAULT if stroke else State.DISARMED)
-    assert bench.results[-1].outcome is (Outcome.FAULT if stroke else Outcome.DISARMED)
+    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    assert bench.controller.state is (SafetyState.FAULT if stroke else SafetyState.DISARMED)
+    assert bench.results[-1].outcome is (GoalOutcome.FAULT if stroke else GoalOutcome.DISARMED)
     bench.run(1.5)
     assert bench.mechanism.stopped
     if stroke:
@@ -241,92 +264,92 @@ def test_a_dead_driver_stops_the_mechanism(bench, state):
     assert bench.mechanism.stopped
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
 def test_disarm(bench, state):
     in_state(bench, state)
-    assert bench.controller.disarm(bench.now, 'by hand', Outcome.CANCELED).accepted
-    assert bench.results[-1].outcome is Outcome.CANCELED
+    assert bench.controller.disarm(bench.now, 'by hand', GoalOutcome.CANCELED).accepted
+    assert bench.results[-1].outcome is GoalOutcome.CANCELED
     assert bench.results[-1].message == 'by hand'
     bench.run(1.0)
     assert bench.mechanism.stopped
-    assert bench.controller.state is State.DISARMED
+    assert bench.controller.state is SafetyState.DISARMED
 
 
 @pytest.mark.parametrize(
     ('faults', 'state', 'words'),
     [
-        (Faults(stuck_incline=True), State.AIMING, 'incline: -0.'),
-        (Faults(lost_encoder=True), State.AIMED, 'joint_states: base_x is at nan'),
-        (Faults(late_brake=0.05), State.ARMED, 'beyond where it should have stopped'),
-        (Faults(no_ball=True), State.ARMED, 'or there was no ball'),
-        (Faults(command_loss_rate=1.0), State.AIMED, 'has not met the ball'),
+        (Faults(stuck_incline=True), SafetyState.AIMING, 'incline: -0.'),
+        (Faults(lost_encoder=True), SafetyState.AIMED, 'joint_states: base_x is at nan'),
+        (Faults(late_brake=0.05), SafetyState.ARMED, 'beyond where it should have stopped'),
+        (Faults(no_ball=True), SafetyState.ARMED, 'or there was no ball'),
+        (Faults(command_loss_rate=1.0), SafetyState.AIMED, 'has not met the ball'),
     ],
 )
 def test_faults_are_found_and_named(bench, faults, state, words):
-    in_state(bench, State.AIMING if state is State.AIMING else State.AIMED)
+    in_state(bench, SafetyState.AIMING if state is SafetyState.AIMING else SafetyState.AIMED)
     bench.mechanism.faults = faults
-    if state is not State.AIMING:
+    if state is not SafetyState.AIMING:
         bench.arm()
-    assert bench.run(6.0, lambda: bench.controller.state is State.FAULT)
+    assert bench.run(6.0, lambda: bench.controller.state is SafetyState.FAULT)
     assert words in bench.controller.reason
-    assert bench.results[-1].outcome is Outcome.FAULT
+    assert bench.results[-1].outcome is GoalOutcome.FAULT
     bench.run(1.0)
     assert bench.mechanism.stopped
 
 
 def test_some_lost_commands_do_no_harm(bench):
     bench.mechanism.faults = Faults(command_loss_rate=0.3)
-    assert bench.play(SHOT).outcome is Outcome.OK
+    assert bench.play(SHOT).outcome is GoalOutcome.OK
 
 
 def test_silent_encoders_are_a_fault(bench):
-    in_state(bench, State.AIMING)
+    in_state(bench, SafetyState.AIMING)
     for _ in range(52):  # nothing is heard of the joints from here on
         bench.now += 0.01
         bench.tick()
-    assert bench.controller.state is State.FAULT
+    assert bench.controller.state is SafetyState.FAULT
     assert 'joint_states: no message for' in bench.controller.reason
 
 
 def test_armed_times_out():
     bench = Bench(settings=Settings(arm_timeout=0.3, settle_time=1.0))
-    in_state(bench, State.ARMED)
-    bench.reach(State.DISARMED, 0.5)
-    assert bench.results[-1].outcome is Outcome.ARM_TIMEOUT
+    in_state(bench, SafetyState.ARMED)
+    bench.reach(SafetyState.DISARMED, 0.5)
+    assert bench.results[-1].outcome is GoalOutcome.ARM_TIMEOUT
     assert not bench.arm().accepted
 
 
 def test_a_goal_expires_while_it_waits(bench):
     bench.send_goal(SHOT, remaining=4.0)
-    bench.reach(State.AIMED)
-    bench.reach(State.DISARMED)
+    bench.reach(SafetyState.AIMED)
+    bench.reach(SafetyState.DISARMED)
     assert bench.now == pytest.approx(4.1, abs=0.05)
-    assert bench.results[-1].outcome is Outcome.EXPIRED
+    assert bench.results[-1].outcome is GoalOutcome.EXPIRED
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
 def test_a_ball_that_moves_disarms(bench, state):
     in_state(bench, state)
     bench.balls = {'cue': (0.0, 0.002)}
     bench.run(0.02)
-    assert bench.controller.state is State.DISARMED
-    assert bench.results[-1].outcome is Outcome.TABLE_MOVED
+    assert bench.controller.state is SafetyState.DISARMED
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
     assert 'lies 2 mm from its planned place' in bench.results[-1].message
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.AIMED, State.ARMED])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
 def test_a_camera_that_ends_is_noticed(state):
     """Before, the driver fired on a picture of any age."""
     bench = Bench(settings=Settings(settle_time=4.0))
     in_state(bench, state)
     bench.balls = None
     bench.run(1.1)
-    assert bench.controller.state is State.DISARMED
-    assert bench.results[-1].outcome is Outcome.TABLE_STALE
+    assert bench.controller.state is SafetyState.DISARMED
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
     assert 'table_state: no message for' in bench.results[-1].message
     with pytest.raises(RefusedError, match='table_state: no message for') as caught:
         bench.send_goal(SHOT, 'again')
-    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+    assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
 
 
 def test_a_repeated_picture_gets_old(bench):
@@ -337,7 +360,7 @@ def test_a_repeated_picture_gets_old(bench):
         RefusedError, match=r"ball 'cue' was last detected 3\.6e\+03 s ago"
     ) as caught:
         bench.send_goal(SHOT)
-    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+    assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
 
 
 def test_a_detection_in_the_future_is_refused(bench):
@@ -350,24 +373,24 @@ def test_a_detection_in_the_future_is_refused(bench):
 def test_the_cue_hides_the_ball_for_a_while():
     """A ball counts as lying where it was seen last, but not for ever."""
     bench = Bench(settings=Settings(unseen_timeout=6.0, arm_timeout=60.0, settle_time=10.0))
-    in_state(bench, State.ARMED)
+    in_state(bench, SafetyState.ARMED)
     bench.hide()
     bench.run(5.9)
-    assert bench.controller.state is State.ARMED, bench.controller.reason
+    assert bench.controller.state is SafetyState.ARMED, bench.controller.reason
     bench.run(0.2)
-    assert bench.results[-1].outcome is Outcome.TABLE_STALE
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
     with pytest.raises(RefusedError, match='was last detected'):
         bench.send_goal(SHOT, 'hidden')
 
 
 def test_a_ball_that_has_moved_while_it_was_hidden(bench):
-    in_state(bench, State.AIMED)
+    in_state(bench, SafetyState.AIMED)
     bench.hide()
     bench.run(0.5)
     bench.camera_delay, bench.hidden_since = 0.0, None
     bench.balls = {'cue': (0.0, 0.003)}
     bench.run(0.02)
-    assert bench.results[-1].outcome is Outcome.TABLE_MOVED
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
 
 
 def test_refusals_before_anything_moves(bench):
@@ -379,38 +402,38 @@ def test_refusals_before_anything_moves(bench):
     plan = plan_of(SHOT)
     bench.balls = {'cue': (0.1, 0.0)}
     bench.run(0.02)
-    assert refused(ShotGoal(plan, 60.0)) is Outcome.TABLE_DIFFERS
+    assert refused(ShotGoal(plan, 60.0)) is GoalOutcome.TABLE_DIFFERS
     bench.balls = {'cue': (0.0, 0.0)}
     bench.run(0.02)
-    assert refused(ShotGoal(plan, -1.0)) is Outcome.ALREADY_EXPIRED
+    assert refused(ShotGoal(plan, -1.0)) is GoalOutcome.ALREADY_EXPIRED
     fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
-    assert refused(ShotGoal(fast, 60.0)) is Outcome.SPEED_OUT_OF_LIMITS
+    assert refused(ShotGoal(fast, 60.0)) is GoalOutcome.SPEED_OUT_OF_LIMITS
     bench.send_goal(SHOT)
-    assert refused(ShotGoal(plan, 60.0)) is Outcome.BUSY
-    assert bench.states == [State.AIMING]
+    assert refused(ShotGoal(plan, 60.0)) is GoalOutcome.BUSY
+    assert bench.states == [SafetyState.AIMING]
 
 
 def test_a_shot_is_played_once(bench):
     bench.play(SHOT, 'a')
     with pytest.raises(RefusedError, match="shot_id must be new, got 'a'") as caught:
         bench.send_goal(SHOT, 'a')
-    assert caught.value.outcome is Outcome.ALREADY_PLAYED
-    assert bench.play(SHOT, 'b').outcome is Outcome.OK
+    assert caught.value.outcome is GoalOutcome.ALREADY_PLAYED
+    assert bench.play(SHOT, 'b').outcome is GoalOutcome.OK
 
 
 def test_an_arm_for_another_shot_is_refused(bench):
     """Also after a client was ended while its shot was aimed."""
     bench.send_goal(SHOT, 'A')
-    bench.reach(State.AIMED)
-    bench.controller.disarm(bench.now, 'canceled', Outcome.CANCELED)
+    bench.reach(SafetyState.AIMED)
+    bench.controller.disarm(bench.now, 'canceled', GoalOutcome.CANCELED)
     assert bench.run(5.0, lambda: not bench.mechanism.moving)
     bench.send_goal(SHOT, 'B')
-    bench.reach(State.AIMED)
+    bench.reach(SafetyState.AIMED)
     decision = bench.controller.arm('A', bench.now)
     assert not decision.accepted
     assert decision.reason == "arm: shot_id must be 'B', got 'A'"
     bench.run(1.0)
-    assert bench.controller.state is State.AIMED
+    assert bench.controller.state is SafetyState.AIMED
     assert bench.controller.arm('B', bench.now).accepted
 
 
@@ -419,7 +442,7 @@ def test_table_unknown():
     bench.controller.reject_table('table_state: wrong', bench.now)
     with pytest.raises(RefusedError) as caught:
         bench.send_goal(SHOT)
-    assert caught.value.outcome is Outcome.TABLE_UNKNOWN
+    assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
 
 
 @pytest.mark.parametrize('beyond', [-1e-5, 0.0, 1e-5])
@@ -450,17 +473,17 @@ def test_the_elevation_is_known_where_an_encoder_reads_a_little_beyond_the_range
 def test_an_imperfect_mechanism_still_plays(imperfections):
     bench = Bench(imperfections)
     result = bench.play(SHOT)
-    assert result.outcome is Outcome.OK, result.message
+    assert result.outcome is GoalOutcome.OK, result.message
     assert result.strike.speed == pytest.approx(3.0, rel=0.01)
 
 
 def test_a_joint_where_it_cannot_be_is_a_fault_at_once(bench):
     """Before the next message: the pose of the strike was computed from it."""
-    in_state(bench, State.FIRING)
+    in_state(bench, SafetyState.FIRING)
     position, velocity = bench.mechanism.measured()
     position[INCLINE] = 5.0
     bench.controller.receive_joints(position, velocity, bench.now, bench.now)
-    assert bench.controller.state is State.FAULT
+    assert bench.controller.state is SafetyState.FAULT
     assert 'incline is at 5 m, which is not between' in bench.controller.reason
 
 
@@ -472,15 +495,15 @@ def test_no_motion_begins_from_a_place_beyond_the_axes(bench, place):
     bench.controller.receive_joints(position, velocity, bench.now, bench.now)
     with pytest.raises(RefusedError, match=r'base_x is at .* m, which is not between') as caught:
         bench.send_goal(SHOT)
-    assert caught.value.outcome is Outcome.NOT_READY
+    assert caught.value.outcome is GoalOutcome.NOT_READY
     assert bench.states == []
 
 
 def test_an_open_interlock_that_was_overtaken_stops_all_the_same(bench):
     """Two publishers: the message of the one with the longer way is older when it arrives."""
-    in_state(bench, State.ARMED)
+    in_state(bench, SafetyState.ARMED)
     bench.controller.receive_interlock(False, bench.now - 0.05, bench.now)
-    assert bench.controller.state is State.DISARMED
+    assert bench.controller.state is SafetyState.DISARMED
     assert bench.controller.reason == 'interlock: is false'
 
 
@@ -491,14 +514,14 @@ def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
             ShotGoal(plan_of(SHOT), 60.0),
             lambda: next(before, bench.now + Settings().max_pause + 0.01),
         )
-    assert caught.value.outcome is Outcome.NOT_READY
-    assert State.AIMING not in bench.states
+    assert caught.value.outcome is GoalOutcome.NOT_READY
+    assert SafetyState.AIMING not in bench.states
     bench.run(0.1)
     assert not np.abs(bench.mechanism.measured()[1]).max() > 1e-3
 
 
 def test_other_settings_undo_no_latch_and_no_distrust(bench):
-    in_state(bench, State.AIMED)
+    in_state(bench, SafetyState.AIMED)
     bench.estop = True
     bench.tick()
     bench.estop = False
@@ -507,7 +530,7 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     other = Bench()
     other.now = bench.now
     other.controller.take_over(bench.controller)
-    assert other.controller.state is State.ESTOP
+    assert other.controller.state is SafetyState.ESTOP
     assert other.controller.reason == 'estop: pressed'
     assert other.controller.command.trajectory is None
     other.run(0.1)
@@ -516,7 +539,7 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     assert other.controller.clear(other.now).accepted
     with pytest.raises(RefusedError) as caught:
         other.send_goal(SHOT)
-    assert caught.value.outcome is Outcome.ALREADY_PLAYED
+    assert caught.value.outcome is GoalOutcome.ALREADY_PLAYED
 
 
 def test_other_settings_forget_no_pressed_emergency_stop(bench):
@@ -535,29 +558,29 @@ def test_other_settings_forget_no_pressed_emergency_stop(bench):
 
 def test_no_goal_is_accepted_while_the_cue_still_brakes(bench):
     """Its trajectory would begin at rest, and replace the stop."""
-    in_state(bench, State.FIRING)
+    in_state(bench, SafetyState.FIRING)
     bench.run(0.04)
     bench.controller.disarm(bench.now, 'by hand')
     with pytest.raises(RefusedError, match='stroke still moves, at') as caught:
         bench.send_goal(SHOT, 'too early')
-    assert caught.value.outcome is Outcome.NOT_READY
+    assert caught.value.outcome is GoalOutcome.NOT_READY
     bench.run(1.0)
-    assert bench.play(SHOT, 'later').outcome is Outcome.OK
+    assert bench.play(SHOT, 'later').outcome is GoalOutcome.OK
 
 
 def test_one_of_two_emergency_stops_counts_until_it_is_released(bench):
     """Before, a quick publisher of false covered a slow one of true."""
-    in_state(bench, State.AIMING)
+    in_state(bench, SafetyState.AIMING)
     bench.controller.receive_estop(True, bench.now, bench.now, 'gate')
     bench.run(0.3)
-    assert bench.controller.state is State.ESTOP
+    assert bench.controller.state is SafetyState.ESTOP
     refused = bench.controller.clear(bench.now)
     assert not refused.accepted
     assert 'estop: is true (one of 2 publishers)' in refused.reason
     bench.controller.receive_publishers(
         {None: ''}, {None: ''}, bench.now
     )  # the publisher has died
-    assert bench.controller.state is State.ESTOP
+    assert bench.controller.state is SafetyState.ESTOP
     assert bench.controller.clear(bench.now).accepted
 
 

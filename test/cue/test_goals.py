@@ -2,7 +2,7 @@ from plans import plan_of
 import pytest
 
 from billiard_shot.cue.goals import GoalRegistry, REMEMBERED, ShotGoal
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 
 
 def goal_of(shot_id='shot', remaining=60.0):
@@ -21,17 +21,17 @@ def test_a_shot_is_played_once():
     registry.check(goal_of('a'))
     registry.check(goal_of('a'))  # nothing has moved for it yet
     registry.use('a')
-    assert refusal(registry, goal_of('a')) is Outcome.ALREADY_PLAYED
+    assert refusal(registry, goal_of('a')) is GoalOutcome.ALREADY_PLAYED
     registry.check(goal_of('b'))
 
 
 @pytest.mark.parametrize(
     ('remaining', 'outcome'),
     [
-        (0.0, Outcome.ALREADY_EXPIRED),
-        (-5.0, Outcome.ALREADY_EXPIRED),
-        (float('nan'), Outcome.ALREADY_EXPIRED),
-        (600.1, Outcome.INVALID_PLAN),
+        (0.0, GoalOutcome.ALREADY_EXPIRED),
+        (-5.0, GoalOutcome.ALREADY_EXPIRED),
+        (float('nan'), GoalOutcome.ALREADY_EXPIRED),
+        (600.1, GoalOutcome.INVALID_PLAN),
     ],
 )
 def test_expiry(remaining, outcome):
@@ -42,7 +42,7 @@ def test_memory_is_bounded():
     registry = GoalRegistry(600.0)
     for i in range(REMEMBERED + 10):
         registry.use(str(i))
-    assert refusal(registry, goal_of('10')) is Outcome.ALREADY_PLAYED
+    assert refusal(registry, goal_of('10')) is GoalOutcome.ALREADY_PLAYED
     registry.check(goal_of('9'))
 
 
@@ -50,4 +50,4 @@ def test_new_settings_forget_no_shot():
     before, after = GoalRegistry(600.0), GoalRegistry(60.0)
     before.use('a')
     after.take_over(before)
-    assert refusal(after, goal_of('a')) is Outcome.ALREADY_PLAYED
+    assert refusal(after, goal_of('a')) is GoalOutcome.ALREADY_PLAYED

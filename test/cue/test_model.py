@@ -17,7 +17,7 @@ from billiard_shot.cue.incline import Incline
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism
 from billiard_shot.cue.model import chain, frame_names, transforms
-from billiard_shot.cue.parts import Part
+from billiard_shot.cue.parts import MovingPart
 from billiard_shot.cue.urdf import urdf_of
 
 OTHER = Mechanism(
@@ -140,7 +140,7 @@ def test_limits_are_those_of_the_mechanism(mechanism):
 
 
 def test_masses_come_from_the_mechanism():
-    part = Part(mass=2.0, length=0.3, width=0.2, height=0.1)
+    part = MovingPart(mass=2.0, length=0.3, width=0.2, height=0.1)
     np.testing.assert_allclose(part.inertia, np.array([0.05, 0.1, 0.13]) / 6)
     mechanism = Mechanism(parts=replace(Mechanism().parts, incline=part))
     link = next(
@@ -228,7 +228,7 @@ def test_the_command_prints_the_model(capsys, tmp_path):
 
 def test_masses_are_checked():
     with pytest.raises(ValueError, match=r'mass must be .*above 0, got 0 \(kg\)'):
-        Part(mass=0, length=1, width=1, height=1)
+        MovingPart(mass=0, length=1, width=1, height=1)
 
 
 @MECHANISMS

@@ -13,7 +13,7 @@ from billiard_shot import Stroke
 from billiard_shot.cue.clearance import first_touch, gap, SETBACK, Shape
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import STROKE
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
@@ -58,7 +58,7 @@ def check_brake(count, seed):
         except RefusedError as error:
             outcomes[error.outcome] = outcomes.get(error.outcome, 0) + 1
             continue
-        outcomes[Outcome.OK] = outcomes.get(Outcome.OK, 0) + 1
+        outcomes[GoalOutcome.OK] = outcomes.get(GoalOutcome.OK, 0) + 1
         stroke = prepared.stroke
         braked, gone = stroke.stop - stroke.leave, stroke.trajectory.duration - stroke.leave
         times = np.concatenate(
@@ -74,16 +74,20 @@ def check_brake(count, seed):
 
 def test_brake_is_over_before_the_cue_touches_the_ball_again():
     outcomes = check_brake(500, 1)
-    assert outcomes[Outcome.OK] > 300
-    assert set(outcomes) <= {Outcome.OK, Outcome.STROKE_OUT_OF_LIMITS, Outcome.TOUCHES_AGAIN}
+    assert outcomes[GoalOutcome.OK] > 300
+    assert set(outcomes) <= {
+        GoalOutcome.OK,
+        GoalOutcome.STROKE_OUT_OF_LIMITS,
+        GoalOutcome.TOUCHES_AGAIN,
+    }
 
 
 @pytest.mark.slow
 def test_brake_is_over_in_10000_random_plans():
     outcomes = check_brake(10_000, 2)
     assert sum(outcomes.values()) == 10_000
-    assert outcomes[Outcome.OK] > 6_000
-    assert outcomes[Outcome.TOUCHES_AGAIN] > 0
+    assert outcomes[GoalOutcome.OK] > 6_000
+    assert outcomes[GoalOutcome.TOUCHES_AGAIN] > 0
 
 
 @given(SHOTS)
@@ -154,10 +158,10 @@ def test_other_balls_count():
     prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.5, 0.0)}))
     with pytest.raises(RefusedError, match="ball '8' is in the way of the cue") as caught:
         prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (-0.3, 0.01)}))
-    assert caught.value.outcome is Outcome.TOUCHES_AGAIN
+    assert caught.value.outcome is GoalOutcome.TOUCHES_AGAIN
     with pytest.raises(RefusedError, match="mm from ball 'cue', got 10 mm") as caught:
         prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.01, 0.0)}))
-    assert caught.value.outcome is Outcome.INVALID_PLAN
+    assert caught.value.outcome is GoalOutcome.INVALID_PLAN
     with pytest.raises(RefusedError, match="touch ball 'cue' again"):
         prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (2 * RADIUS + 1e-3, 0.0)}))
 
@@ -183,24 +187,24 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
 @pytest.mark.parametrize(
     ('changes', 'outcome', 'words'),
     [
-        ({'speed': 6.1}, Outcome.SPEED_OUT_OF_LIMITS, r'0\.1 m/s above the limit of 6 m/s'),
-        ({'speed': -1.0}, Outcome.INVALID_PLAN, r'speed must .*, got -1.0'),
-        ({'speed': math.nan}, Outcome.INVALID_PLAN, r'speed must .*, got nan'),
+        ({'speed': 6.1}, GoalOutcome.SPEED_OUT_OF_LIMITS, r'0\.1 m/s above the limit of 6 m/s'),
+        ({'speed': -1.0}, GoalOutcome.INVALID_PLAN, r'speed must .*, got -1.0'),
+        ({'speed': math.nan}, GoalOutcome.INVALID_PLAN, r'speed must .*, got nan'),
         (
             {'elevation': 0.3},
-            Outcome.INVALID_PLAN,
+            GoalOutcome.INVALID_PLAN,
             'elevation must be that of the quaternion, ',
         ),
-        ({'elevation': math.nan}, Outcome.INVALID_PLAN, r'elevation must .*, got nan'),
-        ({'shot_id': ''}, Outcome.INVALID_PLAN, 'shot_id'),
-        ({'balls': {}}, Outcome.INVALID_PLAN, "balls must have 'cue', got none"),
+        ({'elevation': math.nan}, GoalOutcome.INVALID_PLAN, r'elevation must .*, got nan'),
+        ({'shot_id': ''}, GoalOutcome.INVALID_PLAN, 'shot_id'),
+        ({'balls': {}}, GoalOutcome.INVALID_PLAN, "balls must have 'cue', got none"),
         (
             {'balls': sightings({'cue': (0.0, 0.0), '8': (math.inf, 0.0)})},
-            Outcome.INVALID_PLAN,
+            GoalOutcome.INVALID_PLAN,
             "'8'",
         ),
-        ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, Outcome.INVALID_PLAN, 'quaternion'),
-        ({'position': (-1.0, 1.0, 0.02)}, Outcome.NOT_PREDICTED, 'MISS: position, quaternion'),
+        ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, GoalOutcome.INVALID_PLAN, 'quaternion'),
+        ({'position': (-1.0, 1.0, 0.02)}, GoalOutcome.NOT_PREDICTED, 'MISS: position, quaternion'),
     ],
 )
 def test_refused_by_name(changes, outcome, words):
@@ -215,15 +219,15 @@ def test_refused_by_name(changes, outcome, words):
         (
             (0.0, 0.3, 1.21, 0.0, 2.0),
             (0, 0),
-            Outcome.ELEVATION_OUT_OF_LIMITS,
+            GoalOutcome.ELEVATION_OUT_OF_LIMITS,
             'elevation: 1.21 rad',
         ),
-        ((0.0, 0.0, 0.1, 0.0, 2.0), (3.5, 0), Outcome.OUT_OF_REACH, 'base_x: 3.'),
-        ((0.0, 0.0, 0.9, 0.0, 5.0), (0, 0), Outcome.STROKE_OUT_OF_LIMITS, 'cloth: 0.1'),
+        ((0.0, 0.0, 0.1, 0.0, 2.0), (3.5, 0), GoalOutcome.OUT_OF_REACH, 'base_x: 3.'),
+        ((0.0, 0.0, 0.9, 0.0, 5.0), (0, 0), GoalOutcome.STROKE_OUT_OF_LIMITS, 'cloth: 0.1'),
         (
             (0.02, 0.35, 0.97, 0.0, 1.12),
             (0, 0),
-            Outcome.TOUCHES_AGAIN,
+            GoalOutcome.TOUCHES_AGAIN,
             'ms after the strike, as it',
         ),
     ],

@@ -4,10 +4,18 @@ from itertools import chain, combinations
 
 import pytest
 
-from billiard_shot.cue.safety import Condition, decide, Event, MOVING, SAFE, State, TABLE
+from billiard_shot.cue.safety import (
+    Condition,
+    decide,
+    MOVING,
+    SAFE,
+    SafetyEvent,
+    SafetyState,
+    TABLE,
+)
 
 ALL = frozenset(Condition)
-LATCHED = (State.ESTOP, State.FAULT)
+LATCHED = (SafetyState.ESTOP, SafetyState.FAULT)
 EVERY_SET = [
     frozenset(chosen)
     for chosen in chain.from_iterable(
@@ -17,40 +25,44 @@ EVERY_SET = [
 
 # What is written here is what people rely on; whatever is not, is refused.
 LEGAL = {
-    (State.DISARMED, Event.AIM): State.AIMING,
-    (State.AIMING, Event.REACH): State.AIMED,
-    (State.AIMED, Event.ARM): State.ARMED,
-    (State.ARMED, Event.FIRE): State.FIRING,
-    (State.FIRING, Event.BRAKED): State.RETRACTING,
-    (State.RETRACTING, Event.HOME): State.DISARMED,
-    (State.AIMING, Event.EXPIRE): State.DISARMED,
-    (State.AIMED, Event.EXPIRE): State.DISARMED,
-    (State.ARMED, Event.EXPIRE): State.DISARMED,
-    (State.AIMING, Event.INTERLOCK_LOST): State.DISARMED,
-    (State.AIMED, Event.INTERLOCK_LOST): State.DISARMED,
-    (State.ARMED, Event.INTERLOCK_LOST): State.DISARMED,
-    (State.FIRING, Event.INTERLOCK_LOST): State.FAULT,
-    (State.RETRACTING, Event.INTERLOCK_LOST): State.FAULT,
-    (State.AIMING, Event.INTERRUPTED): State.DISARMED,
-    (State.AIMED, Event.INTERRUPTED): State.DISARMED,
-    (State.ARMED, Event.INTERRUPTED): State.DISARMED,
-    (State.FIRING, Event.INTERRUPTED): State.FAULT,
-    (State.RETRACTING, Event.INTERRUPTED): State.FAULT,
-    (State.DISARMED, Event.DISARM): State.DISARMED,
-    (State.AIMING, Event.DISARM): State.DISARMED,
-    (State.AIMED, Event.DISARM): State.DISARMED,
-    (State.ARMED, Event.DISARM): State.DISARMED,
-    (State.FIRING, Event.DISARM): State.DISARMED,
-    (State.RETRACTING, Event.DISARM): State.DISARMED,
-    (State.ESTOP, Event.CLEAR): State.DISARMED,
-    (State.FAULT, Event.CLEAR): State.DISARMED,
-    **{(state, Event.ESTOP): State.ESTOP for state in State},
-    **{(state, Event.FAIL): State.FAULT for state in State if state is not State.ESTOP},
+    (SafetyState.DISARMED, SafetyEvent.AIM): SafetyState.AIMING,
+    (SafetyState.AIMING, SafetyEvent.REACH): SafetyState.AIMED,
+    (SafetyState.AIMED, SafetyEvent.ARM): SafetyState.ARMED,
+    (SafetyState.ARMED, SafetyEvent.FIRE): SafetyState.FIRING,
+    (SafetyState.FIRING, SafetyEvent.BRAKED): SafetyState.RETRACTING,
+    (SafetyState.RETRACTING, SafetyEvent.HOME): SafetyState.DISARMED,
+    (SafetyState.AIMING, SafetyEvent.EXPIRE): SafetyState.DISARMED,
+    (SafetyState.AIMED, SafetyEvent.EXPIRE): SafetyState.DISARMED,
+    (SafetyState.ARMED, SafetyEvent.EXPIRE): SafetyState.DISARMED,
+    (SafetyState.AIMING, SafetyEvent.INTERLOCK_LOST): SafetyState.DISARMED,
+    (SafetyState.AIMED, SafetyEvent.INTERLOCK_LOST): SafetyState.DISARMED,
+    (SafetyState.ARMED, SafetyEvent.INTERLOCK_LOST): SafetyState.DISARMED,
+    (SafetyState.FIRING, SafetyEvent.INTERLOCK_LOST): SafetyState.FAULT,
+    (SafetyState.RETRACTING, SafetyEvent.INTERLOCK_LOST): SafetyState.FAULT,
+    (SafetyState.AIMING, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
+    (SafetyState.AIMED, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
+    (SafetyState.ARMED, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
+    (SafetyState.FIRING, SafetyEvent.INTERRUPTED): SafetyState.FAULT,
+    (SafetyState.RETRACTING, SafetyEvent.INTERRUPTED): SafetyState.FAULT,
+    (SafetyState.DISARMED, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.AIMING, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.AIMED, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.ARMED, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.FIRING, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.RETRACTING, SafetyEvent.DISARM): SafetyState.DISARMED,
+    (SafetyState.ESTOP, SafetyEvent.CLEAR): SafetyState.DISARMED,
+    (SafetyState.FAULT, SafetyEvent.CLEAR): SafetyState.DISARMED,
+    **{(state, SafetyEvent.ESTOP): SafetyState.ESTOP for state in SafetyState},
+    **{
+        (state, SafetyEvent.FAIL): SafetyState.FAULT
+        for state in SafetyState
+        if state is not SafetyState.ESTOP
+    },
 }
 
 
-@pytest.mark.parametrize('event', Event)
-@pytest.mark.parametrize('state', State)
+@pytest.mark.parametrize('event', SafetyEvent)
+@pytest.mark.parametrize('state', SafetyState)
 def test_every_transition_and_every_refusal(state, event):
     for conditions in EVERY_SET:
         decision = decide(state, event, conditions)
@@ -67,10 +79,10 @@ def test_every_transition_and_every_refusal(state, event):
 
 def reachable(conditions, without=()):
     """States that some events lead to from DISARMED, under conditions that do not change."""
-    found, new = {State.DISARMED}, [State.DISARMED]
+    found, new = {SafetyState.DISARMED}, [SafetyState.DISARMED]
     while new:
         state = new.pop()
-        for event in Event:
+        for event in SafetyEvent:
             after = decide(state, event, conditions).state
             if after not in found and after not in without:
                 found.add(after)
@@ -79,39 +91,43 @@ def reachable(conditions, without=()):
 
 
 def test_no_way_to_fire_but_through_armed():
-    ways = [state for (state, _), (after, _) in TABLE.items() if after is State.FIRING]
-    assert ways == [State.ARMED]
-    assert State.FIRING not in reachable(ALL, without=[State.ARMED])
-    assert reachable(ALL) == set(State)
+    ways = [state for (state, _), (after, _) in TABLE.items() if after is SafetyState.FIRING]
+    assert ways == [SafetyState.ARMED]
+    assert SafetyState.FIRING not in reachable(ALL, without=[SafetyState.ARMED])
+    assert reachable(ALL) == set(SafetyState)
 
 
 def test_nothing_fires_or_moves_without_fresh_estop_and_interlock():
     for conditions in EVERY_SET:
-        for state in State:
-            for event in Event:
+        for state in SafetyState:
+            for event in SafetyEvent:
                 decision = decide(state, event, conditions)
                 if decision.accepted and decision.state in MOVING:
                     assert conditions >= SAFE
                     assert {Condition.ESTOP_FRESH, Condition.INTERLOCK_FRESH} <= conditions
-                if decision.accepted and decision.state is State.FIRING:
+                if decision.accepted and decision.state is SafetyState.FIRING:
                     assert conditions == ALL
 
 
 def test_latches_hold():
     for state in LATCHED:
-        leaving = {event for event in Event if decide(state, event, ALL).state not in LATCHED}
-        assert leaving == {Event.CLEAR}
-    assert decide(State.ESTOP, Event.FAIL, ALL).state is State.ESTOP
-    assert decide(State.FAULT, Event.ESTOP, ALL).state is State.ESTOP
-    assert not decide(State.ESTOP, Event.CLEAR, ALL - {Condition.ESTOP_FRESH}).accepted
-    assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.MECHANISM_HEALTHY}).accepted
-    assert not decide(State.FAULT, Event.CLEAR, ALL - {Condition.ALONE}).accepted
+        leaving = {
+            event for event in SafetyEvent if decide(state, event, ALL).state not in LATCHED
+        }
+        assert leaving == {SafetyEvent.CLEAR}
+    assert decide(SafetyState.ESTOP, SafetyEvent.FAIL, ALL).state is SafetyState.ESTOP
+    assert decide(SafetyState.FAULT, SafetyEvent.ESTOP, ALL).state is SafetyState.ESTOP
+    assert not decide(SafetyState.ESTOP, SafetyEvent.CLEAR, ALL - {Condition.ESTOP_FRESH}).accepted
+    assert not decide(
+        SafetyState.FAULT, SafetyEvent.CLEAR, ALL - {Condition.MECHANISM_HEALTHY}
+    ).accepted
+    assert not decide(SafetyState.FAULT, SafetyEvent.CLEAR, ALL - {Condition.ALONE}).accepted
 
 
 def test_stops_need_no_permission():
     nothing = frozenset()
-    for state in State:
-        assert decide(state, Event.ESTOP, nothing).state is State.ESTOP
+    for state in SafetyState:
+        assert decide(state, SafetyEvent.ESTOP, nothing).state is SafetyState.ESTOP
         if state not in LATCHED:
-            assert decide(state, Event.FAIL, nothing).state is State.FAULT
-            assert decide(state, Event.DISARM, nothing).state is State.DISARMED
+            assert decide(state, SafetyEvent.FAIL, nothing).state is SafetyState.FAULT
+            assert decide(state, SafetyEvent.DISARM, nothing).state is SafetyState.DISARMED

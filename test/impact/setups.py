@@ -7,7 +7,7 @@ from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.model import contact_properties
 from billiard_shot.status import Status
-from billiard_shot.study.problem import Problem
+from billiard_shot.study.problem import ContactProblem
 
 BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
 TIP_FRICTION, CLOTH_FRICTION = 0.4, 0.152479
@@ -251,7 +251,7 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
     across = np.array(normal) - (c @ normal) * c
     across /= np.linalg.norm(across)
     n = np.sqrt(1.0 - cosine**2) * across - cosine * c
-    return Problem.of(scene, Stroke(normal=tuple(n), velocity=tuple(c)))
+    return ContactProblem.of(scene, Stroke(normal=tuple(n), velocity=tuple(c)))
 
 
 def solved(problem, tolerance):

@@ -18,8 +18,8 @@ from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.processes import SIMULATION
 
@@ -128,7 +128,7 @@ class Cell:
 
     @property
     def state(self):
-        return State(self.player.states[-1].state)
+        return SafetyState(self.player.states[-1].state)
 
     def goal(self, name='shot', stroke=STROKE):
         """Goal with a new shot_id that begins with a name: a repeated test plays another shot."""
@@ -165,7 +165,7 @@ class Cell:
     def refusal(self):
         """Why the last goal was refused; empty if it was not."""
         result = self.ended.result().result if self.ended and self.ended.done() else None
-        return result.message if result and Outcome(result.outcome).refused else ''
+        return result.message if result and GoalOutcome(result.outcome).refused else ''
 
     def reach(self, state):
         self.player.until(lambda: self.state is state or self.interrupted(), PATIENCE)
@@ -229,12 +229,14 @@ class Cell:
                 self.start(name)
         self.player.safety_inputs_on = True
         assert self.player.until(
-            lambda: self.state is State.DISARMED or self.call('cue_driver/clear_fault').success,
+            lambda: (
+                self.state is SafetyState.DISARMED or self.call('cue_driver/clear_fault').success
+            ),
             PATIENCE,
         )
         snapshot = int(self.call('table_sim/reset').message.split()[1])
         assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, PATIENCE)
-        assert self.player.until(lambda: self.state is State.DISARMED, PATIENCE)
+        assert self.player.until(lambda: self.state is SafetyState.DISARMED, PATIENCE)
         self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
         assert self.player.until(lambda: not self.moving(), PATIENCE)
         for heard in (self.commands, self.angles, self.log):

@@ -19,8 +19,8 @@ from std_srvs.srv import Trigger
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.controller_client import HORIZON
 
 SPACE = '/controlled'
@@ -55,13 +55,13 @@ def cell(controller, whole_cell):
 def bring_to_motion(cell, name):
     """Begin a shot; return when joints move."""
     cell.begin(cell.goal(name))
-    cell.reach(State.AIMING)
+    cell.reach(SafetyState.AIMING)
     assert cell.player.until(cell.moving, PATIENCE)
 
 
 def test_a_shot_is_played(cell):
     result = cell.player.execute(cell.goal('controlled')).result
-    assert result.outcome == Outcome.OK, result.message
+    assert result.outcome == GoalOutcome.OK, result.message
     assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
     assert result.elevation == pytest.approx(0.2, abs=math.radians(0.02))
     assert cell.player.until(lambda: cell.angles, PATIENCE)
@@ -73,11 +73,11 @@ def test_the_emergency_stop_brakes(cell):
     bring_to_motion(cell, 'stopped')
     cell.player.safety_inputs_on = False
     cell.estop.publish(Bool(data=True))
-    cell.reach(State.ESTOP)
+    cell.reach(SafetyState.ESTOP)
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
     cell.player.safety_inputs_on = True
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
-    assert cell.player.execute(cell.goal('afterwards')).result.outcome == Outcome.OK
+    assert cell.player.execute(cell.goal('afterwards')).result.outcome == GoalOutcome.OK
 
 
 def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
@@ -101,7 +101,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
     cell.player.wait_for_all()
     cell.wait_for_services()
     cell.prepare()
-    assert cell.player.execute(cell.goal('a new driver')).result.outcome == Outcome.OK
+    assert cell.player.execute(cell.goal('a new driver')).result.outcome == GoalOutcome.OK
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_controller_that_does_not_follow_is_a_fault(cell, fault, words):
     assert client.wait_for_service()
     bring_to_motion(cell, fault)
     client.call(Trigger.Request())
-    cell.reach(State.FAULT)
+    cell.reach(SafetyState.FAULT)
     assert words in cell.player.states[-1].reason
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)

@@ -27,8 +27,8 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Stroke
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.cue_conversions import is_stop
@@ -39,7 +39,14 @@ from billiard_shot.shot.replay import from_json
 SPACE = '/cell'
 NODES = {**PATIENT, 'cue_sim': SIMULATION}
 """Joint states come at the default rate."""
-WAY = [State.AIMING, State.AIMED, State.ARMED, State.FIRING, State.RETRACTING, State.DISARMED]
+WAY = [
+    SafetyState.AIMING,
+    SafetyState.AIMED,
+    SafetyState.ARMED,
+    SafetyState.FIRING,
+    SafetyState.RETRACTING,
+    SafetyState.DISARMED,
+]
 
 
 def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(node):
@@ -109,7 +116,7 @@ def test_the_loop_is_closed(cell):
     response = cell.player.execute(goal)
     result = response.result
     assert response.status == GoalStatus.STATUS_SUCCEEDED
-    assert result.outcome == Outcome.OK
+    assert result.outcome == GoalOutcome.OK
     assert result.struck
     assert result.strike.shot_id == goal.plan.shot_id
     assert result.strike.speed == pytest.approx(0.8, rel=5e-3)
@@ -128,8 +135,8 @@ def test_the_loop_is_closed(cell):
         cell.player.wait_for_rest()['cue'].position,
         atol=1e-9,
     )
-    cell.reach(State.DISARMED)
-    assert [State(state.state) for state in cell.player.states[1:]] == WAY
+    cell.reach(SafetyState.DISARMED)
+    assert [SafetyState(state.state) for state in cell.player.states[1:]] == WAY
     assert all(state.reason for state in cell.player.states)
 
 
@@ -137,7 +144,7 @@ def test_what_it_publishes(cell):
     cell.joints.clear()
     goal = cell.goal('topics')
     ended = cell.begin(goal)
-    cell.reach(State.AIMED)
+    cell.reach(SafetyState.AIMED)
     cell.commands.clear()
     assert cell.player.until(lambda: len(cell.commands) > 3, PATIENCE), 'repeated while it holds'
     command = cell.commands[-1]
@@ -170,7 +177,7 @@ def test_what_it_publishes(cell):
     assert measured[-1].position[0] == pytest.approx(0.2, abs=math.radians(0.02))
     cell.call('cue_driver/disarm')
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.DISARMED
+    assert ended.result().result.outcome == GoalOutcome.DISARMED
 
 
 def test_refused_by_name(cell):
@@ -180,7 +187,7 @@ def test_refused_by_name(cell):
         result = ended.result()
         assert result.status == GoalStatus.STATUS_ABORTED
         assert result.result.message
-        return Outcome(result.result.outcome), result.result.message
+        return GoalOutcome(result.result.outcome), result.result.message
 
     def changed(change):
         goal = cell.goal('refused')
@@ -188,9 +195,13 @@ def test_refused_by_name(cell):
         return outcome(goal)
 
     changes = [
-        (lambda goal: setattr(goal.plan, 'shot_id', ''), Outcome.INVALID_PLAN, 'shot_id'),
-        (lambda goal: setattr(goal.expiry, 'sec', 5), Outcome.ALREADY_EXPIRED, 'expiry'),
-        (lambda goal: setattr(goal.plan.header, 'frame_id', 'map'), Outcome.INVALID_PLAN, 'map'),
+        (lambda goal: setattr(goal.plan, 'shot_id', ''), GoalOutcome.INVALID_PLAN, 'shot_id'),
+        (lambda goal: setattr(goal.expiry, 'sec', 5), GoalOutcome.ALREADY_EXPIRED, 'expiry'),
+        (
+            lambda goal: setattr(goal.plan.header, 'frame_id', 'map'),
+            GoalOutcome.INVALID_PLAN,
+            'map',
+        ),
     ]
     for change, wanted, words in changes:
         found, message = changed(change)
@@ -199,16 +210,16 @@ def test_refused_by_name(cell):
     fast = Stroke.from_offsets(a=0.0, b=0.0, elevation=0.1, azimuth=0.0, speed=6.5)
     steep = Stroke.from_offsets(a=0.0, b=0.0, elevation=1.3, azimuth=0.0, speed=1.0)
     assert outcome(cell.goal('fast', fast)) == (
-        Outcome.SPEED_OUT_OF_LIMITS,
+        GoalOutcome.SPEED_OUT_OF_LIMITS,
         'stroke.speed: 6.5 m/s is 0.5 m/s above the limit of 6 m/s',
     )
-    assert outcome(cell.goal('steep', steep))[0] is Outcome.ELEVATION_OUT_OF_LIMITS
+    assert outcome(cell.goal('steep', steep))[0] is GoalOutcome.ELEVATION_OUT_OF_LIMITS
     moved = cell.goal('moved')
     before = cell.goal('before it')
     cell.player.execute(before)
     cell.player.wait_for_rest()
-    assert outcome(moved)[0] is Outcome.TABLE_DIFFERS
-    assert outcome(before)[0] is Outcome.ALREADY_PLAYED
+    assert outcome(moved)[0] is GoalOutcome.TABLE_DIFFERS
+    assert outcome(before)[0] is GoalOutcome.ALREADY_PLAYED
 
 
 def test_busy_and_cancel(cell):
@@ -216,13 +227,13 @@ def test_busy_and_cancel(cell):
     first = cell.handle
     second = cell.begin(cell.goal('second'))
     assert cell.player.until(second.done, PATIENCE)
-    assert second.result().result.outcome == Outcome.BUSY
-    cell.reach(State.AIMED)
+    assert second.result().result.outcome == GoalOutcome.BUSY
+    cell.reach(SafetyState.AIMED)
     canceled = first.cancel_goal_async()
     assert cell.player.until(lambda: canceled.done() and ended.done(), PATIENCE)
     assert ended.result().status == GoalStatus.STATUS_CANCELED
-    assert ended.result().result.outcome == Outcome.CANCELED
-    cell.reach(State.DISARMED)
+    assert ended.result().result.outcome == GoalOutcome.CANCELED
+    cell.reach(SafetyState.DISARMED)
     assert not cell.arm().success
 
 
@@ -234,14 +245,14 @@ def test_arm_is_refused_with_the_reason(cell):
 
 def test_estop_stops_latches_and_clears(cell):
     ended = cell.begin(cell.goal('estop'))
-    cell.reach(State.AIMING)
+    cell.reach(SafetyState.AIMING)
     assert cell.player.until(cell.moving, PATIENCE)
     cell.player.safety_inputs_on = False
     cell.estop.publish(Bool(data=True))
     assert cell.player.until(lambda: cell.commands and is_stop(cell.commands[-1]), PATIENCE)
-    cell.reach(State.ESTOP)
+    cell.reach(SafetyState.ESTOP)
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.ESTOP
+    assert ended.result().result.outcome == GoalOutcome.ESTOP
     cell.stands_still()
     assert 'estop: is true' in cell.call('cue_driver/clear_fault').message
     cell.player.safety_inputs_on = True
@@ -250,9 +261,9 @@ def test_estop_stops_latches_and_clears(cell):
 
 def test_silence_stops(cell):
     cell.begin(cell.goal('silence'))
-    cell.reach(State.AIMING)
+    cell.reach(SafetyState.AIMING)
     cell.player.safety_inputs_on = False
-    cell.reach(State.ESTOP)
+    cell.reach(SafetyState.ESTOP)
     assert 'estop: no message for' in cell.player.states[-1].reason
     cell.stands_still()
 
@@ -265,11 +276,11 @@ def test_deactivate_disarms(cell):
         return change.call(ChangeState.Request(transition=Transition(id=number)))
 
     ended = cell.begin(cell.goal('deactivate'))
-    cell.reach(State.AIMING)
+    cell.reach(SafetyState.AIMING)
     assert cell.player.until(cell.moving, PATIENCE)  # else the mechanism has nothing to stop
     assert transition(Transition.TRANSITION_DEACTIVATE).success
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.DISARMED
+    assert ended.result().result.outcome == GoalOutcome.DISARMED
     cell.stands_still()
     sent = cell.player.execute_shot.send_goal_async(cell.goal('inactive'))
     assert cell.player.until(sent.done, PATIENCE)
@@ -278,10 +289,10 @@ def test_deactivate_disarms(cell):
     assert transition(Transition.TRANSITION_CLEANUP).success
     assert transition(Transition.TRANSITION_CONFIGURE).success
     assert transition(Transition.TRANSITION_ACTIVATE).success
-    cell.reach(State.DISARMED)
+    cell.reach(SafetyState.DISARMED)
     # The commands are numbered anew; the mechanism follows them.
     cell.player.wait_for_all()
-    assert cell.player.execute(cell.goal('anew')).result.outcome == Outcome.OK
+    assert cell.player.execute(cell.goal('anew')).result.outcome == GoalOutcome.OK
 
 
 def test_a_late_brake_is_a_fault(cell):
@@ -300,7 +311,7 @@ def test_a_late_brake_is_a_fault(cell):
     assert late_brake(0.1)
     response = cell.player.execute(cell.goal('late'))
     assert late_brake(0.0)
-    assert response.result.outcome == Outcome.FAULT
+    assert response.result.outcome == GoalOutcome.FAULT
     assert 'the brake was late' in response.result.message
     assert response.result.struck
     cell.stands_still()
@@ -310,15 +321,15 @@ def test_a_late_brake_is_a_fault(cell):
 def begin_and_reach(cell, name, state):
     """Begin a shot, and wait until a joint moves in the state."""
     cell.begin(cell.goal(name))
-    if state is State.AIMING:
+    if state is SafetyState.AIMING:
         assert cell.player.until(cell.moving, PATIENCE)
     else:
-        cell.reach(State.AIMED)
+        cell.reach(SafetyState.AIMED)
         assert cell.arm().success
         cell.reach(state)
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.FIRING, SafetyState.RETRACTING])
 def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
     begin_and_reach(cell, f'killed {state.name}', state)
     cell.processes['cue_driver'].kill()
@@ -328,7 +339,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
-@pytest.mark.parametrize('state', [State.AIMING, State.FIRING, State.RETRACTING])
+@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.FIRING, SafetyState.RETRACTING])
 def test_a_driver_that_a_signal_ends_stops_the_mechanism(cell, state, number):
     """Before, no stop was sent, and joints moved on until the time-out of the mechanism."""
     begin_and_reach(cell, f'ended {state.name} {number}', state)
@@ -350,27 +361,27 @@ def restart_driver(cell):
 
 def test_a_killed_mechanism_is_a_fault(cell):
     ended = cell.begin(cell.goal('killed mechanism'))
-    cell.reach(State.AIMING)
+    cell.reach(SafetyState.AIMING)
     cell.processes['cue_sim'].kill()
-    cell.reach(State.FAULT)
+    cell.reach(SafetyState.FAULT)
     assert 'joint_states: no message for' in cell.player.states[-1].reason
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.FAULT
+    assert ended.result().result.outcome == GoalOutcome.FAULT
     assert not cell.call('cue_driver/clear_fault').success
     cell.start('cue_sim')
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
     cell.prepare()  # the new mechanism may not hear the driver yet
-    assert cell.player.execute(cell.goal('as before')).result.outcome == Outcome.OK
+    assert cell.player.execute(cell.goal('as before')).result.outcome == GoalOutcome.OK
 
 
 def test_another_process_killed_does_no_harm(cell):
     ended = cell.begin(cell.goal('killed predictor'))
-    cell.reach(State.AIMED)
+    cell.reach(SafetyState.AIMED)
     cell.processes['predictor'].kill()
     cell.processes['table_sim'].kill()
     assert cell.arm().success
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.OK
+    assert ended.result().result.outcome == GoalOutcome.OK
 
 
 def test_the_mechanism_waits_for_no_clock(launch_once, node):

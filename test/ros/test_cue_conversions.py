@@ -18,11 +18,11 @@ from std_msgs.msg import Header
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.execution import Result
 from billiard_shot.cue.kinematics import TipPose
-from billiard_shot.cue.measurement import Strike
+from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.cue.outcome import Outcome, RefusedError
+from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import prepare
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros.cue_driver import CueDriver
@@ -124,12 +124,12 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
     ball = np.array([0.1, -0.2, RADIUS])
     tip = TipPose(ball + RADIUS * np.array(stroke.normal), 1.0, 0.3)
     for off in (-1e-5, 0.0, 1e-5):
-        strike = Strike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
+        strike = MeasuredStrike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
         message = conversions.strike_message(strike, Header())
         back = conversions.stroke_of(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
-    result = conversions.result_of(Result(Outcome.OK, 'done', strike), message)
+    result = conversions.result_of(Result(GoalOutcome.OK, 'done', strike), message)
     assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
 
 
@@ -142,8 +142,10 @@ def constants(interface):
 
 
 def test_constants_are_the_enumerations():
-    assert constants(CueState) == {state.name: state.value for state in State}
-    assert constants(ExecuteShot.Result) == {outcome.name: outcome.value for outcome in Outcome}
+    assert constants(CueState) == {state.name: state.value for state in SafetyState}
+    assert constants(ExecuteShot.Result) == {
+        outcome.name: outcome.value for outcome in GoalOutcome
+    }
 
 
 def test_an_error_while_a_goal_is_taken_is_a_fault():
@@ -153,7 +155,7 @@ def test_an_error_while_a_goal_is_taken_is_a_fault():
     driver.get_parameter.side_effect = KeyError('frame')
     with pytest.raises(StopIteration) as ended:
         CueDriver._execute(driver, goal).send(None)
-    assert ended.value.value.outcome == Outcome.FAULT
+    assert ended.value.value.outcome == GoalOutcome.FAULT
     assert ended.value.value.message == 'error of this program'
     driver.survive.assert_called_once()
     goal.abort.assert_called_once()

@@ -22,8 +22,8 @@ from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.cue_parameters import CUE_MODEL
 from billiard_shot.ros.node_runner import LATCHED
 
@@ -60,7 +60,7 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
         '-p',
         'actuation_topic:=cue_driver/actuation',
     )
-    cell.reach(State.FAULT)
+    cell.reach(SafetyState.FAULT)
     assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
     assert cell.player.until(
         lambda: any(
@@ -109,7 +109,7 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     assert put('joint_states_timeout', 2.0) == ''
     assert transition(Transition.TRANSITION_CONFIGURE).success
     assert transition(Transition.TRANSITION_ACTIVATE).success
-    cell.reach(State.DISARMED)
+    cell.reach(SafetyState.DISARMED)
 
 
 @pytest.mark.parametrize(
@@ -168,35 +168,35 @@ def test_a_table_that_is_not_valid_is_not_known_any_more(cell, wrong):
     cell.begin(cell.goal(wrong))
     cell.processes['table_sim'].send_signal(signal.SIGSTOP)  # else it corrects the message at once
     try:
-        cell.reach(State.AIMING)
+        cell.reach(SafetyState.AIMING)
         publisher.publish(bad)
-        cell.reach(State.DISARMED)
+        cell.reach(SafetyState.DISARMED)
         assert cell.health()['table'].startswith('table_state: ')
         assert cell.player.until(cell.ended.done, PATIENCE)
-        assert cell.ended.result().result.outcome == Outcome.TABLE_STALE
+        assert cell.ended.result().result.outcome == GoalOutcome.TABLE_STALE
     finally:
         cell.processes['table_sim'].send_signal(signal.SIGCONT)
         cell.player.destroy_publisher(publisher)
         restore_table(cell)
 
 
-@pytest.mark.parametrize('state', [State.AIMED, State.DISARMED])
+@pytest.mark.parametrize('state', [SafetyState.AIMED, SafetyState.DISARMED])
 def test_a_dead_camera_is_noticed(cell, state):
     """Before, the driver fired on a picture of any age."""
-    if state is State.AIMED:
+    if state is SafetyState.AIMED:
         cell.begin(cell.goal('camera'))
-        cell.reach(State.AIMED)
+        cell.reach(SafetyState.AIMED)
     cell.processes['table_sim'].send_signal(signal.SIGSTOP)
     try:
-        if state is State.AIMED:
+        if state is SafetyState.AIMED:
             assert cell.player.until(cell.ended.done, PATIENCE)
-            assert cell.ended.result().result.outcome == Outcome.TABLE_STALE
+            assert cell.ended.result().result.outcome == GoalOutcome.TABLE_STALE
         assert cell.player.until(
             lambda: cell.health()['table'].startswith('table_state: no message for'), PATIENCE
         )
         cell.begin(cell.goal('no camera'))
         assert cell.player.until(cell.ended.done, PATIENCE)
-        assert cell.ended.result().result.outcome == Outcome.TABLE_UNKNOWN
+        assert cell.ended.result().result.outcome == GoalOutcome.TABLE_UNKNOWN
     finally:
         cell.processes['table_sim'].send_signal(signal.SIGCONT)
         restore_table(cell)
@@ -207,7 +207,7 @@ def test_a_slow_true_counts_among_quick_false(cell):
     slow = cell.player.create_publisher(Bool, 'estop', 10)
     assert cell.player.until(slow.get_subscription_count, PATIENCE)
     slow.publish(Bool(data=True))
-    cell.reach(State.ESTOP)
+    cell.reach(SafetyState.ESTOP)
     for _ in range(20):
         cell.player.until(lambda: False, 0.1)
         answer = cell.call('cue_driver/clear_fault')
@@ -240,7 +240,7 @@ def test_a_driver_that_hears_nothing_after_a_pause_ends(cell):
         for process in others:
             process.send_signal(signal.SIGCONT)
     cell.prepare()
-    assert cell.player.execute(cell.goal('again')).result.outcome == Outcome.OK
+    assert cell.player.execute(cell.goal('again')).result.outcome == GoalOutcome.OK
 
 
 def test_stamps_before_1970_do_not_end_the_driver(cell):
@@ -270,7 +270,7 @@ def test_new_settings_do_not_clear_a_latch(cell):
     change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
     cell.wait_for_services(change)
     cell.estop.publish(Bool(data=True))
-    cell.reach(State.ESTOP)
+    cell.reach(SafetyState.ESTOP)
     for number in (
         Transition.TRANSITION_DEACTIVATE,
         Transition.TRANSITION_CLEANUP,
@@ -280,7 +280,7 @@ def test_new_settings_do_not_clear_a_latch(cell):
         assert change.call(ChangeState.Request(transition=Transition(id=number))).success
         if number in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CONFIGURE):
             assert 'not active' in cell.call('cue_driver/clear_fault').message
-        assert cell.state is State.ESTOP
+        assert cell.state is SafetyState.ESTOP
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
 
 

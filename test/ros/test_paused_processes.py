@@ -25,7 +25,7 @@ from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS, STROKE
-from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, State
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyState
 from billiard_shot.ros.node_runner import JOINT_STATES
 
 pytestmark = pytest.mark.pauses_processes
@@ -66,7 +66,7 @@ def bring_to(cell, state):
     """Bring the driver to a state; what ends early on a starved machine is tried again."""
     for _ in range(10):
         cell.prepare()
-        if state is State.DISARMED or lead_to(cell, state):
+        if state is SafetyState.DISARMED or lead_to(cell, state):
             return
     raise AssertionError(f'{state.name} is not reached')
 
@@ -78,21 +78,21 @@ def lead_to(cell, state):
     def reached(*states):
         return player.until(lambda: player.states[1:] and cell.state in states, 30.0)
 
-    if state is State.ESTOP:
+    if state is SafetyState.ESTOP:
         player.safety_inputs_on = False
         cell.estop.publish(Bool(data=True))
         there = reached(state)
         player.safety_inputs_on = True
         return there
-    if state is State.FAULT:
+    if state is SafetyState.FAULT:
         rival = player.create_publisher(JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
         there = reached(state)
         player.destroy_publisher(rival)
         return there and player.until(lambda: cell.health()['other drivers'] == 'ok', PATIENCE)
     cell.begin(cell.goal(f'{state.name} {monotonic()}'))
-    if state is State.AIMING:
+    if state is SafetyState.AIMING:
         return reached(state)
-    reached(State.AIMED, State.DISARMED, State.ESTOP, State.FAULT)
+    reached(SafetyState.AIMED, SafetyState.DISARMED, SafetyState.ESTOP, SafetyState.FAULT)
     return state is cell.state or (cell.arm().success and reached(state))
 
 
@@ -100,7 +100,7 @@ def wait(cell, seconds):
     cell.player.until(lambda: False, seconds)
 
 
-@pytest.mark.parametrize('state', State, ids=lambda state: state.name)
+@pytest.mark.parametrize('state', SafetyState, ids=lambda state: state.name)
 def test_a_paused_driver_neither_fires_nor_clears(cell, state):
     """The publishers of its inputs go on meanwhile, or fall silent, in turns."""
     for number in range(ROUNDS):
@@ -110,7 +110,7 @@ def test_a_paused_driver_neither_fires_nor_clears(cell, state):
 
 def pause_the_driver(cell, state, silent):
     cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
-    fired = cell.state is State.FIRING
+    fired = cell.state is SafetyState.FIRING
     wait(cell, 0.2)  # messages from now on wait in the queues of the driver
     cell.player.safety_inputs_on = not silent
     arm = Arm.Request(shot_id=cell.player.states[-1].shot_id)
@@ -127,11 +127,11 @@ def pause_the_driver(cell, state, silent):
 
     for each in requests:
         assert not each.result().success, each.result().message
-    assert not any(each.state == State.FIRING for each in cell.player.states[1:])
+    assert not any(each.state == SafetyState.FIRING for each in cell.player.states[1:])
     if state in BEFORE_STROKE:
-        assert cell.player.states[1].state == State.DISARMED
+        assert cell.player.states[1].state == SafetyState.DISARMED
         assert 'did not run for' in cell.player.states[1].reason
-    if not fired and state is not State.RETRACTING:
+    if not fired and state is not SafetyState.RETRACTING:
         moved = [
             dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
             for each in cell.joints
@@ -152,18 +152,20 @@ def test_a_goal_that_waited_is_refused(cell):
     assert 'because this process paused' in ended.result().result.message
 
 
-@pytest.mark.parametrize('state', [State.AIMING, State.ARMED], ids=lambda state: state.name)
+@pytest.mark.parametrize(
+    'state', [SafetyState.AIMING, SafetyState.ARMED], ids=lambda state: state.name
+)
 def test_a_paused_mechanism_is_a_fault(cell, state):
     for _ in range(10):
         bring_to(cell, state)
         cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
         assert cell.player.until(lambda: cell.state not in MOVING, PATIENCE)
-        if cell.state is State.FAULT:
+        if cell.state is SafetyState.FAULT:
             break
         # This process or the driver was starved, too.
         assert cell.starved(cell.player.states[-1]), cell.player.states[-1]
         cell.processes['cue_sim'].send_signal(signal.SIGCONT)
-    assert cell.state is State.FAULT
+    assert cell.state is SafetyState.FAULT
     wait(cell, PAUSE)
     refused = cell.call('cue_driver/clear_fault')
     assert not refused.success
@@ -176,13 +178,13 @@ def test_a_paused_mechanism_is_a_fault(cell, state):
 def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
     """The command that waited for it meanwhile is too old."""
     for _ in range(10):
-        bring_to(cell, State.AIMING)
+        bring_to(cell, SafetyState.AIMING)
         assert cell.player.until(cell.moving, PATIENCE)
         cell.processes['cue_sim'].send_signal(signal.SIGSTOP)
         sleep(0.2)
         cell.processes['cue_driver'].send_signal(signal.SIGSTOP)
         wait(cell, PAUSE)
-        if cell.state is State.AIMING:
+        if cell.state is SafetyState.AIMING:
             break
         # On a starved machine the driver misses the mechanism before, and tells it to stop.
         for process in cell.processes.values():
@@ -192,7 +194,7 @@ def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
     wait(cell, 1.0)
     assert not cell.moving()
     cell.processes['cue_driver'].send_signal(signal.SIGCONT)
-    cell.reach(State.DISARMED)
+    cell.reach(SafetyState.DISARMED)
 
 
 def test_stamps_of_a_mechanism_that_pauses_again_and_again_never_decrease(node, launch_once):

@@ -20,8 +20,8 @@ from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithP
 from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import Outcome
-from billiard_shot.cue.safety import State
+from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.frames import FrameError, Frames, STATIC
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.table_sim import detections_message
@@ -172,17 +172,17 @@ def test_shots_are_played_with_a_camera_and_a_moved_ball_is_noticed(node, launch
         assert cell.player.until(rests, PATIENCE)
         stroke = Stroke.from_offsets(b=0.1, elevation=0.1, speed=0.4)
         result = cell.player.execute(cell.goal('seen', stroke)).result
-        assert result.outcome == Outcome.OK, result.message
+        assert result.outcome == GoalOutcome.OK, result.message
         assert 'cue' in cell.player.wait_for_rest(result.strike.header.stamp)
     strikes = cell.player.create_publisher(Strike, '/seen/cue_driver/strike', 10)
     goal = cell.goal('moved')
     ended = cell.begin(goal)
-    cell.reach(State.AIMED)
+    cell.reach(SafetyState.AIMED)
     played = cell.strikes[-1]  # somebody else moves the ball
     x, y = cell.player.balls()['cue'].position
     played.cue_pose.position = Point(x=x - Scene.load('paper').ball.radius, y=y, z=0.0286)
     played.header.stamp = node.get_clock().now().to_msg()
     strikes.publish(played)
     assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == Outcome.TABLE_MOVED
+    assert ended.result().result.outcome == GoalOutcome.TABLE_MOVED
     cell.player.destroy_node()

@@ -25,7 +25,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, state_message, state_of
-from billiard_shot.ros.turn import Stage, Turn
+from billiard_shot.ros.turn import Turn, TurnStage
 
 SPACE = '/turn'
 SCENE = Scene.load('robot_table')
@@ -132,7 +132,7 @@ def test_a_ruling_that_pictures_show_needs_nobody():
     turn, told = turn_of(Client(BALLS, without('cue', '1')), state)
     assert turn.play() == (PlayTurn.Result.TURN_ENDED, 'player 1 is next')
     assert turn.state.in_hand == 'anywhere'
-    assert Stage.RULE not in [stage for stage, _ in told]
+    assert TurnStage.RULE not in [stage for stage, _ in told]
     assert turn.shots[0].gone == ['cue', '1']
 
 
@@ -143,7 +143,7 @@ def test_somebody_is_asked_for_what_pictures_do_not_show():
         seen = Outcome(first_contact='1', pocketed=(('1', pocket),), places=after)
         turn, told = turn_of(Client(BALLS, after), state, seen)
         turn._go_on()
-        assert Stage.RULE in [stage for stage, _ in told]
+        assert TurnStage.RULE in [stage for stage, _ in told]
         assert turn.state.player == player
         assert turn.state.balls == after
 
@@ -210,7 +210,7 @@ def test_three_balls_are_cleared(cell):
     assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2', '3']
     assert all(not shot.fouls for shot in turn.shots)
     assert len({shot.shot_id for shot in turn.shots}) == len(turn.shots)
-    first = next(balls for stage, _, balls in told if stage == Stage.PLACE)
+    first = next(balls for stage, _, balls in told if stage == TurnStage.PLACE)
     assert {'1': state.balls['1']}.items() <= first.items()
 
 
@@ -302,7 +302,7 @@ def test_the_action_plays_a_turn(cell, server):
     assert answer.result.outcome == PlayTurn.Result.OVER, answer.result.message
     shots = answer.result.shots
     assert [each.shot_id for each in shots] == [
-        each.shot_id for each in said if each.stage == Stage.JUDGED
+        each.shot_id for each in said if each.stage == TurnStage.JUDGED
     ]
     assert answer.result.state.shots == len(shots)
     left = {ball.id for ball in answer.result.balls}

@@ -14,7 +14,7 @@ from billiard_shot.cli import main
 from billiard_shot.study import accuracy
 from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.impulse_scheme import strike as impulse_strike
-from billiard_shot.study.problem import Problem
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.scipy_strike import ScipyStrike
 
 PAPER = Scene.load('paper')
@@ -35,9 +35,9 @@ def with_friction(tip, table):
 
 
 PROBLEMS = {
-    'smooth': Problem.of(with_friction(0.0, 0.0), SLIDING),
-    'sliding': Problem.of(PAPER, SLIDING),
-    'onset': Problem.of(with_friction(0.49, 0.62), ONSET),
+    'smooth': ContactProblem.of(with_friction(0.0, 0.0), SLIDING),
+    'sliding': ContactProblem.of(PAPER, SLIDING),
+    'onset': ContactProblem.of(with_friction(0.49, 0.62), ONSET),
 }
 
 
@@ -73,13 +73,13 @@ def test_closed_form_is_what_the_solver_finds():
             }
         )
         angle = rng.uniform(-1.0, 1.0)
-        problem = Problem.of(scene, Stroke((-np.cos(angle), np.sin(angle), 0), (1.3, 0, 0)))
+        problem = ContactProblem.of(scene, Stroke((-np.cos(angle), np.sin(angle), 0), (1.3, 0, 0)))
         assert applies(problem)
         assert error(problem, closed_form(problem)) < 1e-11
 
 
 def test_closed_form_is_for_level_strokes_only():
-    problem = Problem.of(PAPER, Stroke((-1, 0, 0.3), (1, 0, 0)))
+    problem = ContactProblem.of(PAPER, Stroke((-1, 0, 0.3), (1, 0, 0)))
     assert not applies(problem)
     with pytest.raises(ValueError, match='level'):
         closed_form(problem)
@@ -88,7 +88,7 @@ def test_closed_form_is_for_level_strokes_only():
 @pytest.mark.parametrize('name', ['vertical', 'jump'])
 @pytest.mark.parametrize('method', ['DOP853', 'Radau'])
 def test_the_truth_is_what_scipy_finds(name, method):
-    problem = Problem.of(PAPER, accuracy.PAPER_STROKES[name])
+    problem = ContactProblem.of(PAPER, accuracy.PAPER_STROKES[name])
     assert error(problem, ScipyStrike(problem, method).solve(1e-10)) < 1e-9
 
 
@@ -158,7 +158,7 @@ def test_orders_of_scipys_methods_where_all_is_smooth(method, order, rtol, count
 @pytest.mark.parametrize('method', ['DOP853', 'Radau'])
 def test_scipy_across_a_slip_onset(method):
     # Events are located to the tolerance: of the order only that remains.
-    problem = Problem.of(PAPER, accuracy.PAPER_STROKES['vertical'])
+    problem = ContactProblem.of(PAPER, accuracy.PAPER_STROKES['vertical'])
     tolerances = 10.0 ** -np.arange(4.0, 10.1, 1.0)
     errors = [error(problem, ScipyStrike(problem, method).solve(rtol)) for rtol in tolerances]
     assert slope(tolerances, errors) == pytest.approx(0.9, abs=0.3)
@@ -182,7 +182,7 @@ def test_command(tmp_path, capsys):
 
 def test_order_is_not_turned_by_one_bad_answer():
     def point(setting, part):
-        return accuracy.Point(setting, 1, part, part, part, part, 1 / setting, 1.0, 0.0)
+        return accuracy.AccuracyPoint(setting, 1, part, part, part, part, 1 / setting, 1.0, 0.0)
 
     points = [point(10.0**-i, 3 * 10.0 ** (-2 * i)) for i in range(1, 6)]
     assert accuracy.order(points) == pytest.approx(2.0)

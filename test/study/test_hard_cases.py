@@ -9,7 +9,7 @@ from stated_values import slow_motion
 from billiard_shot.cli import main
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import cradle, stacked
-from billiard_shot.study.hard_case_checks import examine, LAWS, Outcome
+from billiard_shot.study.hard_case_checks import CaseOutcome, examine, LAWS
 from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import families, Family
 
@@ -79,7 +79,7 @@ def test_stated_values_are_the_slow_checks(family, member, law):
 
 def test_published_values_of_a_cradle():
     # Siconos' reference file; the project's tests of `collide` say more about it.
-    outcome = Outcome.of(cradle(10, exponent=1.5), 'bistiffness', 1e-10)
+    outcome = CaseOutcome.of(cradle(10, exponent=1.5), 'bistiffness', 1e-10)
     assert outcome.motion[27] == pytest.approx(0.98596, abs=5e-4)
 
 
@@ -88,7 +88,7 @@ def test_faults_are_found():
     family = Family('endless', 'nothing', {'it': stacked((100.0, 1.0), (0.9, 0.5), 0.1)})
     faults = examine(family, 'it', 'energetic').faults
     assert any('ends in INFINITE_SEQUENCE' in fault for fault in faults)
-    wrong = Outcome(Status.OK, 1, 1, np.array([np.nan]), 0.0)
+    wrong = CaseOutcome(Status.OK, 1, 1, np.array([np.nan]), 0.0)
     assert wrong.from_(np.array([0.0])) == np.inf
 
 

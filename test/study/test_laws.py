@@ -11,7 +11,7 @@ from billiard_shot.study.accuracy import PAPER_STROKES
 from billiard_shot.study.classical_laws import newton, pairwise
 from billiard_shot.study.collisions import stacked
 from billiard_shot.study.laws import discontinuities, random_strokes, sweeps, WAYS, wedges
-from billiard_shot.study.problem import Problem
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.reproduction import label, PRINTED, reproduce, Variant
 
 PAPER, POOL = Scene.load('paper'), Scene.load('pool')
@@ -82,15 +82,15 @@ def test_speed_only_scales(way):
 
 
 def test_classical_laws_agree_where_only_the_tip_acts():
-    problem = Problem.of(PAPER, PAPER_STROKES['horizontal'])
+    problem = ContactProblem.of(PAPER, PAPER_STROKES['horizontal'])
     exact, _, _ = problem.adaptive(1e-12)
     assert pairwise(problem) == pytest.approx(exact, abs=1e-10)
-    smooth = Problem.of(PAPER, Stroke((-1, 0, 0), (1, 0, 0)))
+    smooth = ContactProblem.of(PAPER, Stroke((-1, 0, 0), (1, 0, 0)))
     assert newton(smooth)[0] == pytest.approx(smooth.adaptive(1e-12)[0][0], rel=1e-9)
 
 
 def test_newtons_law_at_both_contacts():
-    problem = Problem.of(PAPER, PAPER_STROKES['vertical'])
+    problem = ContactProblem.of(PAPER, PAPER_STROKES['vertical'])
     impulse = newton(problem)
     after = problem.velocity + problem.response @ impulse
     assert after[0] == pytest.approx(-problem.restitution[0] * problem.velocity[0])

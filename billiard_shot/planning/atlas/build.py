@@ -19,7 +19,7 @@ from billiard_shot.planning.targets import Pot
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 
-Offsets: TypeAlias = tuple[float, float, float, float, float]
+StrokeNumbers: TypeAlias = tuple[float, float, float, float, float]
 # Layouts submitted to an executor at a time: enough for all workers that one process can supply,
 # but few enough that an atlas of any size needs little memory.
 AHEAD = 256
@@ -56,7 +56,7 @@ class LayoutResult:
     trials: int
     simulations: int
     kind: str
-    stroke: Offsets | None
+    stroke: StrokeNumbers | None
 
     @property
     def success(self) -> float:

@@ -33,7 +33,7 @@ SOURCES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Collision:
+class PublishedCollision:
     """A rolling cue ball meets a resting ball; results after both have stopped slipping."""
 
     speed: float  # m/s, of the cue ball
@@ -44,11 +44,11 @@ class Collision:
 
 
 COLLISIONS = (
-    Collision(1.539, 33.83, 0.816, 0.836, 35.96),
-    Collision(1.032, 26.36, 0.520, 0.629, 33.20),
-    Collision(1.364, 40.52, 0.925, 0.700, 30.50),
-    Collision(1.731, 46.50, 1.275, 0.787, 27.97),
-    Collision(0.942, 18.05, 0.365, 0.581, 29.86),
+    PublishedCollision(1.539, 33.83, 0.816, 0.836, 35.96),
+    PublishedCollision(1.032, 26.36, 0.520, 0.629, 33.20),
+    PublishedCollision(1.364, 40.52, 0.925, 0.700, 30.50),
+    PublishedCollision(1.731, 46.50, 1.275, 0.787, 27.97),
+    PublishedCollision(0.942, 18.05, 0.365, 0.581, 29.86),
 )
 SPEED_ACCURACY = 0.011  # m/s
 
