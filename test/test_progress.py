@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from billiard_shot.cli import progress as module
-from billiard_shot.cli.progress import line, progress, reporting
+from billiard_shot.cli.progress import progress, progress_line, reporting
 
 
 class Terminal(io.StringIO):
@@ -38,7 +38,7 @@ def test_clears_up_after_an_error(monkeypatch):
 
 
 def test_text_of_a_bar():
-    assert line('x', 0, 10, 0.0) == 'x: [' + '.' * 30 + '] 0/10'
-    assert line('x', 5, 10, 2.0) == 'x: [' + '#' * 15 + '.' * 15 + '] 5/10, 2 s to go'
-    assert line('x', 10, 10, 2.0) == 'x: [' + '#' * 30 + '] 10/10'
-    assert line('x', 7, 0, 2.0) == 'x: 7'
+    assert progress_line('x', 0, 10, 0.0) == 'x: [' + '.' * 30 + '] 0/10'
+    assert progress_line('x', 5, 10, 2.0) == 'x: [' + '#' * 15 + '.' * 15 + '] 5/10, 2 s to go'
+    assert progress_line('x', 10, 10, 2.0) == 'x: [' + '#' * 30 + '] 10/10'
+    assert progress_line('x', 7, 0, 2.0) == 'x: 7'

@@ -18,14 +18,14 @@ from billiard_shot.cli.progress import (
     progress,
     wait_for_machine_code,
 )
-from billiard_shot.cli.search import add_search_arguments, noise_of
+from billiard_shot.cli.search import add_search_arguments, selected_noise
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
     add_format_arguments,
-    as_text,
     Column,
     numbers,
     print_rows,
+    wants_text,
 )
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.atlas import draw_atlas
@@ -34,9 +34,9 @@ from billiard_shot.planning.atlas import (
     Atlas,
     atlas,
     AtlasRequest,
-    begin,
     layouts_of,
     Map,
+    start_file,
 )
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
     scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)
-    results = begin(options.output, scene, request) if options.output else []
+    results = start_file(options.output, scene, request) if options.output else []
     done = {result.layout for result in results}
     missing = [layout for layout in layouts if layout not in done]
     estimate_without_machine_code(len(missing) * options.budget, scene)
@@ -142,7 +142,7 @@ def run(options: argparse.Namespace) -> int:
     again = f', {len(done)} of them from {options.output}' if done else ''
     seconds = perf_counter() - start
     simulations = sum(result.simulations for result in results[len(done) :])
-    if as_text(options):
+    if wants_text(options):
         print(f'{len(layouts)} layouts{again}; {simulations} strokes simulated in {seconds:.1f} s')
     if options.picture:
         draw_atlas(made, options.picture)
@@ -156,7 +156,7 @@ def _request(options: argparse.Namespace, scene: Scene) -> AtlasRequest:
         cue_grid=options.cue_grid,
         ball_grid=options.ball_grid,
         ball_at=tuple((x, y) for x, y in options.ball_at),
-        noise=noise_of(options, scene),
+        noise=selected_noise(options, scene),
         budget=options.budget,
         seed=options.seed,
     )

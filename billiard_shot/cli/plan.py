@@ -16,9 +16,15 @@ from billiard_shot.cli.progress import (
     reporting,
     wait_for_machine_code,
 )
-from billiard_shot.cli.search import add_search_arguments, noise_of
+from billiard_shot.cli.search import add_search_arguments, selected_noise
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows, WIDTH
+from billiard_shot.cli.text_table import (
+    add_format_arguments,
+    Column,
+    print_rows,
+    wants_text,
+    WIDTH,
+)
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
@@ -173,7 +179,7 @@ def run(options: argparse.Namespace) -> int:
     if options.rank < 1:
         raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
-    noise = noise_of(options, scene)
+    noise = selected_noise(options, scene)
     estimate_without_machine_code(options.budget, scene)
     with (
         working(options.workers, options.dask) as executor,
@@ -257,14 +263,14 @@ def _constraints(options: argparse.Namespace) -> dict[str, Any]:
 
 def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     """Print the strokes, the best first, and what the best one does if it is played exactly."""
-    if as_text(options):
+    if wants_text(options):
         print(textwrap.fill(f'{result.status.name}: {result.message}', WIDTH))
         if result.place:
             x, y = result.place
             print(f'cue ball at ({x:.3f}, {y:.3f}) m')
     rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
     print_rows(COLUMNS, rows, options)
-    if as_text(options) and result.best:
+    if wants_text(options) and result.best:
         print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
         for rank, each in enumerate(result.ranking[1:], 2):
             if each.warning:

@@ -50,16 +50,16 @@ def reporting(label: str, total: int) -> Iterator[Callable[[int], None]]:
         now = monotonic()
         if now - last >= INTERVAL:
             last = now
-            _draw(line(label, done, total, now - begin))
+            _draw(progress_line(label, done, total, now - begin))
 
-    _draw(line(label, 0, total, 0.0))
+    _draw(progress_line(label, 0, total, 0.0))
     try:
         yield report
     finally:
         _draw('')
 
 
-def line(label: str, done: int, total: int, elapsed: float) -> str:
+def progress_line(label: str, done: int, total: int, elapsed: float) -> str:
     """Text of a bar after `elapsed` seconds, with an estimate of the remaining time."""
     if total <= 0:
         return f'{label}: {done}'

@@ -43,7 +43,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: 
     )
 
 
-def noise_of(options: argparse.Namespace, scene: Scene) -> Noise:
+def selected_noise(options: argparse.Namespace, scene: Scene) -> Noise:
     """Select the execution noise; ValueError if an option is invalid."""
     if not 0.0 <= options.noise_scale < math.inf:
         raise ValueError(f'--noise-scale must be at least 0, got {options.noise_scale!r}')

@@ -12,8 +12,8 @@ from billiard_shot.shot.predict import DEFAULT_TOLERANCE
 from billiard_shot.shot.stroke_options import (
     add_aim_arguments,
     add_stroke_arguments,
+    strokes_from_options,
     strokes_given,
-    strokes_of,
 )
 
 
@@ -89,7 +89,7 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
         return {path.stem: load_shot(path)}
     scene = Scene.load(scene_name(options))
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
-    strokes = strokes_of(options, scene)
+    strokes = strokes_from_options(options, scene)
     work = partial(predict, scene, tolerance=tolerance)
     shots = mapped(options, work, list(strokes.values()))
     return dict(zip(strokes, shots, strict=True))

@@ -46,7 +46,7 @@ def add_format_arguments(parser: argparse.ArgumentParser) -> None:
     formats.add_argument('--csv', action='store_true', help='print CSV, in SI units')
 
 
-def as_text(options: argparse.Namespace) -> bool:
+def wants_text(options: argparse.Namespace) -> bool:
     """Whether to print text for people."""
     return not (options.json or options.csv)
 
@@ -86,7 +86,7 @@ def print_rows(
 
 def print_footer(text: str, options: argparse.Namespace) -> None:
     """Print a paragraph below a table in text format; print nothing in other formats."""
-    if as_text(options):
+    if wants_text(options):
         print()
         print(textwrap.fill(text, WIDTH))
 

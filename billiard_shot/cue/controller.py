@@ -22,7 +22,7 @@ from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import aim_trajectory, prepare
+from billiard_shot.cue.plan import aim_trajectory, prepare_shot
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
@@ -236,7 +236,7 @@ class Controller:
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(goal.plan.balls):
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
-        shot = prepare(self.mechanism, self._scene, goal.plan)
+        shot = prepare_shot(self.mechanism, self._scene, goal.plan)
         expires, expiry = now + goal.remaining, self.clock.time + goal.remaining
         now = clock()
         self._notice_pause(now)

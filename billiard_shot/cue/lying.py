@@ -8,7 +8,7 @@ moved apart, and out of the cushion.
 from itertools import combinations
 import math
 
-from billiard_shot.cue.sightings import apart, Balls, Sighting, SURE
+from billiard_shot.cue.sightings import Balls, distance_between, Sighting, SURE
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place
 from billiard_shot.table.effects import params_on_table
@@ -51,7 +51,7 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
 
 def _may_touch(one: Sighting, other: Sighting, diameter: float) -> bool:
     """Whether two balls touch, give or take the error of their distance."""
-    distance, deviation = apart(one, other)
+    distance, deviation = distance_between(one, other)
     return -SURE * deviation <= distance - diameter <= REACH * SURE * deviation
 
 

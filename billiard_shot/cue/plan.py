@@ -82,7 +82,7 @@ class PreparedShot:
     stroke: StrokeTrajectory
 
 
-def prepare(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
+def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
     """
     Compute the motion of the mechanism that plays a plan.
 

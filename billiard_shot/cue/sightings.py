@@ -42,7 +42,7 @@ class Sighting:
 Balls = Mapping[str, Sighting]
 
 
-def deviation_of(balls: Balls) -> float:
+def largest_deviation(balls: Balls) -> float:
     """
     Largest standard deviation of a coordinate of a ball [m]; 0 if all positions are exact.
 
@@ -70,7 +70,7 @@ def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
             return f'ball {name!r} is not seen'
         if seen[name].is_moving:
             return f'ball {name!r} moves'
-        distance, deviation = apart(planned[name], seen[name])
+        distance, deviation = distance_between(planned[name], seen[name])
         allowed = tolerance + SURE * deviation
         if not distance <= allowed:
             return (
@@ -80,7 +80,7 @@ def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
     return ''
 
 
-def apart(one: Sighting, other: Sighting) -> tuple[float, float]:
+def distance_between(one: Sighting, other: Sighting) -> tuple[float, float]:
     """Distance of two sightings [m], and the standard deviation of the distance [m]."""
     dx, dy = (b - a for a, b in zip(one.position, other.position, strict=True))
     distance = math.hypot(dx, dy)

@@ -163,10 +163,10 @@ def start(
         time_left=None if time_limit is None else (time_limit, time_limit),
         seed=seed,
     )
-    return racked(state, rules.balls[:count])
+    return rack_state(state, rules.balls[:count])
 
 
-def racked(state: State, balls: tuple[str, ...] = ()) -> State:
+def rack_state(state: State, balls: tuple[str, ...] = ()) -> State:
     """Return a state with the balls of its game, or some of them, racked by its seed."""
     rules = find_game(state.game)
     return replace(state, balls=dict(rules.rack(state, balls or rules.balls)))

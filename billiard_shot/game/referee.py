@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.fouls import in_words
-from billiard_shot.game.game import find_game, racked
+from billiard_shot.game.game import find_game, rack_state
 from billiard_shot.game.outcome import Outcome, outcome_of, ShotLike
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import spotted
@@ -95,7 +95,7 @@ def choose(state: State, choice: str, seconds: float = 0.0) -> State:
             player = state.other if choice == 'rebreak' else state.player
             in_hand = find_game(state.game).in_hand
             again = replace(state, player=player, phase='break', in_hand=in_hand)
-            return racked(replace(again, seed=state.seed + 1))
+            return rack_state(replace(again, seed=state.seed + 1))
     return state
 
 

@@ -54,7 +54,7 @@ def strokes_of(scene: Scene, actions: ArrayLike) -> Array:
     return offsets
 
 
-def places_of(
+def scaled_places(
     length: float, width: float, radius: float, actions: ArrayLike, last: float
 ) -> Array:
     """Scale x, y of actions (n, 7) to places of the cue ball (n, 2) [m] with x up to `last`."""

@@ -17,7 +17,7 @@ from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
-from billiard_shot.gym.actions import action_space, places_of, scene_of_table, strokes_of
+from billiard_shot.gym.actions import action_space, scaled_places, scene_of_table, strokes_of
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke import Stroke
@@ -87,7 +87,7 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
         state, half = self._state, 0.5 * self._state.length - self._state.radius
         if state.places_cue_ball:
             last = -0.25 * state.length - 1e-6 if state.in_hand == 'kitchen' else half
-            x, y = places_of(state.length, state.width, state.radius, action, last)[0].tolist()
+            x, y = scaled_places(state.length, state.width, state.radius, action, last)[0].tolist()
             if why := state.no_place(x, y):
                 return self._rule(concede(state, f'the cue ball cannot be placed: {why}'))
             state = state.with_cue_ball(x, y)

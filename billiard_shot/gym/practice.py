@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.game import start
-from billiard_shot.gym.actions import action_space, places_of, scene_of_table, strokes_of
+from billiard_shot.gym.actions import action_space, scaled_places, scene_of_table, strokes_of
 from billiard_shot.planning.strikes import motions_after
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.player import with_errors
@@ -81,7 +81,7 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         in_hand = ~tables.present[:, cue]
         assert scene.table is not None
         length, width, radius = scene.table.length, scene.table.width, scene.ball.radius
-        places = places_of(length, width, radius, actions, 0.5 * length - radius)
+        places = scaled_places(length, width, radius, actions, 0.5 * length - radius)
         tables.position[in_hand, cue, :2] = places[in_hand]
         tables.present[:, cue] = True
         sigmas = scene.noise.sigmas(radius)

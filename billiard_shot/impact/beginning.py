@@ -112,7 +112,7 @@ class Collisions(NamedTuple):
 
 
 @inner
-def begin(
+def begin_collision(
     given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
 ) -> tuple[Model, Units]:
     """
@@ -146,7 +146,7 @@ def begin(
         firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
     tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
-    start(p)
+    reset_progress(p)
     if not approaches:
         return Model(law, exponent, tolerance, False, distances, bodies, False, inf), Units(
             0.0, 0.0, 0.0
@@ -238,7 +238,7 @@ def start_length(c: ContactState, length: float) -> None:
 
 
 @inner
-def start(p: ImpactProgress) -> None:
+def reset_progress(p: ImpactProgress) -> None:
     """Set the progress to the start of a collision."""
     p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
     p.section, p.section_start, p.sections = -1, 0, 0

@@ -33,7 +33,7 @@ def direction(field: str, value: ArrayLike, size: int = 3) -> Vector:
     return array
 
 
-def number(
+def checked_number(
     field: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False
 ) -> float:
     """Check that a number is finite and in [low, high], or in (low, high] if `open_low`."""
@@ -90,7 +90,7 @@ class Body:
     def __post_init__(self) -> None:
         """Check everything."""
         if self.mass != np.inf:  # as of Body.fixed()
-            number('mass', self.mass, 0.0, open_low=True)
+            checked_number('mass', self.mass, 0.0, open_low=True)
         for field in ('velocity', 'spin', 'position'):
             object.__setattr__(self, field, vector(field, getattr(self, field)))
         object.__setattr__(self, 'orientation', direction('orientation', self.orientation, 4))
@@ -99,7 +99,7 @@ class Body:
         if self.guide is not None:
             object.__setattr__(self, 'guide', direction('guide', self.guide))
         if self.end_mass is not None:
-            number('end_mass', self.end_mass, 0.0, open_low=True)
+            checked_number('end_mass', self.end_mass, 0.0, open_low=True)
             if self.guide is None:
                 raise ValueError('end_mass needs a guide: it is the mass that moves across it')
         elif self.guide is not None:
@@ -133,7 +133,7 @@ class Body:
         inertia = np.asarray(self.inertia)
         if (inertia == inertia[0, 0] * np.eye(3)).all():  # as of a ball, in any orientation
             return np.eye(3) / inertia[0, 0]
-        turn = rotation(np.asarray(self.orientation))
+        turn = rotation_matrix(np.asarray(self.orientation))
         inverse: Vector = turn @ np.linalg.inv(inertia) @ turn.T
         return inverse
 
@@ -164,7 +164,7 @@ def inertia_matrix(value: ArrayLike) -> Vector:
     return array
 
 
-def rotation(quaternion: Vector) -> Vector:
+def rotation_matrix(quaternion: Vector) -> Vector:
     """Rotation matrix of a unit quaternion x, y, z, w."""
     x, y, z, w = quaternion
     return np.array(
@@ -219,10 +219,10 @@ class Contact:
         """Check all fields; `check_indices` checks that the bodies exist."""
         object.__setattr__(self, 'point', vector('point', self.point))
         object.__setattr__(self, 'normal', direction('normal', self.normal))
-        number('restitution', self.restitution, 0.0, 1.0)
-        number('friction', self.friction, 0.0)
-        number('stiffness', self.stiffness, 0.0, open_low=True)
-        number('gap', self.gap, 0.0)
+        checked_number('restitution', self.restitution, 0.0, 1.0)
+        checked_number('friction', self.friction, 0.0)
+        checked_number('stiffness', self.stiffness, 0.0, open_low=True)
+        checked_number('gap', self.gap, 0.0)
         if self.a == self.b:
             raise ValueError(f'a and b must be different bodies, got {self.a} twice')
 

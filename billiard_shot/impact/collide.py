@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.bodies import Body, check_indices, Contact, number, Vector
+from billiard_shot.impact.bodies import Body, check_indices, checked_number, Contact, Vector
 from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.events import ImpactEventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
@@ -178,8 +178,8 @@ def collide(
     """
     if law not in LAWS:
         raise ValueError(f'law must be one of {", ".join(LAWS)}, got {law!r}')
-    exponent = number('exponent', exponent, 1.0)
-    tolerance = number('tolerance', tolerance, 1e-13, 1e-2)
+    exponent = checked_number('exponent', exponent, 1.0)
+    tolerance = checked_number('tolerance', tolerance, 1e-13, 1e-2)
     if reactivation not in REACTIVATIONS:
         raise ValueError(
             f'reactivation must be one of {", ".join(REACTIVATIONS)}, got {reactivation!r}'

@@ -123,11 +123,11 @@ def to_coefficients(ws: Workspace, values: Floats) -> None:
     for i in range(STAGES):
         at_nodes[i] = values[i]
     for k in range(STAGES):
-        values[k] = dot(ws.monomial[k], at_nodes)
+        values[k] = stage_dot(ws.monomial[k], at_nodes)
 
 
 @inner
-def dot(a: Vector, b: Vector) -> float:
+def stage_dot(a: Vector, b: Vector) -> float:
     """Sum of products over the stages."""
     total = 0.0
     for i in range(STAGES):
@@ -221,18 +221,18 @@ def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scal
         stiff = is_active(c) and is_stiff(m, c)
         add_slopes(contacts, ws.reduced[3 * j], scale, slope)
         for i in range(STAGES):
-            value = c.velocity[0] + dot(ws.integral[i], slope)
+            value = c.velocity[0] + stage_dot(ws.integral[i], slope)
             change = max(change, abs(value - c.node_velocity[i]))
             c.node_velocity[i] = value
         add_slopes(contacts, ws.reduced[3 * j + 1], scale, slope)
         for i in range(STAGES):
-            value = c.slip_1[0] + dot(ws.integral[i], slope)
+            value = c.slip_1[0] + stage_dot(ws.integral[i], slope)
             share = abs(c.cosine[i]) if stiff else 1.0
             change = max(change, share * abs(value - c.node_slip_1[i]))
             c.node_slip_1[i] = value
         add_slopes(contacts, ws.reduced[3 * j + 2], scale, slope)
         for i in range(STAGES):
-            value = c.slip_2[0] + dot(ws.integral[i], slope)
+            value = c.slip_2[0] + stage_dot(ws.integral[i], slope)
             share = abs(c.sine[i]) if stiff else 1.0
             change = max(change, share * abs(value - c.node_slip_2[i]))
             c.node_slip_2[i] = value
@@ -240,7 +240,7 @@ def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scal
         c = contacts[j]
         if is_active(c):
             for i in range(STAGES):
-                sinking = dot(ws.integral[i], c.node_velocity)
+                sinking = stage_dot(ws.integral[i], c.node_velocity)
                 c.node_compression[i] = c.compression[0] - scale * c.compression_rate * sinking
     return change
 
@@ -332,6 +332,6 @@ def align_slip_with_angle(c: ContactState, ws: Workspace) -> None:
         aside[i] = size * sin(c.angle[i]) / ws.stages[i]
     for k in range(STAGES):
         along = c.slip_1[k + 1] * d_1 + c.slip_2[k + 1] * d_2
-        across = dot(ws.monomial[k], aside)
+        across = stage_dot(ws.monomial[k], aside)
         c.slip_1[k + 1] = along * d_1 - across * d_2
         c.slip_2[k + 1] = along * d_2 + across * d_1

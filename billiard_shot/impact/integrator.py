@@ -99,7 +99,7 @@ def integrate(
         event = first_event(m, contacts, ws, step, p.speed)
         take_step(m, contacts, ws, p, step, event)
         if event.kind != NO_EVENT:
-            carry_out(m, contacts, ws, p, log, event)
+            apply_event(m, contacts, ws, p, log, event)
         if is_over(contacts):
             return True
         if p.time >= p.next_turn * (1.0 - OPTIONS.time_rounding):
@@ -289,7 +289,7 @@ def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> b
 
 
 @inner
-def carry_out(
+def apply_event(
     m: Model,
     contacts: list[ContactState],
     ws: Workspace,

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import entry
-from billiard_shot.impact.beginning import begin, Collisions, ContactProperties
+from billiard_shot.impact.beginning import begin_collision, Collisions, ContactProperties
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
@@ -87,7 +87,7 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
     for i in range(len(given.tolerance)):
         if not given.tolerance[i] > 0.0:
             continue
-        m, units = begin(given, i, contacts, ws, p)
+        m, units = begin_collision(given, i, contacts, ws, p)
         if units.speed > 0.0:
             while not integrate(m, contacts, ws, p, log):
                 if ends_in_geometric_tail(m, contacts, ws, p):

@@ -87,7 +87,9 @@ def place_contacts(contacts: list[ContactState], ws: Workspace, velocity: Floats
 
 
 @inner
-def apart(c: ContactState, ws: Workspace, row: int, k: int) -> tuple[float, float, float]:
+def separation_coefficient(
+    c: ContactState, ws: Workspace, row: int, k: int
+) -> tuple[float, float, float]:
     """
     Coefficient k of the way from body b to body a: of the place, or of its change.
 
@@ -107,7 +109,7 @@ def apart(c: ContactState, ws: Workspace, row: int, k: int) -> tuple[float, floa
 @inner
 def distance_of_centres(c: ContactState, ws: Workspace) -> float:
     """Distance of the centres of a contact's bodies, or of a ball from a fixed one."""
-    x, y, z = apart(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE, 0)
     return sqrt(x * x + y * y + z * z)
 
 
@@ -183,7 +185,7 @@ def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
         motion[PLACE + k][0] = origin[k] + way * axis[k]
         motion[VELOCITY + k][0] = speed * axis[k]
     body.lost += energy / body.across if body.across > 0.0 else 0.0
-    x, y, z = apart(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE, 0)
     ahead = x * axis[0] + y * axis[1] + z * axis[2]
     inside = x * x + y * y + z * z - c.reach * c.reach
     if inside < 0.0:
@@ -293,7 +295,7 @@ def expand_distance(
     farthest = 0.0  # largest distance that one body can move relative to the other
     power = 1.0
     for k in range(order + 1):
-        x, y, z = apart(c, ws, PLACE, k)
+        x, y, z = separation_coefficient(c, ws, PLACE, k)
         way[0][k], way[1][k], way[2][k] = x, y, z
         if k > 0:
             power *= length
@@ -333,8 +335,8 @@ def advance_motion(
 @inner
 def measure(c: ContactState, ws: Workspace) -> None:
     """Find the compression of an open contact, and the velocity at which it opens."""
-    x, y, z = apart(c, ws, PLACE, 0)
-    u, v, w = apart(c, ws, VELOCITY, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE, 0)
+    u, v, w = separation_coefficient(c, ws, VELOCITY, 0)
     closes_at = c.closing_distance
     c.compression[0] = 0.5 * (closes_at - (x * x + y * y + z * z) / closes_at)
     c.velocity[0] = (x * u + y * v + z * w) / closes_at
@@ -393,9 +395,9 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     The axes are those of a time `lead` later.
     """
     axes, direction = ws.polynomials, c.normal
-    x, y, z = apart(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE, 0)
     if lead > 0.0:
-        u, v, w = apart(c, ws, VELOCITY, 0)
+        u, v, w = separation_coefficient(c, ws, VELOCITY, 0)
         x, y, z = x + lead * u, y + lead * v, z + lead * w
     size = sqrt(x * x + y * y + z * z)
     direction[0], direction[1], direction[2] = x / size, y / size, z / size

@@ -55,7 +55,7 @@ def sign_changes(c: Vector, degree: int, low: float, high: float, work: Floats) 
 
 
 @inner
-def refine(c: Vector, degree: int, low: float, high: float) -> float:
+def refine_root(c: Vector, degree: int, low: float, high: float) -> float:
     """Root between low (polynomial positive) and high (not positive): Newton inside a bracket."""
     x = 0.5 * (low + high)
     for _ in range(80):
@@ -125,7 +125,7 @@ def first_root(
         high = min(low + width, end)
         changes = sign_changes(p, degree, low, high, work[1])
         if changes == 1:
-            return refine(p, degree, low, high)
+            return refine_root(p, degree, low, high)
         if changes == 0 and evaluate(p, degree, high) <= 0.0:
             return high
         if changes == 0 or width < MIN_SEPARATION * end:

@@ -15,7 +15,9 @@ NARROW = 1e-7  # of the interval: if the polynomial is negative for less, there 
 
 
 @inner
-def refine(a: float, b: float, c: float, d: float, e: float, low: float, high: float) -> float:
+def refine_quartic_root(
+    a: float, b: float, c: float, d: float, e: float, low: float, high: float
+) -> float:
     """Root of a + b x + ... between low (polynomial positive) and high (not positive)."""
     x = 0.5 * (low + high)
     for _ in range(80):
@@ -35,7 +37,7 @@ def refine(a: float, b: float, c: float, d: float, e: float, low: float, high: f
 
 
 @inner
-def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
+def first_quartic_root(a: float, b: float, c: float, d: float, e: float) -> float:
     """First x of (0, 1] where a + b x + c x^2 + d x^3 + e x^4, a > 0, turns negative, or inf."""
     low, width = 0.0, 1.0
     while low < 1.0:
@@ -54,7 +56,7 @@ def first_root(a: float, b: float, c: float, d: float, e: float) -> float:
         # Starting from positive, the signs change once if they never become positive again.
         once = b4 <= 0.0 and (b3 <= 0.0 or (b2 > 0.0 and b1 > 0.0)) and (b2 <= 0.0 or b1 > 0.0)
         if once:
-            return refine(a, b, c, d, e, low, low + width)
+            return refine_quartic_root(a, b, c, d, e, low, low + width)
         if width < NARROW:
             low += width
             if b4 <= 0.0:

@@ -7,7 +7,7 @@ import numpy as np
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import CollisionTrace
-from billiard_shot.pictures.two_balls import ImpactState, impulses_of, PING_PONG, TwoBalls
+from billiard_shot.pictures.two_balls import ImpactState, normal_impulses, PING_PONG, TwoBalls
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}
@@ -60,7 +60,7 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     _curve(left, trace, states)
     _energies(right, trace, states)
     _table(figure, balls, trace, states)
-    kinetic = balls.kinetic_energy(impulses_of(trace)[[0, -1]])
+    kinetic = balls.kinetic_energy(normal_impulses(trace)[[0, -1]])
     figure.suptitle(
         f'Two balls on a table: states {" ".join(state.name for state in states)}, '
         f'{kinetic[0] - kinetic[1]:.4f} J of {kinetic[0]:.4g} J are lost\n'
@@ -138,7 +138,7 @@ def _plane(axes: Any, balls: TwoBalls) -> None:
 
 
 def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
-    impulses = impulses_of(trace)
+    impulses = normal_impulses(trace)
     numbers: dict[str, list[str]] = {}
     for number, state in enumerate(states, 1):
         x, y = impulses[state.samples].T
@@ -168,7 +168,7 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
 
 def _energies(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
     """Draw the energy of each spring over the impulse that it gave; drops are losses."""
-    impulses = impulses_of(trace)
+    impulses = normal_impulses(trace)
     springs = (PURPLE, 'E₁, ball on ball'), (GREEN, 'E₂, ball on table')
     for j, (colour, name) in enumerate(springs):
         lost = []
@@ -217,7 +217,7 @@ def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[Imp
     """Write impulses, velocities and energies at the end of each state."""
     axes = figure.add_axes((0.06, 0.01, 0.9, 0.17))
     axes.set_axis_off()
-    impulses = impulses_of(trace)
+    impulses = normal_impulses(trace)
     velocities, kinetic = balls.velocities(impulses), balls.kinetic_energy(impulses)
     rows = [
         [

@@ -19,7 +19,7 @@ STYLES = {
 SEARCHED = ('bistiffness', 'energetic')  # laws in which discontinuities are looked for
 
 
-def draw(
+def draw_laws(
     sweeps: Sequence[ParameterSweep],
     distances: Mapping[tuple[str, str], Vector],
     discontinuities: Mapping[tuple[str, str], Sequence[Discontinuity]],

@@ -107,7 +107,7 @@ class TwoBalls:
         ]
 
 
-def impulses_of(trace: CollisionTrace) -> Vector:
+def normal_impulses(trace: CollisionTrace) -> Vector:
     """I1 and I2 (n, 2) [N s]."""
     return trace.impulses[:, [0, 3]]
 

@@ -88,7 +88,7 @@ def open_page(shot: Shot) -> Path:
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
     """Collect all that the page shows, in SI units and the frame `table`."""
     trails = trails_of(shot)
-    colours = path_colours(trails)
+    colours = page_path_colours(trails)
     return {
         'title': title,
         'message': f'{shot.status.name}: {shot.message}',
@@ -106,7 +106,7 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
     }
 
 
-def path_colours(trails: Trails) -> dict[str, str]:
+def page_path_colours(trails: Trails) -> dict[str, str]:
     """
     Choose the colours of the paths of the balls that move.
 

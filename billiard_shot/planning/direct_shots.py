@@ -79,7 +79,7 @@ class Seen(NamedTuple):
 
 
 @inner
-def opening(openings: Floats, pocket: int, angle: float, speed: float, end: int) -> float:
+def edge_of(openings: Floats, pocket: int, angle: float, speed: float, end: int) -> float:
     """Interpolate an end of the opening of a pocket [m], see `openings_of`."""
     x = angle / STEP + STEPS
     if not 0.0 <= x <= ANGLES - 1:
@@ -178,7 +178,7 @@ def needed_speed(params: BallClothParams, way: float, arrival: float) -> float:
 
 
 @inner
-def rolling_share(params: BallClothParams, speed: float, way: float) -> float:
+def roll_after(params: BallClothParams, speed: float, way: float) -> float:
     """Surface speed of the spin over the speed, of a ball without spin at first, after a way."""
     slide = 2.0 * params.sliding_friction * params.gravity * way
     if slide >= speed * speed:
@@ -283,10 +283,10 @@ def side_error(
 ) -> float:
     """Deviation of the cue ball, over its way [m], per error of a in ball radii."""
     params = seen.params
-    across = strike(player, elevation, 2) * speed
-    rolling = strike(player, elevation, 3) * speed
-    fast = strike(player, elevation, 0) * speed
-    slip = fast - strike(player, elevation, 1) * speed
+    across = interpolated_strike(player, elevation, 2) * speed
+    rolling = interpolated_strike(player, elevation, 3) * speed
+    fast = interpolated_strike(player, elevation, 0) * speed
+    slip = fast - interpolated_strike(player, elevation, 1) * speed
     share = params.inertia / (params.inertia + params.mass * params.radius * params.radius)
     deceleration = params.sliding_friction * params.gravity
     if slip <= 0.0 or deceleration == 0.0:
@@ -304,7 +304,7 @@ def side_error(
 
 
 @inner
-def strike(player: PlayerRecord, elevation: float, column: int) -> float:
+def interpolated_strike(player: PlayerRecord, elevation: float, column: int) -> float:
     """Interpolate a column of `PlayerRecord.strikes`."""
     x = min(max(elevation / LIFT, 0.0), LIFTS - 1.001)
     i = int(x)
@@ -346,8 +346,8 @@ def rate_shot(
     angle = turned(into - axis)
     low, high = 0.0, 0.0
     for _ in range(2):  # the ends of the opening depend on the direction a little
-        low = math.asin(max(opening(openings, shot.pocket, angle + low, arrival, 0) / way, -1.0))
-        high = math.asin(min(opening(openings, shot.pocket, angle + high, arrival, 1) / way, 1.0))
+        low = math.asin(max(edge_of(openings, shot.pocket, angle + low, arrival, 0) / way, -1.0))
+        high = math.asin(min(edge_of(openings, shot.pocket, angle + high, arrival, 1) / way, 1.0))
         if high <= low:
             return False
     low, high = free_part(seen, cue, ball, x, y, way, into, low, high)
@@ -370,7 +370,7 @@ def rate_shot(
         run = distance * math.cos(azimuth) - diameter * math.cos(cut)
         moves = goes / math.cos(cut)
         begins = needed_speed(params, run, moves)
-        turn = throw(seen, cut, moves, moves * rolling_share(params, begins, run), 0.0)
+        turn = throw(seen, cut, moves, moves * roll_after(params, begins, run), 0.0)
     numbers = seen.numbers
     ghost_x = px + run * math.cos(ahead + azimuth)
     ghost_y = py + run * math.sin(ahead + azimuth)
@@ -396,14 +396,14 @@ def rate_shot(
     if elevation > player.highest:
         return False
     begins = needed_speed(params, run, moves)
-    speed = begins / strike(player, elevation, 0)
+    speed = begins / interpolated_strike(player, elevation, 0)
     if speed > player.fastest:
         return False
     speed = max(speed, player.slowest)
 
     # an error of a turns the cue ball, and its side spin throws the ball
-    side = strike(player, elevation, 4) * speed * player.sigma_a
-    rolls = moves * rolling_share(params, begins, run)
+    side = interpolated_strike(player, elevation, 4) * speed * player.sigma_a
+    rolls = moves * roll_after(params, begins, run)
     thrown = throw(seen, cut, moves, rolls, side) - throw(seen, cut, moves, rolls, 0.0)
     # change of the line of centres per azimuth, to the other side
     lever = max(run / (diameter * math.cos(cut)), 1e-3)
@@ -411,7 +411,9 @@ def rate_shot(
     by_side = bends - thrown / lever
     sigma = math.sqrt(player.sigma_azimuth * player.sigma_azimuth + by_side * by_side)
     stops = needed_speed(params, way, 0.0) / (0.5 * (1.0 + numbers.ball_restitution))
-    stops = needed_speed(params, run, stops / math.cos(cut)) / strike(player, elevation, 0)
+    stops = needed_speed(params, run, stops / math.cos(cut)) / interpolated_strike(
+        player, elevation, 0
+    )
     chance = within(half, sigma)
     if player.sigma_speed > 0.0:
         chance *= 0.5 * (1.0 + math.erf((speed - stops) / (player.sigma_speed * math.sqrt(2.0))))

@@ -104,7 +104,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             for stage in _simulated(runner, stages, makers):
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
                 count = max(4, round(effort * REFINED))
-                chosen = choose(stage.candidates, stage.outcomes, count, draws)
+                chosen = choose_candidates(stage.candidates, stage.outcomes, count, draws)
                 population = population_of(
                     stage.candidates.take(chosen), stage.outcomes.take(chosen)
                 )
@@ -223,7 +223,7 @@ def _thinned(candidates: Candidates, capacity: int) -> Candidates:
     return candidates.take(np.linspace(0, len(candidates.route) - 1, capacity).astype(np.int64))
 
 
-def choose(
+def choose_candidates(
     candidates: Candidates, outcomes: Outcomes, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
     """

@@ -35,8 +35,8 @@ class CommandTopic:
         if command.trajectory is None:
             self._message = conversions.stop_message(position, self._names, self._frame)
         else:
-            stamp = conversions.time_of(decided)
-            self._message = conversions.trajectory_message(
+            stamp = conversions.time_from_nanoseconds(decided)
+            self._message = conversions.joint_trajectory_message(
                 command.trajectory, self._names, Header(stamp=stamp, frame_id=self._frame)
             )
         self._publisher.publish(self._message)

@@ -161,8 +161,8 @@ class ControllerClient:
     def _send(self, trajectory: JointTrajectory, start: int) -> None:
         self._sent = steady_time()
         goal = self._kind.Goal()
-        goal.trajectory = conversions.trajectory_message(
-            trajectory, self._names, Header(stamp=conversions.time_of(start))
+        goal.trajectory = conversions.joint_trajectory_message(
+            trajectory, self._names, Header(stamp=conversions.time_from_nanoseconds(start))
         )
         sent = self._newest = self._client.send_goal_async(goal)
         sent.add_done_callback(self._on_answer)

@@ -79,7 +79,7 @@ class Batch(NamedTuple):
     statuses: NDArray[np.uint16]  # of the strokes that cannot be predicted; else OK
 
 
-def batch_of(request: PredictShots.Request, scene: Scene, ball: Triple) -> Batch:
+def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -> Batch:
     """
     Read the strokes of a request, at the ball whose centre is `ball` (metres, frame table).
 
@@ -126,10 +126,10 @@ def table_scene(scene: Scene, table: TableState | None, frame: str) -> Scene:
     if table is None:
         raise _invalid('use_table_state: no message received on topic table_state')
     check_frame('table_state.header.frame_id', table.header, frame)
-    return scene_of(scene, table.balls, 'table_state.balls')
+    return requested_scene(scene, table.balls, 'table_state.balls')
 
 
-def scene_of(scene: Scene, balls: Sequence[BallState], field: str = 'balls') -> Scene:
+def requested_scene(scene: Scene, balls: Sequence[BallState], field: str = 'balls') -> Scene:
     """
     Replace the balls of a scene by those of a message.
 
@@ -265,7 +265,7 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 # --- responses ----------------------------------------------------------------------------------
 
 
-def refusal(status: Status, message: str) -> PredictShot.Response:
+def refused_response(status: Status, message: str) -> PredictShot.Response:
     """Make the answer to a request without a prediction; the message says why."""
     return PredictShot.Response(status=int(status), message=message)
 
@@ -277,7 +277,7 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
     A shot with numbers that are not finite becomes a refusal.
     """
     if shot.status.refused:
-        return refusal(shot.status, shot.message)
+        return refused_response(shot.status, shot.message)
     trajectory = trajectory_message(shot.trajectory, sample_count)
     others = [
         trajectory_message(ball, sample_count, name)
@@ -311,7 +311,7 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
         ),
     )
     if not all(np.isfinite(values).all() for values in numbers):
-        return refusal(
+        return refused_response(
             Status.INVALID_REQUEST, 'cue_pose, speed, ball_position: too large to compute with'
         )
     return response

@@ -89,7 +89,7 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
     return ShotGoal(plan, seconds(goal.expiry) - seconds(now))
 
 
-def result_of(result: Result, strike: Strike) -> ExecuteShot.Result:
+def execution_result(result: Result, strike: Strike) -> ExecuteShot.Result:
     """Message of the result of a goal; `strike` is the message of its strike, if it has one."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
     if result.strike:
@@ -109,7 +109,7 @@ def strike_message(strike: MeasuredStrike, header: Header) -> Strike:
     )
 
 
-def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
+def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     """
     Stroke of a measured strike at a ball whose centre is `ball` [m].
 
@@ -128,7 +128,7 @@ def stroke_of(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
 
 
-def state_message(controller: Controller, stamp: Time) -> CueState:
+def cue_state_message(controller: Controller, stamp: Time) -> CueState:
     """Message of the state of the cue."""
     return CueState(
         header=Header(stamp=stamp),
@@ -217,7 +217,7 @@ def table_message(
 # --- joints -------------------------------------------------------------------------------------
 
 
-def trajectory_message(
+def joint_trajectory_message(
     trajectory: joint_trajectory.JointTrajectory, names: Sequence[str], header: Header
 ) -> JointTrajectory:
     """Message of a trajectory; its stamp identifies the command."""
@@ -312,7 +312,7 @@ def joints_message(
 # --- pieces -------------------------------------------------------------------------------------
 
 
-def time_of(nanoseconds: int) -> Time:
+def time_from_nanoseconds(nanoseconds: int) -> Time:
     """Message of a ROS time [ns]."""
     return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
 

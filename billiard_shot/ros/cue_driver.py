@@ -38,9 +38,9 @@ from billiard_shot.ros.node_runner import (
     EVERY_STATE,
     JOINT_STATES,
     LATCHED,
-    run,
     SAFETY_INPUT,
     set_niceness,
+    spin_node,
     steady_timer,
     warm_up,
 )
@@ -372,7 +372,7 @@ class CueDriver(LifecycleNode):
             goal.canceled()
         else:
             goal.abort()
-        return conversions.result_of(result, self._last_strike)
+        return conversions.execution_result(result, self._last_strike)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in BEFORE_STROKE:
@@ -464,7 +464,7 @@ class CueDriver(LifecycleNode):
             self._ended.set_result(result)
 
     def _state_message(self) -> CueState:
-        return conversions.state_message(self._controller, self.get_clock().now().to_msg())
+        return conversions.cue_state_message(self._controller, self.get_clock().now().to_msg())
 
     def _publish_diagnostics(self) -> None:
         now = steady_time()
@@ -488,7 +488,7 @@ class CueDriver(LifecycleNode):
 def _aborted(goal: GoalHandle, outcome: GoalOutcome, reason: str) -> ExecuteShot.Result:
     """End a goal that has not begun; return its result."""
     goal.abort()
-    return conversions.result_of(Result(outcome, reason, None), Strike())
+    return conversions.execution_result(Result(outcome, reason, None), Strike())
 
 
 def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any]:
@@ -505,7 +505,7 @@ def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
+    spin_node(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
 
 
 if __name__ == '__main__':

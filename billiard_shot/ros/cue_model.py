@@ -15,7 +15,7 @@ from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.node_runner import LATCHED, run
+from billiard_shot.ros.node_runner import LATCHED, spin_node
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -98,7 +98,7 @@ class CueModel(Node):
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(CueModel, 'cue_model', args)
+    spin_node(CueModel, 'cue_model', args)
 
 
 if __name__ == '__main__':

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from billiard_shot.cue.execution import LATEST_STOP, Settings, SHORTEST
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections
-from billiard_shot.ros.parameters import NodeParameter, parameters_of, read_into, TABLE_FRAME
+from billiard_shot.ros.parameters import node_parameters, NodeParameter, read_into, TABLE_FRAME
 from billiard_shot.scene import Scene
 
 
@@ -124,7 +124,7 @@ CUE_DRIVER = (
     NodeParameter(
         'period', 0.02, 'Time between two commands.', unit='s', limits=(0.001, 0.1), read_only=True
     ),
-    *parameters_of(Settings, read_only=('table_timeout', 'unseen_timeout', 'stamp_tolerance')),
+    *node_parameters(Settings, read_only=('table_timeout', 'unseen_timeout', 'stamp_tolerance')),
 )
 
 CUE_SIM = (
@@ -152,8 +152,8 @@ CUE_SIM = (
         read_only=True,
     ),
     NodeParameter('seed', 0, 'Seed of all random numbers.', limits=(0, 2**31 - 1), read_only=True),
-    *parameters_of(Imperfections, read_only=(each.name for each in fields(Imperfections))),
-    *parameters_of(Faults),
+    *node_parameters(Imperfections, read_only=(each.name for each in fields(Imperfections))),
+    *node_parameters(Faults),
 )
 
 TABLE_SIM = (

@@ -16,7 +16,7 @@ from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.node_runner import JOINT_STATES, run, set_niceness, steady_timer
+from billiard_shot.ros.node_runner import JOINT_STATES, set_niceness, spin_node, steady_timer
 from billiard_shot.ros.writing_time import nanoseconds, publisher_of, written
 
 CATCH_UP = 0.25
@@ -180,7 +180,7 @@ class CueSim(Node):
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(CueSim, 'cue_sim', args)
+    spin_node(CueSim, 'cue_sim', args)
 
 
 if __name__ == '__main__':

@@ -67,7 +67,7 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
         opacity = FAINT if rank else 1.0
         shown += _shot(shot, opacity)
         shown.append(
-            markers.label(
+            markers.label_marker(
                 text, _ends(shot)[1], 2 * shot.scene.ball.radius, markers.colour(CUE, opacity)
             )
         )
@@ -92,7 +92,7 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
         points = np.concatenate([piece.points for piece in pieces])
         paint = ball_colour(name)
         shown += [
-            markers.line('paths', points, 0.2 * radius, colours),
+            markers.line_marker('paths', points, 0.2 * radius, colours),
             markers.ball(
                 'starts', trails.start(name), radius, markers.colour(paint, FAINT * opacity)
             ),

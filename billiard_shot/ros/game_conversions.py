@@ -54,7 +54,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     return State(**values)
 
 
-def state_message(state: State) -> GameState:
+def game_state_message(state: State) -> GameState:
     """Message of the state of a game."""
     values = {
         each.name: getattr(state, each.name)

@@ -47,14 +47,14 @@ def disc(
     return _shape(namespace, Marker.CYLINDER, centre, size, paint)
 
 
-def label(text: str, place: ArrayLike, height: float, paint: ColorRGBA) -> Marker:
+def label_marker(text: str, place: ArrayLike, height: float, paint: ColorRGBA) -> Marker:
     """Text of a height [m] that faces the viewer, at a place (3,) [m]."""
     marker = _shape('labels', Marker.TEXT_VIEW_FACING, place, (0.0, 0.0, height), paint)
     marker.text = text
     return marker
 
 
-def line(
+def line_marker(
     namespace: str, points: NDArray[np.float64], width: float, paint: Sequence[ColorRGBA]
 ) -> Marker:
     """Line through points (n, 3), of a width [m], with a colour for each point."""

@@ -114,7 +114,7 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
         predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
 
 
-def wait_for_machine_code(node: Node) -> None:
+def log_compilation(node: Node) -> None:
     """Wait until the library is compiled, and log the progress."""
     logged = 0.0
 
@@ -157,7 +157,7 @@ def set_niceness(node: Node, niceness: int) -> None:
         )
 
 
-def run(
+def spin_node(
     make: Callable[[], N],
     name: str,
     args: Sequence[str] | None,

@@ -72,7 +72,7 @@ class NodeParameter:
         return result
 
 
-def parameters_of(kind: type, read_only: Iterable[str] = ()) -> tuple[NodeParameter, ...]:
+def node_parameters(kind: type, read_only: Iterable[str] = ()) -> tuple[NodeParameter, ...]:
     """
     Parameters for the fields of a dataclass (billiard_shot.scene.fields), with their ranges.
 

@@ -12,11 +12,11 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, Scene
-from billiard_shot.cue.sightings import Balls, deviation_of, Sighting
+from billiard_shot.cue.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.ros.conversions import (
     check_frame,
-    scene_of,
+    requested_scene,
     sightings_of,
     table_scene,
     trajectory_message,
@@ -75,7 +75,7 @@ def plan_request_of(
     check_frame('header.frame_id', goal.header, frame)
     scene, balls = default.scene, {}
     if goal.balls:
-        scene, balls = scene_of(scene, goal.balls), sightings_of(goal.balls)
+        scene, balls = requested_scene(scene, goal.balls), sightings_of(goal.balls)
     elif table is not None:
         scene = table_scene(scene, table, frame)
         balls = sightings_of(table.balls, table.header.stamp)
@@ -87,8 +87,8 @@ def plan_request_of(
             constraints[name] = names
     noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
     if not (goal.noise and goal.noise[0].balls):
-        noise = replace(noise, balls=max(noise.balls, deviation_of(balls)))
-    target = target_of(goal.target) or default.target
+        noise = replace(noise, balls=max(noise.balls, largest_deviation(balls)))
+    target = requested_target(goal.target) or default.target
     return PlanRequest(
         scene,
         target,
@@ -147,7 +147,7 @@ def _renamed(message: str, names: dict[str, str]) -> str:
     )
 
 
-def target_of(target: Target) -> dict[str, Any] | None:
+def requested_target(target: Target) -> dict[str, Any] | None:
     """Read a target in the form that `plan` takes; None for the target of the node."""
     point = target.point.x, target.point.y
     found: dict[str, Any]
@@ -233,7 +233,7 @@ def _flat(kind: type, place: tuple[float, float] | None) -> Any:
     return kind(x=x, y=y)
 
 
-def result_of(
+def plan_result(
     result: PlanResult, request: PlanRequest, plan_id: str, goal: PlanShot.Goal, header: Header
 ) -> PlanShot.Result:
     """Make the result of a goal planned for `request`, with the requested number of strokes."""

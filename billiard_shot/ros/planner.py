@@ -24,9 +24,9 @@ from billiard_shot.ros import display, parameters, plan_conversions, plan_parame
 from billiard_shot.ros.node_runner import (
     BURST,
     LATCHED,
-    run,
+    log_compilation,
+    spin_node,
     steady_timer,
-    wait_for_machine_code,
 )
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.scene import Noise, Robot
@@ -120,8 +120,8 @@ class Planner(Node):
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
         self._timer = steady_timer(self, POLL_PERIOD, self._poll, autostart=False)
         self._polls = 0  # since the last feedback
-        wait_for_machine_code(self)
-        warm_up(self._default)
+        log_compilation(self)
+        warm_up_planning(self._default)
         self._server = ActionServer(
             self,
             PlanShot,
@@ -186,7 +186,7 @@ class Planner(Node):
             goal.succeed()
         else:
             goal.abort()
-        message = plan_conversions.result_of(
+        message = plan_conversions.plan_result(
             result, request, search.plan_id, goal.request, parameters.table_header(self)
         )
         message.message = plan_conversions.in_fields(message.message, goal.request)
@@ -264,7 +264,7 @@ class Planner(Node):
             )
 
 
-def warm_up(request: PlanRequest) -> None:
+def warm_up_planning(request: PlanRequest) -> None:
     """Make small plans, so that the first goal does not have to load the library."""
     table = Scene.load('blocked')
     plan(table, {'pot': '8'}, Noise(), budget=300)
@@ -274,7 +274,7 @@ def warm_up(request: PlanRequest) -> None:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(Planner, 'planner', args)
+    spin_node(Planner, 'planner', args)
 
 
 if __name__ == '__main__':

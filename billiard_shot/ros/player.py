@@ -40,10 +40,10 @@ from billiard_shot.ros.client import (
     START_UP,
     VALIDITY,
 )
-from billiard_shot.ros.node_runner import initialized, steady_timer, wait_for_machine_code
+from billiard_shot.ros.node_runner import initialized, log_compilation, steady_timer
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.turn_console import (
-    add_game_arguments,
+    add_turn_arguments,
     FIRE,
     first_state,
     play_turn,
@@ -51,7 +51,11 @@ from billiard_shot.ros.turn_console import (
 )
 from billiard_shot.ros.turn_server import TurnServer
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.shot.stroke_options import (
+    add_stroke_arguments,
+    strokes_from_options,
+    strokes_given,
+)
 
 MAX_VALIDITY = 3600.0
 """Longest time within which a shot must be fired [s]."""
@@ -157,12 +161,12 @@ def play_target(client: RobotClient, text: str, options: argparse.Namespace) -> 
     goal = client.goal_to_play(best.plan, options.valid_for)
     if not play_shot(client, 'planned', goal, options.arm):
         return False
-    reached, words = judge(target, client.balls())
+    reached, words = check_outcome(target, client.balls())
     print(f'  target      {words}', flush=True)
     return reached
 
 
-def judge(target: Target, balls: Balls) -> tuple[bool, str]:
+def check_outcome(target: Target, balls: Balls) -> tuple[bool, str]:
     """Judge by the balls at rest whether a target was reached; return that, and a sentence."""
     if CUE_BALL not in balls:
         return False, 'not reached: the cue ball is not on the table'
@@ -244,7 +248,7 @@ def add_client_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run_client(
+def run_player_client(
     make: Callable[[], RobotClient],
     rounds: Sequence[Callable[[RobotClient], bool]],
     wait: Callable[[RobotClient], None],
@@ -294,7 +298,7 @@ def main(args: Sequence[str] | None = None) -> None:
         "'{pot: 8, pocket: any}'; several are played one after the other",
     )
     add_client_arguments(parser)
-    add_game_arguments(parser)
+    add_turn_arguments(parser)
     for option, text in (
         ('--first-contact', 'ball that the cue ball must meet first'),
         ('--keep', 'ball that must not be pocketed'),
@@ -342,14 +346,14 @@ def main(args: Sequence[str] | None = None) -> None:
         else:
             rounds = [
                 partial(play_stroke, stroke=stroke, scene=scene, name=name, options=options)
-                for name, stroke in strokes_of(options, scene).items()
+                for name, stroke in strokes_from_options(options, scene).items()
             ]
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
     def wait(client: RobotClient) -> None:
         if options.serve or plays_game:
-            wait_for_machine_code(client)
+            log_compilation(client)
         if options.targets:
             client.wait_for_planner()
         if plays_game:
@@ -357,7 +361,7 @@ def main(args: Sequence[str] | None = None) -> None:
         elif not options.serve:
             client.wait_for_all()
 
-    run_client(
+    run_player_client(
         lambda: RobotClient(
             'player_client' if options.serve else 'player',
             simulate_safety_inputs=options.simulate_safety_inputs,

@@ -14,9 +14,14 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.player import add_client_arguments, own_arguments, parser_of, run_client
+from billiard_shot.ros.player import (
+    add_client_arguments,
+    own_arguments,
+    parser_of,
+    run_player_client,
+)
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_options import strokes_of
+from billiard_shot.shot.stroke_options import strokes_from_options
 from billiard_shot.table.motion import Motion
 
 
@@ -32,7 +37,7 @@ def request_of(
     return request
 
 
-def report(response: PredictShot.Response) -> str:
+def print_response(response: PredictShot.Response) -> str:
     """Format a response as text: status, ball, cue, and the samples of the trajectories."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
@@ -80,7 +85,7 @@ def main(args: Sequence[str] | None = None) -> None:
     options = parser.parse_args(own_arguments(args))
     try:
         scene = Scene.load(options.scene)
-        strokes = strokes_of(options, scene)
+        strokes = strokes_from_options(options, scene)
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
@@ -99,11 +104,11 @@ def main(args: Sequence[str] | None = None) -> None:
             request.use_table_state, request.all_balls = options.table, True
             request.tolerance = options.tolerance
             response = client.predict(request)
-            print(f'{name}: {stroke}\n{report(response)}\n', flush=True)
+            print(f'{name}: {stroke}\n{print_response(response)}\n', flush=True)
             refused |= Status(response.status).refused
         return not refused
 
-    run_client(
+    run_player_client(
         lambda: RobotClient('predict_shot', timeout=options.wait),
         [ask],
         wait,

@@ -16,7 +16,7 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, predict_batch, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.node_runner import BURST, LATCHED, run, steady_timer, warm_up
+from billiard_shot.ros.node_runner import BURST, LATCHED, spin_node, steady_timer, warm_up
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
@@ -73,13 +73,13 @@ class Predictor(Node):
             scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
             stroke = conversions.stroke_of(request.cue_pose, request.speed, ball)
         except conversions.BadRequestError as error:
-            return conversions.refusal(error.status, str(error))
+            return conversions.refused_response(error.status, str(error))
         try:
             shot = predict(
                 scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
             )
         except ValueError as error:
-            return conversions.refusal(Status.INVALID_REQUEST, _at_ball(error))
+            return conversions.refused_response(Status.INVALID_REQUEST, _at_ball(error))
         response = conversions.response_of(
             shot, request.sample_count or self._sample_count, request.all_balls
         )
@@ -97,7 +97,7 @@ class Predictor(Node):
         frame = self.get_parameter('frame').value
         try:
             scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
-            batch = conversions.batch_of(request, scene, ball)
+            batch = conversions.requested_batch(request, scene, ball)
         except conversions.BadRequestError as error:
             return PredictShots.Response(status=int(error.status), message=str(error))
         tolerance = request.tolerance or self._tolerance
@@ -149,7 +149,7 @@ def _at_ball(error: Exception) -> str:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(Predictor, 'predictor', args)
+    spin_node(Predictor, 'predictor', args)
 
 
 if __name__ == '__main__':

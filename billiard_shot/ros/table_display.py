@@ -15,7 +15,7 @@ from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.ros import cue_parameters, parameters, table_markers
 from billiard_shot.ros.conversions import check_frame
-from billiard_shot.ros.node_runner import LATCHED, run
+from billiard_shot.ros.node_runner import LATCHED, spin_node
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -67,7 +67,7 @@ class TableDisplay(Node):
             self.get_logger().error(f'ignored a table_state: {error}')
             return
         header = parameters.table_header(self, message.header.stamp)
-        self._publish_balls(table_markers.places_of(message, self._radius), header)
+        self._publish_balls(table_markers.ball_centres(message, self._radius), header)
 
     def _publish_balls(self, balls: table_markers.Places, header: Header) -> None:
         """Show the balls, unless they are shown where they are."""
@@ -97,7 +97,7 @@ class TableDisplay(Node):
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(TableDisplay, 'table_display', args)
+    spin_node(TableDisplay, 'table_display', args)
 
 
 if __name__ == '__main__':

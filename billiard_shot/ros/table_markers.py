@@ -54,7 +54,7 @@ def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
     for name, (x, y, z) in balls.items():
         shown += [
             markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
-            markers.label(name, (x, y, z + 3 * radius), 2 * radius, markers.colour(TEXT)),
+            markers.label_marker(name, (x, y, z + 3 * radius), 2 * radius, markers.colour(TEXT)),
         ]
     return markers.array_of(shown, header)
 
@@ -84,7 +84,7 @@ def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Heade
     )
 
 
-def places_of(table: TableState, radius: float) -> Places:
+def ball_centres(table: TableState, radius: float) -> Places:
     """Centres of the balls on the table [m]; a ball with z = 0 rests on the cloth."""
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)

@@ -17,8 +17,8 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import cue_parameters, parameters
-from billiard_shot.ros.conversions import check_frame, scene_of
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer, warm_up
+from billiard_shot.ros.conversions import check_frame, requested_scene
+from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
@@ -93,7 +93,7 @@ class TableSim(Node):
         self, request: PlaceBalls.Request, response: PlaceBalls.Response
     ) -> PlaceBalls.Response:
         try:
-            self._put(scene_of(self._scene, request.balls))
+            self._put(requested_scene(self._scene, request.balls))
             response.success = True
         except ValueError as error:
             response.message = str(error)
@@ -109,7 +109,7 @@ class TableSim(Node):
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
-            stroke = conversions.stroke_of(message, scene.cue_ball)
+            stroke = conversions.measured_stroke(message, scene.cue_ball)
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return
@@ -205,7 +205,7 @@ def detections_message(
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    run(TableSim, 'table_sim', args)
+    spin_node(TableSim, 'table_sim', args)
 
 
 if __name__ == '__main__':

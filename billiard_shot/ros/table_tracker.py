@@ -16,7 +16,7 @@ from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
 from billiard_shot.ros import parameters, table_parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
 from billiard_shot.ros.frames import Array, FrameError, Frames
-from billiard_shot.ros.node_runner import LATCHED, run, steady_timer
+from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.scene import Scene
 from billiard_shot.table.outline import outline_of
 
@@ -118,7 +118,7 @@ def main(args: Sequence[str] | None = None) -> None:
         from vision_msgs.msg import Detection3DArray
     except ImportError:
         sys.exit('table_tracker: the package vision_msgs is missing; install ros-*-vision-msgs')
-    run(lambda: TableTracker(Detection3DArray), 'table_tracker', args)
+    spin_node(lambda: TableTracker(Detection3DArray), 'table_tracker', args)
 
 
 if __name__ == '__main__':

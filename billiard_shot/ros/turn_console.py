@@ -36,7 +36,7 @@ def typed_fire() -> bool:
     )
 
 
-def add_game_arguments(parser: argparse.ArgumentParser) -> None:
+def add_turn_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of games."""
     parser.add_argument(
         '--game', metavar='GAME', help='play a turn of this game, such as practice or eight_ball'

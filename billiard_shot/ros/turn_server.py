@@ -19,7 +19,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
 from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
-from billiard_shot.ros.game_conversions import balls_message, state_message, state_of
+from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
 from billiard_shot.ros.turn import AgentError, make_agent, Turn
 
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
@@ -178,7 +178,7 @@ class TurnServer(Node):
         return PlayTurn.Result(
             outcome=outcome,
             message=message,
-            state=state_message(turn.state),
+            state=game_state_message(turn.state),
             balls=balls_message(turn.state.balls),
             shots=turn.shots,
         )

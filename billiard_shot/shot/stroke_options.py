@@ -82,7 +82,7 @@ def _given(options: argparse.Namespace) -> dict[str, Any]:
     return {name: value for name in names if (value := getattr(options, name, None)) is not None}
 
 
-def strokes_of(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
+def strokes_from_options(options: argparse.Namespace, scene: Scene) -> dict[str, Stroke]:
     """Strokes by name; ValueError if none is given, or if they are given in two ways."""
     from billiard_shot.shot.stroke_file import read_strokes, stroke_from
 

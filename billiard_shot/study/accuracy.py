@@ -89,7 +89,7 @@ def _impulse_scheme(problem: ContactProblem, step: float) -> TimedRun:
     friction, restitution = problem.friction.tolist(), problem.restitution.tolist()
 
     def run() -> Callable[[], Answer]:
-        done = impulse_scheme.strike(
+        done = impulse_scheme.solve_strike(
             stroke.normal,
             stroke.velocity,
             model.cue_mass,

@@ -91,7 +91,7 @@ def study_effects(
     return [EffectStudy(gate.name, gate.condition, tuple(studies[gate.name])) for gate in GATES]
 
 
-def comparisons(strokes: Sequence[Stroke]) -> int:
+def comparison_count(strokes: Sequence[Stroke]) -> int:
     """Count the comparisons that `study_effects` makes."""
     return len(strokes) * len(GATES)
 

@@ -122,7 +122,7 @@ def two_balls(
     return _result(status, states, velocities, np.zeros((2, 3)), before - after, curve, steps)
 
 
-def strike(
+def solve_strike(
     normal: ArrayLike,
     velocity: ArrayLike,
     cue_mass: float,
@@ -223,7 +223,7 @@ def _run(
         raise ValueError(f'restitution must be two numbers from 0 to 1, got {restitution!r}')
     impulse = np.zeros(6)
     log, curve = np.zeros((MAX_STATES, 5)), np.zeros((CURVE_ROWS, 4))
-    status, states, steps, rows = integrate(
+    status, states, steps, rows = integrate_impulse(
         response, velocity, friction, e, stiffness, LAWS[law], step, impulse, log, curve
     )
     return status, impulse, log[:states], steps, curve[:rows]
@@ -399,7 +399,7 @@ def update_phase(
 
 
 @compiled
-def record(
+def log_state(
     log: NDArray[np.float64],
     states: int,
     active: int,
@@ -424,7 +424,7 @@ def thin_out(curve: NDArray[np.float64]) -> int:
 
 
 @compiled
-def integrate(
+def integrate_impulse(
     response: NDArray[np.float64],
     velocity: NDArray[np.float64],
     friction: NDArray[np.float64],
@@ -459,7 +459,7 @@ def integrate(
         increments(response, u, friction, stiffness, phase, energy, lead, step, push)
         if joins(phase, u, response, push, impulse, memory):
             if not idle:  # no state ends where nothing has happened yet
-                record(log, states, active, impulse, energy)
+                log_state(log, states, active, impulse, energy)
                 states += 1
             idle = True
             continue
@@ -479,7 +479,7 @@ def integrate(
             if update_phase(law, e, j, u[3 * j], impulse[3 * j], phase, energy, memory):
                 ended += 1 + j
         if ended != 0:
-            record(log, states, active, impulse, energy)
+            log_state(log, states, active, impulse, energy)
             states += 1
             idle = True
         for j in range(2):

@@ -14,7 +14,7 @@ from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.search import (
     best_of,
     CANDIDATES,
-    choose,
+    choose_candidates,
     Finalist,
     NORMAL_BUDGET,
     REFINED,
@@ -79,7 +79,7 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
         if not len(outcomes.penalty):
             continue
         candidates = candidates.take(np.arange(len(outcomes.penalty)))
-        chosen = choose(candidates, outcomes, REFINED, draws)
+        chosen = choose_candidates(candidates, outcomes, REFINED, draws)
         population = population_of(candidates.take(chosen), outcomes.take(chosen))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
         yield StoryStage(name, candidates.strokes, outcomes.success, refined)

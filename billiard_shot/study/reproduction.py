@@ -129,7 +129,7 @@ class VariantStrike(ScipyStrike):
             self.begun = None
 
 
-def label(variant: Variant) -> str:
+def variant_label(variant: Variant) -> str:
     """Say what a variant changes."""
     return '; '.join(MEANING[part] for part in variant) or 'as written'
 

@@ -1,7 +1,7 @@
 """When a gap between two bodies closes, if it is a polynomial of fourth degree in time."""
 
 from billiard_shot.compiled import inner
-from billiard_shot.numerics.quartic import first_root
+from billiard_shot.numerics.quartic import first_quartic_root
 
 HORIZON = 1e3  # s: as far as endless motions are looked at; 1e-7 of it is the shortest contact
 TOUCH_GAP = 1e-10  # m
@@ -30,4 +30,6 @@ def contact_time(
             a = max(a + PRESSED_GAP * scale, 0.1 * PRESSED_GAP * scale)
     span = min(end, HORIZON)
     square = span * span
-    return span * first_root(a, b * span, c * square, d * square * span, e * square * square)
+    return span * first_quartic_root(
+        a, b * span, c * square, d * square * span, e * square * square
+    )

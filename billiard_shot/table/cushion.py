@@ -14,7 +14,7 @@ from billiard_shot.table.cushion_models import collide_lying, MATHAVAN, restitut
 from billiard_shot.table.flight import LYING
 from billiard_shot.table.flight_boundary import edge_at
 from billiard_shot.table.geometry import TableModel, TableNumbers
-from billiard_shot.table.motion import advance, BallRecord, FLIGHT, NOTHING, SLIDE
+from billiard_shot.table.motion import advance_ball, BallRecord, FLIGHT, NOTHING, SLIDE
 from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, WY, WZ, Y, Z
 from billiard_shot.table.rebound_table import interpolate_rebound
 from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
@@ -165,7 +165,7 @@ def advance_free(table: TableModel, ball: BallRecord, time: float) -> None:
     What the ball meets then lasts much shorter. If it is driven into the nose again, that is a new
     contact.
     """
-    advance(ball, time)
+    advance_ball(ball, time)
     if ball.nose != NOTHING:
         release(table, ball)
 

@@ -26,7 +26,7 @@ from billiard_shot.table.flight import bounce, lumped_bounce_error
 from billiard_shot.table.flight_boundary import lands_off_table
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
-    advance,
+    advance_ball,
     BALL,
     BallRecord,
     CUSHION,
@@ -156,7 +156,7 @@ def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause
 def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball's segment end by itself."""
     motion, cause = ball.motion, OWN
-    advance(ball, ball.end)
+    advance_ball(ball, ball.end)
     if ball.nose != NOTHING:
         release(table, ball)
         before = energy_of(table.params, ball)

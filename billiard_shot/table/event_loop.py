@@ -30,7 +30,7 @@ from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGH
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.motion import (
     ABSENT,
-    advance,
+    advance_ball,
     BallRecord,
     CLUSTER,
     CUE,
@@ -165,7 +165,7 @@ def stop_all(s: Simulation, time: float) -> int:
         if ball.motion == OFF_TABLE:
             status = TABLE_OFF
         elif ball.motion != REST and ball.motion <= FLIGHT:
-            advance(ball, time)
+            advance_ball(ball, time)
             ball.cause = RELEASE  # which is no event if the motion goes on
             log_segment(s, ball)
     return status
@@ -225,7 +225,7 @@ def run_events(
 
 
 @inner
-def begin(table: TableModel, s: Simulation, beginnings: Beginnings, number: int) -> bool:
+def begin_table(table: TableModel, s: Simulation, beginnings: Beginnings, number: int) -> bool:
     """Put the balls and the cue of a table where they begin; return whether they can be there."""
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
@@ -378,7 +378,7 @@ def simulate_tables(
         if goes_on:
             conclude(table, s, beginnings.cues, number, room)
         else:
-            valid = begin(table, s, beginnings, number)
+            valid = begin_table(table, s, beginnings, number)
         outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
         if valid and window.until > 0.0 and (goes_on or not p.pending):
             outcome.duration, outcome.status = run_events(table, s, max_events, window, number)

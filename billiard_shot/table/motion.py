@@ -128,7 +128,7 @@ def write_segment(ball: BallRecord, segment: SegmentRecord) -> None:
 
 
 @innermost
-def advance(ball: BallRecord, time: float) -> None:
+def advance_ball(ball: BallRecord, time: float) -> None:
     """Move a ball on to a time."""
     dt = time - ball.time
     for i in range(3):

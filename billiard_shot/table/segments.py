@@ -3,7 +3,7 @@
 from billiard_shot.compiled import inner
 from billiard_shot.table.cloth import snap_to_segment_end, start_cloth_motion
 from billiard_shot.table.flight import bounce, take_off
-from billiard_shot.table.motion import advance, BallRecord, FLIGHT, OWN
+from billiard_shot.table.motion import advance_ball, BallRecord, FLIGHT, OWN
 from billiard_shot.table.params import BallClothParams
 
 
@@ -28,7 +28,7 @@ def start_segment(params: BallClothParams, ball: BallRecord, tolerance: float) -
 @inner
 def end_segment(params: BallClothParams, ball: BallRecord) -> None:
     """Follow a ball's segment to its end, and make the change that ends it."""
-    advance(ball, ball.end)
+    advance_ball(ball, ball.end)
     if ball.motion == FLIGHT:
         bounce(params, ball)
     else:

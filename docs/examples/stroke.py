@@ -2,7 +2,7 @@
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
+from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
 from billiard_shot.cue.sightings import Sighting
 
 scene, balls = Scene.load('paper'), {'cue': Sighting((0.0, 0.0))}
@@ -10,7 +10,7 @@ stroke = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.6, azimuth=0.0, speed=3.0
 tip = tip_at(stroke, balls['cue'].position, scene)
 before = tuple(tip.position - 0.05 * tip.along)
 plan = ShotPlan('shot 1', before, tip.quaternion, 3.0, tip.elevation, balls)
-shot = prepare(Mechanism(), scene, plan)  # raises RefusedError if a limit is violated
+shot = prepare_shot(Mechanism(), scene, plan)  # raises RefusedError if a limit is violated
 # Joints before the stroke; run-up in m:
 print(shot.aimed.round(3))  # [-0.309 -0.003 0.344 0. 0.591 0. ]
 print(round(shot.profile.contact_at, 4))  # 0.105

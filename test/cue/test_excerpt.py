@@ -8,9 +8,9 @@ import pytest
 from quintic import quintic
 
 from billiard_shot.cue.excerpt import excerpt
-from billiard_shot.cue.plan import aim_trajectory, prepare
+from billiard_shot.cue.plan import aim_trajectory, prepare_shot
 
-SHOT = prepare(MECHANISM, SCENE, plan_of((0.1, 0.2, 0.3, 0.5, 2.0)))
+SHOT = prepare_shot(MECHANISM, SCENE, plan_of((0.1, 0.2, 0.3, 0.5, 2.0)))
 AIM = aim_trajectory(MECHANISM, HOME, SHOT.aimed)
 LOW, HIGH = np.array([(axis.min, axis.max) for axis in MECHANISM.axes]).T
 

@@ -14,7 +14,7 @@ from billiard_shot.cue.clearance import first_touch, gap, SETBACK, Shape
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
+from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
 from billiard_shot.table.motion import Motion, SegmentRecord
@@ -54,7 +54,7 @@ def check_brake(count, seed):
         ball = random.uniform(-0.5, 0.5, 2).tolist()
         plan = plan_of(random_shot(random), ball)
         try:
-            prepared = prepare(MECHANISM, SCENE, plan)
+            prepared = prepare_shot(MECHANISM, SCENE, plan)
         except RefusedError as error:
             outcomes[error.outcome] = outcomes.get(error.outcome, 0) + 1
             continue
@@ -93,7 +93,7 @@ def test_brake_is_over_in_10000_random_plans():
 @given(SHOTS)
 def test_aimed_joints_and_run_up_bring_the_tip_to_the_ball(shot):
     try:
-        prepared = prepare(MECHANISM, SCENE, plan_of(shot))
+        prepared = prepare_shot(MECHANISM, SCENE, plan_of(shot))
     except RefusedError:
         return
     joints, velocity, _ = prepared.stroke.trajectory.at(prepared.stroke.contact)
@@ -155,15 +155,15 @@ def test_the_round_shaft_is_clear_of_a_ball_hit_off_centre(offset):
 def test_other_balls_count():
     """One behind the tip is in the way; one in front of the ball sends it back to the cue."""
     shot = (0.0, 0.0, 0.05, 0.0, 1.0)
-    prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.5, 0.0)}))
+    prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (0.5, 0.0)}))
     with pytest.raises(RefusedError, match="ball '8' is in the way of the cue") as caught:
-        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (-0.3, 0.01)}))
+        prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (-0.3, 0.01)}))
     assert caught.value.outcome is GoalOutcome.TOUCHES_AGAIN
     with pytest.raises(RefusedError, match="mm from ball 'cue', got 10 mm") as caught:
-        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (0.01, 0.0)}))
+        prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (0.01, 0.0)}))
     assert caught.value.outcome is GoalOutcome.INVALID_PLAN
     with pytest.raises(RefusedError, match="touch ball 'cue' again"):
-        prepare(MECHANISM, SCENE, plan_of(shot, others={'8': (2 * RADIUS + 1e-3, 0.0)}))
+        prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (2 * RADIUS + 1e-3, 0.0)}))
 
 
 def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
@@ -174,7 +174,7 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
     centre = tip.position - dome * tip.along
     assert np.linalg.norm(centre - (0.0, 0.0, RADIUS)) == pytest.approx(RADIUS + dome)
     position = tuple((tip.position - 0.05 * tip.along).tolist())
-    prepared = prepare(
+    prepared = prepare_shot(
         MECHANISM,
         scene,
         ShotPlan(
@@ -209,7 +209,7 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
 )
 def test_refused_by_name(changes, outcome, words):
     with pytest.raises(RefusedError, match=words) as caught:
-        prepare(MECHANISM, SCENE, replace(plan_of((0.1, 0.1, 0.1, 0.0, 2.0)), **changes))
+        prepare_shot(MECHANISM, SCENE, replace(plan_of((0.1, 0.1, 0.1, 0.0, 2.0)), **changes))
     assert caught.value.outcome is outcome
 
 
@@ -234,5 +234,5 @@ def test_refused_by_name(changes, outcome, words):
 )
 def test_refused_by_limit(shot, ball, outcome, words):
     with pytest.raises(RefusedError, match=words) as caught:
-        prepare(MECHANISM, SCENE, plan_of(shot, ball))
+        prepare_shot(MECHANISM, SCENE, plan_of(shot, ball))
     assert caught.value.outcome is outcome

@@ -4,7 +4,7 @@ from plans import sightings
 
 from billiard_shot import plan, Scene, Status
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.plan import prepare, ShotPlan, tip_at
+from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
 
 SCENE = Scene.load('robot_table')
 RUN_UP = 0.05  # m
@@ -26,7 +26,7 @@ def test_the_mechanism_can_play_what_is_planned():
         stroke = planned.stroke
         tip = tip_at(stroke, SCENE.balls['cue'], SCENE)
         before = tuple((tip.position - RUN_UP * tip.along).tolist())
-        prepare(
+        prepare_shot(
             Mechanism(),
             SCENE,
             ShotPlan(  # raises where it cannot

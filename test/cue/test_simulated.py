@@ -5,10 +5,10 @@ from plans import HOME, MECHANISM, plan_of, SCENE
 import pytest
 
 from billiard_shot.cue.mechanism import INCLINE, STROKE
-from billiard_shot.cue.plan import aim_trajectory, prepare
+from billiard_shot.cue.plan import aim_trajectory, prepare_shot
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 
-PREPARED = prepare(MECHANISM, SCENE, plan_of((0.2, 0.1, 0.2, 0.4, 4.0)))
+PREPARED = prepare_shot(MECHANISM, SCENE, plan_of((0.2, 0.1, 0.2, 0.4, 4.0)))
 DEADLINE = 0.1
 
 

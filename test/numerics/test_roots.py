@@ -42,20 +42,20 @@ def test_both_find_the_first_root(start, others):
     coefficients = [start, *others]
     expected = first_crossing(coefficients)
     assert found(coefficients) == pytest.approx(expected, abs=1e-9)
-    assert quartic.first_root(*coefficients) == pytest.approx(expected, abs=1e-9)
+    assert quartic.first_quartic_root(*coefficients) == pytest.approx(expected, abs=1e-9)
 
 
 def test_roots_close_to_each_other_are_told_apart():
     near = (Polynomial([0.3, -1.0]) * Polynomial([0.3001, -1.0]) * Polynomial([0.9, -1.0])).coef
     coefficients = [*near, 0.0]
     assert found(coefficients) == pytest.approx(0.3, abs=1e-9)
-    assert quartic.first_root(*coefficients) == pytest.approx(0.3, abs=1e-9)
+    assert quartic.first_quartic_root(*coefficients) == pytest.approx(0.3, abs=1e-9)
 
 
 def test_a_polynomial_that_stays_just_above_zero_has_no_root():
     above = [*(Polynomial([0.5, -1.0]) ** 2 + 1e-9).coef, 0.0, 0.0]
     assert found(above) == math.inf
-    assert quartic.first_root(*above) == math.inf
+    assert quartic.first_quartic_root(*above) == math.inf
 
 
 def test_an_event_that_has_just_happened_is_divided_out():

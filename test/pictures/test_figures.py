@@ -15,7 +15,7 @@ from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
 from billiard_shot.pictures.strike import grip_of
 from billiard_shot.pictures.trace import trace_of_collision, trace_of_strike
 from billiard_shot.pictures.trails import trails_of
-from billiard_shot.pictures.two_balls import impulses_of, PING_PONG, TwoBalls
+from billiard_shot.pictures.two_balls import normal_impulses, PING_PONG, TwoBalls
 from billiard_shot.study.collisions import stacked
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind
@@ -28,7 +28,7 @@ STATES = FIG4.states(TRACE)
 def test_states_of_fig_4():
     assert [state.name for state in STATES] == ['S1', 'S3', 'S1', 'S2']
     assert STATES[0].events == 'C2-C1-R2'  # in the paper's table (b)
-    ends = np.array([impulses_of(TRACE)[state.samples][-1] for state in STATES])
+    ends = np.array([normal_impulses(TRACE)[state.samples][-1] for state in STATES])
     assert ends == pytest.approx(
         np.array(
             [
@@ -56,7 +56,7 @@ def test_energies_of_fig_4():
     )
     assert lost == pytest.approx(1.249363, abs=2e-6)
     first = STATES[0].samples
-    total = TRACE.energies[first].sum(axis=1) + FIG4.kinetic_energy(impulses_of(TRACE)[first])
+    total = TRACE.energies[first].sum(axis=1) + FIG4.kinetic_energy(normal_impulses(TRACE)[first])
     assert total == pytest.approx(np.full(len(total), 4.5), abs=1e-6)
 
 
@@ -64,7 +64,7 @@ def test_the_impulse_curve_stays_in_its_ellipse_and_turns_at_the_lines():
     ellipse = FIG4.ellipse()
     assert FIG4.kinetic_energy(ellipse) == pytest.approx(np.full(len(ellipse), 4.5))
     assert ellipse.max(axis=0) == pytest.approx([6.0, 3.0 * (1 + math.sqrt(2))], abs=1e-3)
-    curve = impulses_of(TRACE)
+    curve = normal_impulses(TRACE)
     assert (FIG4.kinetic_energy(curve) <= 4.5 + 1e-9).all()
     assert (np.diff(curve, axis=0) >= -1e-12).all()
     on1, on2 = FIG4.compression_lines(curve[:, 0])
@@ -87,7 +87,7 @@ def test_ping_pong(law, velocities):
 )
 def test_a_watched_collision_is_the_one_that_is_solved(masses, law):
     balls = TwoBalls(masses=masses, law=law, restitution=(0.7, 0.8))
-    end = balls.velocities(impulses_of(balls.trace())[-1:])[0]
+    end = balls.velocities(normal_impulses(balls.trace())[-1:])[0]
     assert end == pytest.approx(balls.outcome(), abs=1e-6)
 
 

@@ -23,11 +23,11 @@ from billiard_shot.planning.atlas import (
     Atlas,
     atlas,
     AtlasRequest,
-    begin,
     build,
     Layout,
     layouts_of,
     load_atlas,
+    start_file,
 )
 from billiard_shot.planning.atlas.layouts import borders, grid, scene_at
 from billiard_shot.scene import Noise
@@ -296,10 +296,10 @@ def test_the_only_ball_need_not_be_named():
 
 def test_a_file_gives_back_what_was_put_into_it(alone, tmp_path):
     file = tmp_path / 'atlas.jsonl'
-    assert begin(file, SCENE, SMALL) == []
+    assert start_file(file, SCENE, SMALL) == []
     for result in alone.values():
         append(file, result)
-    assert begin(file, SCENE, SMALL) == list(alone.values())
+    assert start_file(file, SCENE, SMALL) == list(alone.values())
     made = load_atlas(file)
     assert made.scene == SCENE
     assert (made.request.ball, made.request.noise) == (('8',), SCENE.noise)
@@ -314,13 +314,13 @@ def test_a_file_gives_back_what_was_put_into_it(alone, tmp_path):
 
 def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
     file = tmp_path / 'atlas.jsonl'
-    begin(file, SCENE, SMALL)
+    start_file(file, SCENE, SMALL)
     first, second, *_ = alone.values()
     append(file, first)
     kept = file.read_bytes()
     append(file, second)
     file.write_bytes(file.read_bytes()[:-20])
-    assert begin(file, SCENE, SMALL) == [first]
+    assert start_file(file, SCENE, SMALL) == [first]
     assert file.read_bytes() == kept
 
 
@@ -347,11 +347,11 @@ def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
 )
 def test_a_file_of_another_atlas_is_refused(scene, request_, named, tmp_path):
     file = tmp_path / 'atlas.jsonl'
-    begin(file, SCENE, SMALL)
+    start_file(file, SCENE, SMALL)
     before = file.read_bytes()
     other = AtlasRequest(**{'ball': '8', 'cue_grid': (3, 2), 'budget': 120, **request_})
     with pytest.raises(ValueError, match=rf'holds another atlas\n  {named}'):
-        begin(file, scene, other)
+        start_file(file, scene, other)
     assert file.read_bytes() == before
 
 
@@ -359,7 +359,7 @@ def test_a_file_of_another_atlas_is_refused(scene, request_, named, tmp_path):
 def test_a_file_of_something_else_is_left_alone(text, tmp_path):
     file = tmp_path / 'atlas.jsonl'
     file.write_text(text)
-    for read in (lambda: begin(file, SCENE, SMALL), lambda: load_atlas(file)):
+    for read in (lambda: start_file(file, SCENE, SMALL), lambda: load_atlas(file)):
         with pytest.raises(ValueError, match=r'atlas\.jsonl.*(must be|is not an atlas file)'):
             read()
     assert file.read_text() == text
@@ -367,17 +367,17 @@ def test_a_file_of_something_else_is_left_alone(text, tmp_path):
 
 def test_a_broken_line_is_named(tmp_path):
     file = tmp_path / 'atlas.jsonl'
-    begin(file, SCENE, SMALL)
+    start_file(file, SCENE, SMALL)
     with file.open('a') as open_file:
         open_file.write('{"ball": "8"}\n')
     with pytest.raises(ValueError, match='line 2 is not a result'):
-        begin(file, SCENE, SMALL)
+        start_file(file, SCENE, SMALL)
 
 
 def test_files_that_cannot_be(tmp_path, alone):
     missing = tmp_path / 'nowhere' / 'atlas.jsonl'
     for act in (
-        lambda: begin(missing, SCENE, SMALL),
+        lambda: start_file(missing, SCENE, SMALL),
         lambda: load_atlas(missing),
         lambda: append(missing, next(iter(alone.values()))),
     ):

@@ -21,7 +21,7 @@ from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import prepare
+from billiard_shot.cue.plan import prepare_shot
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import cue_conversions as conversions
@@ -75,8 +75,8 @@ def test_goals_that_make_no_sense():
 
 
 def test_a_trajectory_survives_the_round_trip():
-    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
-    message = conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
+    trajectory = prepare_shot(Mechanism(), SCENE, plan()).stroke.trajectory
+    message = conversions.joint_trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
     assert all(point.velocities for point in message.points)
     order = [3, 1, 0, 2, 5, 4]
     message.joint_names = [message.joint_names[i] for i in order]
@@ -90,10 +90,12 @@ def test_a_trajectory_survives_the_round_trip():
 
 
 def test_invalid_trajectories_are_refused():
-    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
+    trajectory = prepare_shot(Mechanism(), SCENE, plan()).stroke.trajectory
 
     def refused(change):
-        message = conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
+        message = conversions.joint_trajectory_message(
+            trajectory, JOINTS, Header(stamp=Time(sec=3))
+        )
         change(message)
         with pytest.raises(ValueError, match=r'joint_names|points') as caught:
             conversions.trajectory_of(message, JOINTS)
@@ -113,9 +115,9 @@ def test_zero_command():
     assert conversions.is_stop(stop)
     assert list(stop.points[0].velocities) == [0.0] * 6
     assert conversions.is_stop(conversions.stop_message(np.full(6, math.nan), JOINTS, 'table'))
-    trajectory = prepare(Mechanism(), SCENE, plan()).stroke.trajectory
+    trajectory = prepare_shot(Mechanism(), SCENE, plan()).stroke.trajectory
     assert not conversions.is_stop(
-        conversions.trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
+        conversions.joint_trajectory_message(trajectory, JOINTS, Header(stamp=Time(sec=3)))
     )
 
 
@@ -126,10 +128,10 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
     for off in (-1e-5, 0.0, 1e-5):
         strike = MeasuredStrike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
         message = conversions.strike_message(strike, Header())
-        back = conversions.stroke_of(message, tuple(ball))
+        back = conversions.measured_stroke(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
-    result = conversions.result_of(Result(GoalOutcome.OK, 'done', strike), message)
+    result = conversions.execution_result(Result(GoalOutcome.OK, 'done', strike), message)
     assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
 
 

@@ -107,7 +107,7 @@ def test_balls_lie_where_they_do_in_their_colours():
             BallState(id='8', state=BallState.POCKETED),
         ]
     )
-    array = table_markers.ball_markers(table_markers.places_of(state, 0.028), 0.028, NOW)
+    array = table_markers.ball_markers(table_markers.ball_centres(state, 0.028), 0.028, NOW)
     drawn(array)
     balls = named(array, 'balls')
     np.testing.assert_allclose(

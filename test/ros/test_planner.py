@@ -137,7 +137,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     status, result = asking.ask(target=POT, balls=OPEN, budget=6000, seed=4)
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert result.status == Status.OK
-    scene = conversions.scene_of(SCENE, OPEN)
+    scene = conversions.requested_scene(SCENE, OPEN)
     alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=6000, seed=4)
     assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
     assert result.found == len(alone.ranking) > 1
@@ -342,9 +342,9 @@ def test_the_table_comes_from_table_state(node, asking):
     ],
 )
 def test_targets_of_messages(target, wanted):
-    found = plan_conversions.target_of(target)
+    found = plan_conversions.requested_target(target)
     if wanted:
-        there_and_back = plan_conversions.target_of(plan_conversions.target_message(wanted))
+        there_and_back = plan_conversions.requested_target(plan_conversions.target_message(wanted))
         assert asdict(read_target(there_and_back)) == pytest.approx(asdict(read_target(wanted)))
     if wanted and 'direction_tolerance_deg' in wanted:
         assert found.pop('direction_tolerance_deg') == pytest.approx(

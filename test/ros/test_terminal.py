@@ -53,7 +53,7 @@ def test_a_plan_is_short_and_its_long_form_is_not():
     def lines(**goal):
         return len(
             as_yaml(
-                plan_conversions.result_of(
+                plan_conversions.plan_result(
                     result, request, '12345678', PlanShot.Goal(**goal), Header()
                 )
             ).splitlines()

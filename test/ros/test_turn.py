@@ -24,7 +24,7 @@ from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
-from billiard_shot.ros.game_conversions import balls_message, state_message, state_of
+from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
 from billiard_shot.ros.turn import Turn, TurnStage
 
 SPACE = '/turn'
@@ -52,7 +52,7 @@ def test_states_there_and_back():
         replace(start('nine_ball', SCENE, seed=5), in_hand='kitchen', choices=('accept', 'pass')),
     ]
     for state in states:
-        assert state_of(state_message(state), state.balls, SCENE) == state
+        assert state_of(game_state_message(state), state.balls, SCENE) == state
     with pytest.raises(ValueError, match='phase'):
         state_of(GameState(game='practice', phase='middle'), BALLS, SCENE)
     with pytest.raises(ValueError, match="'cricket'"):

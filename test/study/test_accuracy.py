@@ -13,7 +13,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.study import accuracy
 from billiard_shot.study.closed_form import applies, closed_form
-from billiard_shot.study.impulse_scheme import strike as impulse_strike
+from billiard_shot.study.impulse_scheme import solve_strike as impulse_strike
 from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.scipy_strike import ScipyStrike
 

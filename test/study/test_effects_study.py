@@ -11,7 +11,7 @@ from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
-from billiard_shot.study.effects import comparisons, study_effects
+from billiard_shot.study.effects import comparison_count, study_effects
 from billiard_shot.study.sample_strokes import sample_strokes
 
 POOL, PAPER = Scene.load('pool'), Scene.load('paper')
@@ -65,7 +65,7 @@ def test_progress_and_refused_strokes():
     done = []
     strokes = [JUMP, Stroke.from_offsets(0.9, 0.9, 0, 0, 1)]
     studies = study_effects(POOL, strokes, repeats=1, report=done.append)
-    assert done == list(range(1, comparisons(strokes) + 1))
+    assert done == list(range(1, comparison_count(strokes) + 1))
     assert [len(study.changes) for study in studies] == [1] * len(NAMES)
 
 

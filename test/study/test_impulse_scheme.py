@@ -15,7 +15,7 @@ from setups import (
 from test_paper_values import FIG_4_IMPULSES, TABLE_1
 
 from billiard_shot.status import Status
-from billiard_shot.study.impulse_scheme import strike, two_balls
+from billiard_shot.study.impulse_scheme import solve_strike, two_balls
 
 FIG_4 = {'masses': (1.0, 1.0), 'restitution': (0.9**0.5, 0.4**0.5), 'ratio': 10.0, 'speed': 3.0}
 CUE_AND_BALL = {
@@ -72,7 +72,7 @@ def test_four_shots_at_first_order(ratio, name):
     errors = []
     for step in steps:
         impulse = step * BALL * speed
-        result = strike(normal, cue_velocity, ratio=ratio, step=impulse, **CUE_AND_BALL)
+        result = solve_strike(normal, cue_velocity, ratio=ratio, step=impulse, **CUE_AND_BALL)
         assert result.status == Status.OK
         assert ' '.join(result.states) == sequence
         off = np.hstack([result.velocities[1] - velocity, (result.spins[1] - spin) * RADIUS])
@@ -82,8 +82,8 @@ def test_four_shots_at_first_order(ratio, name):
 
 
 def test_a_level_draw_stroke_presses_the_ball_onto_the_cloth():
-    draw = strike((-0.9, 0, -0.3), (2, 0, 0), ratio=1.5, step=1e-5, **CUE_AND_BALL)
-    follow = strike((-0.9, 0, 0.1), (2, 0, 0), ratio=1.5, step=1e-5, **CUE_AND_BALL)
+    draw = solve_strike((-0.9, 0, -0.3), (2, 0, 0), ratio=1.5, step=1e-5, **CUE_AND_BALL)
+    follow = solve_strike((-0.9, 0, 0.1), (2, 0, 0), ratio=1.5, step=1e-5, **CUE_AND_BALL)
     assert draw.states == ('S1', 'S3')
     assert follow.states[0] == 'S3'  # lifted: the table comes in later, if at all
 

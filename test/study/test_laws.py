@@ -12,7 +12,7 @@ from billiard_shot.study.classical_laws import newton, pairwise
 from billiard_shot.study.collisions import stacked
 from billiard_shot.study.laws import discontinuities, random_strokes, sweeps, WAYS, wedges
 from billiard_shot.study.problem import ContactProblem
-from billiard_shot.study.reproduction import label, PRINTED, reproduce, Variant
+from billiard_shot.study.reproduction import PRINTED, reproduce, Variant, variant_label
 
 PAPER, POOL = Scene.load('paper'), Scene.load('pool')
 
@@ -121,7 +121,7 @@ def test_rows_as_written_are_the_predictions(name):
     row = reproduce(name, Variant.NONE)
     assert row.numbers[:3] == pytest.approx(shot.velocity, abs=1e-9)
     assert row.velocity > 5e-3
-    assert label(row.variant) == 'as written'
+    assert variant_label(row.variant) == 'as written'
 
 
 def test_commands(tmp_path, capsys):

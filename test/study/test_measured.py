@@ -141,7 +141,7 @@ def test_largest_throw_as_measured():
 
 @pytest.mark.parametrize('speed', [published.SLOW, published.FAST])
 def test_throw_at_a_small_cut_does_not_depend_on_speed(speed):
-    throw = shots.throw(BALLS, speed, 10.0)
+    throw = shots.throw_angle(BALLS, speed, 10.0)
     assert throw == pytest.approx(published.THROW_AT_10_DEGREES, abs=0.1)
 
 
@@ -225,7 +225,7 @@ def test_slow_carom_balls_keep_more_speed_than_computed():
 
 def test_kept_speed_follows_from_velocity_and_spin_just_after():
     """A ball that slips keeps its angular momentum about its lowest point: 5/7 v + 2/7 R w."""
-    run = shots.bounce(CAROM, 1.0, 30.0)
+    run = shots.bounce_at_cushion(CAROM, 1.0, 30.0)
     ball = run.balls['cue']
     met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
     left = ball.at(next(segment.end for segment in ball.segments if segment.start == met))

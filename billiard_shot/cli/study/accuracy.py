@@ -8,9 +8,13 @@ from pathlib import Path
 from billiard_shot import Scene
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.shot.stroke_options import (
+    add_stroke_arguments,
+    strokes_from_options,
+    strokes_given,
+)
 
 COLUMNS = (
     Column('method'),
@@ -48,7 +52,9 @@ def run(options: argparse.Namespace) -> int:
 
     name = scene_name(options)
     scene = Scene.load(name)
-    strokes = strokes_of(options, scene) if strokes_given(options) else accuracy.PAPER_STROKES
+    strokes = (
+        strokes_from_options(options, scene) if strokes_given(options) else accuracy.PAPER_STROKES
+    )
     tasks, left_out = accuracy.tasks(scene, strokes)
     measuring = mapped(options, type(tasks[0]).measure, tasks)
     measurements = list(progress(measuring, 'accuracy', len(tasks)))
@@ -69,13 +75,13 @@ def run(options: argparse.Namespace) -> int:
         for method, points in curves.items()
         for point in points
     ]
-    if as_text(options):
+    if wants_text(options):
         print(f'{about}: worst error, mean work\n')
         for row in rows:
             row['at'] = f'{row["parameter"]} {row["setting"]:.0e}' if row['parameter'] else ''
             row['of'] = f'{row["answered"]} of {len(strokes)}'
     print_rows(COLUMNS, rows, options, 'method')
-    if as_text(options):
+    if wants_text(options):
         _explain(accuracy.FLOOR)
         for finding in findings:
             print(finding)
@@ -84,10 +90,10 @@ def run(options: argparse.Namespace) -> int:
     if options.output:
         _write(options.output, [asdict(m) for m in measurements])
     if options.picture:
-        from billiard_shot.pictures.accuracy import draw
+        from billiard_shot.pictures.accuracy import draw_accuracy
 
         title = '; '.join([*findings[:1], about])
-        draw(curves, title[0].upper() + title[1:], options.picture)
+        draw_accuracy(curves, title[0].upper() + title[1:], options.picture)
     return 0
 
 

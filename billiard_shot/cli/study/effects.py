@@ -10,14 +10,18 @@ from billiard_shot.cli.progress import reporting, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
     add_format_arguments,
-    as_text,
     Column,
     print_footer,
     print_rows,
+    wants_text,
 )
 from billiard_shot.pictures.effects import draw_effects
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
-from billiard_shot.study.effects import comparisons, EffectStudy, study_effects
+from billiard_shot.shot.stroke_options import (
+    add_stroke_arguments,
+    strokes_from_options,
+    strokes_given,
+)
+from billiard_shot.study.effects import comparison_count, EffectStudy, study_effects
 from billiard_shot.study.sample_strokes import sample_strokes
 
 
@@ -52,18 +56,18 @@ def run(options: argparse.Namespace) -> int:
     name = scene_name(options)
     scene = Scene.load(name)
     if strokes_given(options):
-        played = list(strokes_of(options, scene).values())
+        played = list(strokes_from_options(options, scene).values())
         about = f'scene {name}, {_count(len(played), "stroke")}'
     elif options.count > 0:
         played = sample_strokes(scene, options.count)
         about = f'scene {name}, {_count(len(played), "sample stroke")}'
     else:
         raise ValueError(f'--count must be at least 1, got {options.count}')
-    with reporting('effects', comparisons(played)) as report:
+    with reporting('effects', comparison_count(played)) as report:
         studies = study_effects(scene, played, options.tolerance, report=report)
     if not studies[0].changes:
         raise ValueError('strokes: none of them can be played; see billiard-shot predict')
-    if as_text(options):
+    if wants_text(options):
         print(about)
     single = len(studies[0].changes) == 1
     if single:

@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
 
 LEGEND = """
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
     results = list(progress(mapped(options, _examine, tasks), 'hard cases', len(tasks)))
     print_rows(COLUMNS, [_row(result) for result in results], options, 'case')
     bad = [v for v in results if v.faults]
-    if not as_text(options):
+    if not wants_text(options):
         return 1 if bad else 0
     print(LEGEND)
     for v in bad:

@@ -7,9 +7,13 @@ from pathlib import Path
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, as_text, Column, print_rows
+from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_given, strokes_of
+from billiard_shot.shot.stroke_options import (
+    add_stroke_arguments,
+    strokes_from_options,
+    strokes_given,
+)
 
 
 def _places(found: list[tuple[float, float]], values: int) -> str:
@@ -79,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
         return _count(scene, about, options)
     massé, _ = PRINTED['massé']
     strokes = (
-        strokes_of(options, scene)
+        strokes_from_options(options, scene)
         if strokes_given(options)
         else {'massé at 3 m/s': Stroke(massé.normal, 3.0 / massé.speed * np.array(massé.velocity))}
     )
@@ -107,20 +111,20 @@ def run(options: argparse.Namespace) -> int:
                     'discontinuities': places,
                     'values': len(values),
                 }
-                | ({'found': _places(places, len(values))} if as_text(options) else {})
+                | ({'found': _places(places, len(values))} if wants_text(options) else {})
             )
-        if as_text(options):
+        if wants_text(options):
             print(f'stroke {name}, scene {about}\n')
         print_rows(SWEEPS, rows, options)
         if options.picture:
-            from billiard_shot.pictures.laws import draw
+            from billiard_shot.pictures.laws import draw_laws
 
             pairs = [(sweep, way) for sweep in sweeps for way in laws.WAYS]
             distances = {
                 (sweep.name, way): sweep.distances(way)
                 for sweep, way in progress(pairs, 'outcomes')
             }
-            draw(
+            draw_laws(
                 sweeps,
                 distances,
                 discontinuities,
@@ -157,7 +161,7 @@ def _count(scene: Scene, about: str, options: argparse.Namespace) -> int:
             row[0] += 1
             row[1] += wedging
             row[2] = max(row[2], size)
-    if as_text(options):
+    if wants_text(options):
         print(
             f'scene {about}: {sweeps} sweeps through {options.random} random strokes, '
             f'{options.count} values each\n'

@@ -39,14 +39,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Recompute and print."""
-    from billiard_shot.study.reproduction import ATTEMPTS, label, PRINTED, reproduce
+    from billiard_shot.study.reproduction import ATTEMPTS, PRINTED, reproduce, variant_label
 
     rows = []
     for name, variants in ATTEMPTS.items():
         rows.append(_row(name, 'printed', PRINTED[name][1], math.nan, math.nan))
         for variant in variants:
             row = reproduce(name, variant)
-            rows.append(_row(name, label(variant), row.numbers, row.velocity, row.spin))
+            rows.append(_row(name, variant_label(variant), row.numbers, row.velocity, row.spin))
     print_rows(COLUMNS, rows, options, 'title')
     print_footer(FOOTER, options)
     return 0

@@ -10,7 +10,7 @@ import random
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
-from billiard_shot.game.game import Game, racked
+from billiard_shot.game.game import Game, rack_state
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import foot_spot, head_spot, is_free, Place
@@ -111,7 +111,7 @@ def _object_balls(outcome: Outcome) -> tuple[str, ...]:
 
 
 def _rack_all(state: State) -> State:
-    return racked(replace(state, seed=state.seed + 1))
+    return rack_state(replace(state, seed=state.seed + 1))
 
 
 def _rack_again(state: State) -> State:
@@ -122,11 +122,11 @@ def _rack_again(state: State) -> State:
     ball, place = next(iter(left.items()), ('', None))
     again = replace(state, seed=state.seed + 1)
     if place is None or (_interferes(state, place) and cue_interferes):
-        again = racked(again)
+        again = rack_state(again)
     else:
         if _interferes(state, place):
             place = _first_free(state, {CUE_BALL: cue}, head_spot(state), (0.0, 0.0))
-        again = racked(again, (ball, *(each for each in BALLS if each != ball)))
+        again = rack_state(again, (ball, *(each for each in BALLS if each != ball)))
         again = replace(again, balls={**again.balls, ball: place})
     if not cue_interferes:
         return replace(again, balls={**again.balls, CUE_BALL: cue})

@@ -24,7 +24,7 @@ FORMAT = 1
 OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
 
 
-def begin(path: Path, scene: Scene, request: AtlasRequest) -> list[LayoutResult]:
+def start_file(path: Path, scene: Scene, request: AtlasRequest) -> list[LayoutResult]:
     """
     Start the file of an atlas, or continue it and return the results that it holds.
 

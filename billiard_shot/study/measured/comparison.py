@@ -336,7 +336,7 @@ def _throw(scene: Scene) -> Group:
             'throw at 10 deg',
             'deg',
             published.THROW_AT_10_DEGREES,
-            shots.throw(scene, speed, 10.0),
+            shots.throw_angle(scene, speed, 10.0),
         )
         for name, speed in (('slow', published.SLOW), ('fast', published.FAST))
     ]

@@ -79,7 +79,7 @@ def draw_for_right_angle(scene: Scene, speed: float) -> float:
     )
 
 
-def throw(scene: Scene, speed: float, cut: float) -> float:
+def throw_angle(scene: Scene, speed: float, cut: float) -> float:
     """Return the throw [degrees] of a stun shot: from the line of centres, back to the cue's."""
     run = collide_two(scene, speed, cut, 0.0)
     time = next(e.time for e in run.events if e.kind == EventKind.BALL)
@@ -88,14 +88,14 @@ def throw(scene: Scene, speed: float, cut: float) -> float:
 
 def largest_throw(scene: Scene, speed: float) -> tuple[float, float]:
     """Return the largest throw of stun shots and the cut angle where it is [degrees]."""
-    throws = [throw(scene, speed, cut) for cut in CUTS.tolist()]
+    throws = [throw_angle(scene, speed, cut) for cut in CUTS.tolist()]
     best = int(np.argmax(throws))
     return throws[best], float(CUTS[best])
 
 
 def rebound(scene: Scene, speed: float) -> float:
     """Return the speed [m/s] with which a ball leaves a long cushion that it rolls at squarely."""
-    run = bounce(scene, speed, 0.0)
+    run = bounce_at_cushion(scene, speed, 0.0)
     ball = run.balls['cue']
     met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
     left = next(segment.end for segment in ball.segments if segment.start == met)
@@ -106,10 +106,10 @@ def kept_speeds(scene: Scene, speed: float, angle: float) -> tuple[float, float]
     """
     Return the speed after a cushion, relative to that before: away from it, and along it.
 
-    The ball rolls before and, after slip, again; see `bounce`. Along the cushion it is NaN for an
-    angle of 0.
+    The ball rolls before and, after slip, again; see `bounce_at_cushion`. Along the cushion it is
+    NaN for an angle of 0.
     """
-    run = bounce(scene, speed, angle)
+    run = bounce_at_cushion(scene, speed, angle)
     met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
     rolls = next(e.time for e in run.events if e.kind == EventKind.ROLL and e.time > met)
     ball = run.balls['cue']
@@ -117,7 +117,7 @@ def kept_speeds(scene: Scene, speed: float, angle: float) -> tuple[float, float]
     return float(-after[1] / before[1]), float(after[0] / before[0]) if angle else math.nan
 
 
-def bounce(scene: Scene, speed: float, angle: float) -> TableRun:
+def bounce_at_cushion(scene: Scene, speed: float, angle: float) -> TableRun:
     """
     Play a ball that rolls at a long cushion without side spin.
 
