@@ -147,6 +147,6 @@ lock:
 	@config/setup.sh lock $(PYTHON) $(LOCK)
 
 clean:
-	rm -rf $(VENV) build install log dist docs/_build docs/reference/interfaces.md \
-	    docs/reference/parameters.md *.egg-info .hypothesis .*_cache
+	rm -rf $(VENV) build install log dist docs/_build docs/reference/commands.md docs/reference/effects.md \
+	    docs/reference/interfaces.md docs/reference/parameters.md docs/reference/states.md *.egg-info .hypothesis .*_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -29,11 +29,12 @@ from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.game.referee import judge
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.pictures.rack import draw_rack
-from billiard_shot.planning.statistics import interval_in_words, percent, wilson_interval
+from billiard_shot.planning.statistics import percent, wilson_interval
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
 NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
 MEDIAN, MOST = 1.0, 3.0  # s of CPU time of a decision: median, and 95 %
+MOST_ENDS = 3  # that the page names, of the ways in which visits end
 FEW = 30  # shots of a bin of stated chances: with fewer its interval is too wide to say anything
 
 
@@ -232,7 +233,8 @@ def report_on(racks):
 
 def share(count, total):
     """Write a share with its interval."""
-    return f'{count} of {total} ({interval_in_words(wilson_interval(count, total))})'
+    low, high = (percent(end) for end in wilson_interval(count, total))
+    return f'{count} of {total} ({low}–{high} %)'
 
 
 def as_page(racks):
@@ -243,23 +245,22 @@ def as_page(racks):
         'Written by `benchmarks/games.py --write` from racks that were played on',
         f'{machine()}.',
         'The player is `player`, unless another name is stated. The execution noise is that of',
-        'the computer pool tournaments. Intervals are Wilson intervals of 95 %. Times are CPU',
-        'times of decisions with a stroke, median and 95 %. The full size, 60 tables and 100 to',
-        '200 racks of each series, is played by `benchmarks/games.py --full`.',
+        'the computer pool tournaments. Intervals are Wilson intervals of 95 %. CPU times are',
+        'those of decisions: median, and 95 %. `--full` plays 60 to 200 racks of each series.',
         '',
         '## Practice',
         '',
         'Cue ball in hand on a nine-foot table with random balls, until a stroke pots nothing.',
         '',
-        '| balls | cleared | goal | visits ended by | CPU time |',
-        '|---|---|---|---|---|',
+        '| balls | cleared | goal | CPU time (s) |',
+        '|---|---|---|---|',
     ]
     for key, series in PRACTICE.items():
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
                 f'| {series.balls} | {share(player["wins"], len(racks[key]))} | '
-                f'{series.goal:.0%} | {ends(player)} | {times(player)} |'
+                f'{percent(series.goal)} % | {times(player)} |'
             )
     lines += [
         '',
@@ -268,7 +269,7 @@ def as_page(racks):
         'On a seven-foot table. A break keeps the turn if it is legal and pots a ball without a',
         'scratch. Run-outs and breaks are those of all players that are `player`.',
         '',
-        '| series | won | broken and run out | break kept the turn | visits ended by | CPU time |',
+        '| series | won | broken and run out | break kept the turn | visits ended by | CPU (s) |',
         '|---|---|---|---|---|---|',
     ]
     for key, series in GAMES.items():
@@ -281,7 +282,7 @@ def as_page(racks):
             ]
             runs, broken = (sum(each[k] for each in own) for k in ('break_and_run', 'broken'))
             made, kept = breaks(racks[key])
-            name = f'{series.game} against `{series.players[1]}`'
+            name = f'`{series.game}` against `{series.players[1]}`'
             lines.append(
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
                 f'{share(kept, made)} | {ends(player)} | {times(player)} |'
@@ -290,20 +291,19 @@ def as_page(racks):
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| eight_ball, `{series.players[0]}`, cue ball in hand after a break | '
-                f'{share(run_outs(racks[key]), len(racks[key]))} in one visit | | | '
+                f'| `eight_ball`, `{series.players[0]}`, in hand after a break, one visit | '
+                f'{share(run_outs(racks[key]), len(racks[key]))} | | | '
                 f'{ends(player)} | {times(player)} |'
             )
     lines += [
         '',
-        'Professionals break and run 41 % of the racks of eight-ball on seven-foot tables (51 of',
-        '124).',
+        'Professionals break and run 41 % of the racks of eight-ball on such tables (51 of 124).',
         '',
         '## What the parts contribute',
         '',
         'Practice with 8 balls: the same tables and errors for each row.',
         '',
-        '| player | balls cleared | CPU time |',
+        '| player | cleared | CPU time (s) |',
         '|---|---|---|',
     ]
     for key in ('practice-8', *ABLATION):
@@ -314,7 +314,7 @@ def as_page(racks):
                 f'| `{series.players[0]}` | {share(player["wins"], len(racks[key]))} | '
                 f'{times(player)} |'
             )
-    lines += ['', '| eight-ball | won | CPU time |', '|---|---|---|']
+    lines += ['', '| eight-ball | won | CPU time (s) |', '|---|---|---|']
     for key, series in ABLATION.items():
         if racks[key] and series.game != 'practice':
             player = first_player(racks[key])
@@ -328,7 +328,7 @@ def as_page(racks):
         '',
         'Pots of `player` in eight-ball, by the number of balls that it has to pot to win.',
         '',
-        '| balls left | pots that kept the turn or won |',
+        '| balls left | kept the turn or won |',
         '|---|---|',
     ]
     eight = [rack for key in SERIES if SERIES[key].game == 'eight_ball' for rack in racks[key]]
@@ -340,18 +340,18 @@ def as_page(racks):
         'Shots of the racks above, by the chance that the player stated: that it keeps its turn.',
         f'Deciles with fewer than {FEW} shots say little.',
         '',
-        '| stated | shots | kept the turn |',
-        '|---|---|---|',
+        '| stated | kept the turn |',
+        '|---|---|',
     ]
     # With hardly any time the first strokes are played by the chances of direct shots alone.
     everything = [rack for key in SERIES if key != HASTY for rack in racks[key]]
     for count, stated, came in calibration(everything):
-        lines.append(f'| {percent(stated)} % | {count} | {share(came, count)} |')
-    return '\n'.join([*lines, *told(racks), ''])
+        lines.append(f'| {percent(stated)} % | {share(came, count)} |')
+    return '\n'.join([*lines, *drawn(racks), ''])
 
 
-def told(racks):
-    """Tell a rack of eight-ball shot by shot: the first one that the breaker ran out, or any."""
+def drawn(racks):
+    """Draw a rack of eight-ball: the first one that the breaker ran out, or any."""
     candidates = racks['eight_ball-self'] or racks['eight_ball-greedy']
     if not candidates:
         return []
@@ -359,33 +359,26 @@ def told(racks):
         candidates, key=lambda rack: run_outs([rack]) and rack.shots[0].state['player'] == 0
     )
     draw_rack(rack, Scene.load(SEVEN_FOOT), DOCS / 'figures' / 'games-rack.png')
-    lines = [
+    return [
         '',
-        '## A rack, shot by shot',
+        '## A rack',
         '',
         f'Rack {rack.number} of eight-ball, `{rack.players[0]}` against `{rack.players[1]}`:',
         f'{rack.winner} wins. `billiard-shot play --pages` writes such racks as pages in 3-D.',
         '',
         '![The strokes of the rack from above](figures/games-rack.png)',
-        '',
-        '| | stated chance | reason | ruling |',
-        '|---|---|---|---|',
     ]
-    for number, shot in enumerate(rack.shots, 1):
-        chance = '' if shot.success is None else f'{percent(shot.success)} %'
-        lines.append(f'| {number} | {chance} | {shot.reason} | {shot.text} |')
-    return lines
 
 
 def ends(player):
-    """Write how visits ended, without those that won."""
+    """Write how most visits ended, without those that won."""
     listed = [f'{end} {count}' for end, count in player['ends'].items() if end != 'won']
-    return ', '.join(listed) or 'none'
+    return ', '.join(listed[:MOST_ENDS]) or 'none'
 
 
 def times(player):
     """Write the CPU time of decisions: median and 95 %."""
-    return f'{player["cpu"][0]:.2f} s, {player["cpu"][1]:.2f} s'
+    return f'{player["cpu"][0]:.2f}, {player["cpu"][1]:.2f}'
 
 
 def main():

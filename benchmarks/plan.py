@@ -103,9 +103,9 @@ def pots(report, clock, count, factor, seed):
         for place, each in bins.items()
     }
     middle = [gain for place, gain in gains.items() if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
-    report.row(f'{name}worst bin over the baseline', min(gains.values()), 'points')
+    report.row(f' {name}worst bin over the baseline', min(gains.values()), 'points')
     report.row(
-        f'{name}the same, with two standard errors',
+        f'{name}worst bin over the baseline, with two standard errors',
         min(gains[place] + unsure[place] for place in bins),
         'points',
         -1e-9,
@@ -133,11 +133,11 @@ def blocked(report, clock, count, strokes):
             ratios.append(measured(scene, target, played)[0].mean() / best)
             planned += ratios[-1] >= 0.9
     name = f'{count} blocked balls, brute force of {strokes:.0e}: '
-    report.row(f'{name}it finds a way in', reachable, '')
+    report.row(f' {name}it finds a way in', reachable, '')
     report.row(
         f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%', -90.0
     )
-    report.row(f'{name}success over its, median', float(np.median(ratios)), '')
+    report.row(f' {name}success over its, median', float(np.median(ratios)), '')
 
 
 def positions(report, clock, count):
@@ -209,10 +209,15 @@ def crowded(report, count):
         max(losses),
         'points',
     )
-    report.row(f'{name}the same: tables', sum(each > 0.0 for each in losses), '')
-    report.row(f'{name}from a cancellation to the result, median', float(np.median(late)), 'ms')
-    report.row(f'{name}the same, longest', max(late), 'ms')
-    report.row(f'{name}the same, in plans', 1e-3 * max(late) / median, '', LATE)
+    report.row(f' {name}the same: tables', sum(each > 0.0 for each in losses), '')
+    report.row(f' {name}from a cancellation to the result, median', float(np.median(late)), 'ms')
+    report.row(f' {name}the same, longest', max(late), 'ms')
+    report.row(
+        f'{name}from a cancellation to the result, longest',
+        1e-3 * max(late) / median,
+        'medians',
+        LATE,
+    )
 
 
 def time_of_cancel(scene, after):

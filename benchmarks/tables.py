@@ -48,22 +48,21 @@ def as_table(found):
     lines = [
         f'At {commit()}{size}: {found["machine"]}.',
         '',
-        '| quantity | measured | CPU time | limit | |',
-        '|---|---|---|---|---|',
+        '| quantity | measured | limit |',
+        '|---|---|---|',
     ]
     for row in found['rows']:
         if row['name'].startswith(' ') and row['limit'] is None:
             continue  # a detail, which only the benchmark itself prints
         unit = f' {row["unit"]}' if row['unit'] else ''
-        cpu = '' if row['cpu'] is None else f'{row["cpu"]:.3g}{unit}'
-        limit, verdict = '', ''
+        cpu = '' if row['cpu'] is None else f' (CPU {row["cpu"]:.3g})'
+        limit = ''
         if row['limit'] is not None:
             sign = '≤' if row['limit'] > 0.0 else '≥'
-            limit = f'{sign} {abs(row["limit"]):.3g}'
-            verdict = 'kept' if row['kept'] else 'missed'
+            limit = f'{sign} {abs(row["limit"]):.3g}{"" if row["kept"] else ", missed"}'
         name = row['name'].strip().replace('|', '/')
         name = f'– {name}' if row['name'].startswith(' ') else name
-        lines.append(f'| {name} | {row["value"]:.4g}{unit} | {cpu} | {limit} | {verdict} |')
+        lines.append(f'| {name} | {row["value"]:.4g}{unit}{cpu} | {limit} |')
     return '\n'.join([*lines, *(f'\n{note}.' for note in found['notes'])])
 
 

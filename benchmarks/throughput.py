@@ -66,8 +66,8 @@ def batches(report, name, scene):
     )
     exact = 4.0 * exact
     report.row(f'{name}: exact strokes in a CPU second', STROKES / exact.cpu, '1/s')
-    report.row(f'{name}: strokes within noise in a CPU second', STROKES / near.cpu, '1/s')
-    report.row(f'{name}: the second over the first', exact / near, 'x', -WITHIN_NOISE)
+    report.row(f' {name}: strokes within noise in a CPU second', STROKES / near.cpu, '1/s')
+    report.row(f'{name}: strokes within noise over exact ones', exact / near, 'x', -WITHIN_NOISE)
     return exact / STROKES
 
 

@@ -8,8 +8,10 @@ ROOT = HERE.parent
 sys.path[:0] = [str(ROOT), str(HERE / '_ext')]
 
 import commands  # noqa: E402
+import effects  # noqa: E402
 import interfaces  # noqa: E402
 import parameters  # noqa: E402
+import states  # noqa: E402
 
 project = 'billiard_shot'
 author = 'billiard_shot maintainers'
@@ -32,13 +34,15 @@ myst_heading_anchors = 3
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'none'  # the docstrings say types, shapes and units
 
-# What the code itself says about interfaces and parameters becomes pages, made anew every time.
+# What the code says about interfaces, parameters, commands and the like becomes pages, every time.
 REFERENCE = HERE / 'reference'
 REFERENCE.mkdir(exist_ok=True)
 for name, text in (
     ('interfaces', interfaces.page(ROOT / 'msg_defs')),
-    ('parameters', parameters.page(ROOT / 'billiard_shot')),
+    ('parameters', parameters.page(ROOT)),
     ('commands', commands.page()),
+    ('effects', effects.page()),
+    ('states', states.page()),
 ):
     file = REFERENCE / f'{name}.md'
     if not file.exists() or file.read_text() != text:

@@ -32,7 +32,12 @@ def test_arguments_are_declared_and_described(launch_file):
     for name, each in declared.items():
         assert each['description']
         assert f'`{name}`: ' in launch_file.__doc__
-        assert f'| `{name}` | ' in (ROOT / 'docs' / 'ros.md').read_text()
+
+
+@pytest.mark.parametrize('page', ['README.md', 'docs/ros.md', 'docs/cue.md', 'docs/tutorial.md'])
+def test_pages_use_arguments_that_are_there(launch_file, page):
+    text = re.sub('--ros-args .*', '', (ROOT / page).read_text())
+    assert set(re.findall(r'(?<![\w-])(\w+):=', text)) <= set(launch_file.ARGUMENTS)
 
 
 def test_nodes_and_their_files_are_there(launch_file):

@@ -129,6 +129,9 @@ class Report:
         """
         Print a number; a positive limit is an upper limit, -x is the lower limit x.
 
+        A name that begins with a space is that of a detail, which the page leaves out if it has no
+        limit.
+
         Of a `Time`, in s, ms or us, the wall time and the CPU time are printed.
         """
         cpu = None
@@ -156,7 +159,7 @@ class Report:
     def end(self) -> None:
         """Leave with an exit code that says whether all limits were kept."""
         wall, cpu = perf_counter() - self._begin, busy() - self._busy
-        self.row('this benchmark', Time(wall, cpu), 's')
+        self.row(' this benchmark', Time(wall, cpu), 's')
         if path := os.environ.get('BENCHMARK_ROWS'):
             said = {'title': self.title, 'machine': machine(), 'quick': QUICK}
             Path(path).write_text(json.dumps(said | {'rows': self.rows, 'notes': self.notes}))

@@ -61,7 +61,40 @@ def from_json(text: str) -> Shot:
 
 
 def save_shot(shot: Shot, path: str | Path) -> None:
-    """Write a shot to a file; ValueError if that cannot be done."""
+    """
+    Write a shot to a file of JSON, from which `load_shot` reads it back exactly.
+
+    Infinities and NaNs, which JSON lacks, are written as `{"float": "inf"}`. An array of records
+    is an object with an array for each field of the record. The keys are:
+
+    - `format`, `version`: `billiard_shot shot`, 1.
+    - `scene`: as in the YAML file of a scene, with all defaults.
+    - `stroke`: `normal` and `velocity` [m/s], frame `table`; `axis`, whether the normal is where
+      the axis of the cue meets the ball.
+    - `position`: of the cue ball before the strike [m].
+    - `tolerance` [m]; `wall_time` of the prediction [s].
+    - `status`: name of a `Status`; `message`, for people, which is not read back.
+    - `error_estimate`: largest error of the trajectory [m].
+    - `discontinuity`: distance between the two resting places that law `energetic` allows [m].
+    - `run`: every ball, with names, segments (fields of `Segment` in table/motion.py) and events
+      (fields of `Event` in table/simulation_state.py).
+    - `strike`: fields of `Strike` in shot/strike.py, such as `velocity` [m/s], `spin` [rad/s],
+      `impulses` [N s] and `losses` [J].
+    - `phases`: of the impact of cue, ball and cloth, fields of `PhaseLog` in impact/state.py.
+    - `group`: the impact of all bodies, if the cue ball reached other balls or a cushion during
+      the strike.
+
+    Parameters
+    ----------
+    shot : Shot
+    path : str or Path
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+
+    """
     text = to_json(shot)
     try:
         Path(path).write_text(text, encoding='utf-8')

@@ -1,7 +1,9 @@
 """The page of all parameters, made from their declarations in the nodes."""
 
+import ast
 from importlib import import_module
 from pathlib import Path
+import re
 from typing import Any
 
 from sphinx.ext.autodoc.mock import mock
@@ -25,8 +27,8 @@ def declared(folder: Path) -> dict[str, Any]:
     return dict(sorted(found.items()))
 
 
-def page(folder: Path) -> str:
-    """The page, in Markdown."""
+def page(root: Path) -> str:
+    """The page, in Markdown: the parameters, then the arguments of the launch file."""
     lines = [
         '# Parameters of the nodes',
         '',
@@ -34,7 +36,7 @@ def page(folder: Path) -> str:
         'and when it is set; a refused value is answered with the reason.',
         '',
     ]
-    for node, parameters in declared(folder).items():
+    for node, parameters in declared(root / 'billiard_shot').items():
         lines += [
             f'## {node}',
             '',
@@ -43,7 +45,14 @@ def page(folder: Path) -> str:
             *map(_row, parameters),
             '',
         ]
+    lines += ['## Launch arguments', '', _launch_arguments(root / 'launch' / 'shot.launch.py')]
     return '\n'.join(lines) + '\n'
+
+
+def _launch_arguments(file: Path) -> str:
+    """The docstring of a launch file, with its arguments as a list."""
+    said = ast.get_docstring(ast.parse(file.read_text())) or ''
+    return re.sub('^    `', '- `', said, flags=re.MULTILINE)
 
 
 def _row(parameter: Any) -> str:

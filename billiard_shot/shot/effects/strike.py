@@ -45,7 +45,7 @@ class TipCurvature(EffectGate[ShotContext]):
     """Without, a rounded tip meets the ball where the axis of the cue does."""
 
     name = 'tip_curvature'
-    condition = 'the tip is rounded, and the stroke says where the axis of the cue goes'
+    condition = 'the tip is rounded, and the stroke gives the axis of the cue'
     overrides: ClassVar = {OFF: {'tip_curvature': 0.0}}
 
     def evaluate(self, context: ShotContext) -> GateDecision:
@@ -64,7 +64,7 @@ class TipCurvature(EffectGate[ShotContext]):
 
 
 class DoubleHit(EffectGate[ShotContext]):
-    """Without it, the cue is gone after the strike, in which its directions stay the same."""
+    """Without, the cue is gone after the strike, which keeps the normals of the first touch."""
 
     name = 'double_hit'
     condition = 'the cue, following through, hits the ball again'

@@ -17,10 +17,10 @@ TOGETHER = 'the ball reaches what is near during the strike'
 
 
 class CushionEffect(EffectGate[EffectContext]):
-    """When off, the cloth is unbounded, and there are no pockets."""
+    """Without, the cloth is unbounded, and there are no pockets."""
 
     name = 'cushion'
-    condition = 'the path of a ball reaches one'
+    condition = 'the path of a ball reaches a cushion'
     overrides: ClassVar = {OFF: {'length': math.inf, 'pockets': False}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
@@ -46,7 +46,7 @@ class PocketEffect(EffectGate[EffectContext]):
     """Without, the cushions go on where the pockets would be."""
 
     name = 'pocket'
-    condition = 'the path of a ball reaches one'
+    condition = 'the path of a ball reaches a pocket'
     overrides: ClassVar = {OFF: {'pockets': False}, ON: {'pocket_gate': params.ON}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
@@ -110,7 +110,7 @@ class Cluster(EffectGate[EffectContext]):
     """Without, bodies in touch meet two by two, one pair after the other."""
 
     name = 'cluster'
-    condition = 'a ball meets one that is within reach of others'
+    condition = 'a ball meets another one that is within reach of others'
     # Nothing is ever so deep in another one; and contacts take no time.
     overrides: ClassVar = {OFF: {'contact_gap': -1e-3, 'ball_duration': 0.0}}
 

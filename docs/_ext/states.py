@@ -1,0 +1,26 @@
+"""The page of the safety states of the cue, made from their table."""
+
+from billiard_shot.cue.safety import Condition, Event, SAFE, State, TABLE
+
+
+def page() -> str:
+    """The page, in Markdown."""
+    rows: dict[tuple[Event, State, frozenset[Condition]], list[str]] = {}
+    for (before, event), (after, needed) in TABLE.items():
+        rows.setdefault((event, after, needed), []).append(before.name)
+    lines = [
+        '# States of the cue',
+        '',
+        '[The mechanical cue](../cue.md#the-states) explains them. Every event that is not in '
+        'this table is refused with the reason.',
+        '',
+        f'*Safe*: {"; ".join(each for each in Condition if each in SAFE)}.',
+        '',
+        '| event | from | to | needs |',
+        '|---|---|---|---|',
+    ]
+    for (event, after, needed), before in rows.items():
+        rest = needed - SAFE if needed >= SAFE else needed
+        needs = [*(['safe'] if needed >= SAFE else []), *(c for c in Condition if c in rest)]
+        lines.append(f'| {event} | {", ".join(before)} | {after.name} | {"; ".join(needs)} |')
+    return '\n'.join([*lines, ''])
