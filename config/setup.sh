@@ -168,7 +168,7 @@ logged() {
     mkdir -p "${log%/*}"
     touch "$log"
     begin=$(wc -l <"$log")
-    printf '\n== %s: %s\n' "$(date)" "$*" >>"$log"
+    printf '\n== %s (%s)\n' "$*" "$(date)" >>"$log"
     say_how_far "$log" &
     "$@" 3>&2 >>"$log" 2>&1 || code=$?
     kill $!
@@ -185,13 +185,16 @@ logged() {
     exit 1
 }
 
-# say_how_far LOG: say every ten seconds how long the step takes, and the last line of its log that is
-# no warning.
+# say_how_far LOG: say after 10, 20, 40, 80 s ... how long the step takes, and the last line of its log
+# that is no warning. Few lines, however slow the machine is.
 say_how_far() {
-    local begin=$SECONDS
+    local begin=$SECONDS next=10
     # Whoever reads the output need not wait for this sleep, and nothing outlives the set-up.
     while sleep 10 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
-        echo "set-up: $step: $((SECONDS - begin)) s: $(grep -v WARNING "$1" | tail -n 1 | cut -c 1-90)"
+        [ $((SECONDS - begin)) -ge "$next" ] || continue
+        next=$((2 * next))
+        echo "set-up: $step: $((SECONDS - begin)) s: $(grep -v WARNING "$1" | tail -n 1 |
+            sed 's/^== //' | cut -c 1-70)"
     done
 }
 
