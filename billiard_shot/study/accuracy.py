@@ -110,7 +110,7 @@ def _impulse_scheme(problem: ContactProblem, step: float) -> TimedRun:
 
 def _against_impulse_scheme(problem: ContactProblem) -> str:
     if problem.law == 'bistiffness':
-        return 'impulse space knows no law bistiffness'
+        return 'the impulse scheme does not have law bistiffness'
     surface = problem.model.surface
     solid = math.isclose(surface.inertia, 0.4 * surface.mass * surface.radius**2)
     guided = problem.model.inverse_end_mass == 0.0

@@ -100,8 +100,8 @@ def _ratios() -> Iterator[Family]:
         members[f'1e{power}, masse'] = strike(*MASSE, ratio=10.0**power)
     yield Family(
         'stiffness ratio',
-        'one spring swings up to 10,000 times while the other is compressed once: explicit '
-        'steps must follow each swing, implicit ones lose energy',
+        'one spring oscillates up to 10,000 times while the other is compressed once: explicit '
+        'steps must resolve each oscillation, implicit steps lose energy',
         members,
         ENDED,
         hopeless=frozenset(name for name in members if name.startswith(('1e-8', '1e8'))),
@@ -114,8 +114,7 @@ def _ratios() -> Iterator[Family]:
         members[f'1e{power}, masse'] = strike(*MASSE, masses=(mass * BALL, BALL))
     yield Family(
         'mass ratio',
-        'a heavy body presses a light one that rattles hundreds of times; velocities cancel to '
-        'the last digit',
+        'a light body hits a heavy one hundreds of times; velocities cancel to the last digit',
         members,
         ENDED,
         sensitive=True,
@@ -123,8 +122,8 @@ def _ratios() -> Iterator[Family]:
     )
     yield Family(
         'speed',
-        'absolute tolerances and velocity thresholds: slow strokes are taken for rest, fast ones '
-        'run out of steps',
+        'with absolute tolerances and velocity thresholds, a solver treats slow strokes as rest, and '
+        'needs too many steps for fast ones',
         {
             f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
             for power in (-9, -3, 0, 3)
@@ -146,7 +145,7 @@ def _directions() -> Iterator[Family]:
     yield Family(
         'grazing strokes',
         'slip is up to 1e12 times the approach speed; friction may press the ball down harder '
-        'than the tip itself, a wedge',
+        'than the tip does (a wedge)',
         members,
         ENDED,
         hopeless=frozenset(name for name in members if 'top' in name),
@@ -157,8 +156,8 @@ def _directions() -> Iterator[Family]:
         members[f'n.z = {height:g}, down'] = strike((-0.9, -0.3, height), (1, 0, -0.2))
     yield Family(
         'equator',
-        'whether the table takes part hangs on the sign of a rounding error if it is decided by '
-        'n.z instead of the motion',
+        'if the sign of n.z decides whether the table takes part, a rounding error decides it; the '
+        'motion must decide',
         members,
         ENDED,
     )
@@ -173,7 +172,7 @@ def _directions() -> Iterator[Family]:
         members[f'c = -n, {degrees} degrees down, light end'] = strike(-c, c, end_mass=0.005)
     yield Family(
         'jam and centre hits',
-        'no slip anywhere at the start, or none ever: a direction of sliding is 0/0',
+        'no contact slips at the start, or ever: the direction of slip is 0/0',
         members,
     )
 
@@ -198,8 +197,8 @@ def _slips() -> Iterator[Family]:
     )
     yield Family(
         'slip onset from stick',
-        'the direction of the slip that begins is undefined at its first instant, and stiff after '
-        'it',
+        'the direction of slip is undefined at the instant of slip onset, and its equation is stiff '
+        'afterwards',
         {
             'at the tip': strike((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
             'at the cloth': strike(
@@ -229,8 +228,8 @@ def _sequences() -> Iterator[Family]:
     )
     yield Family(
         'end and reactivation at once',
-        'here law energetic jumps: a spring just reaches, or just misses, the energy at which '
-        'its contact ends (law bistiffness does not)',
+        'law energetic is discontinuous here: a spring just reaches, or just misses, the energy at '
+        'which its contact ends (law bistiffness is continuous)',
         {
             f'k2/k1 = {ratio}': stacked(ratio=ratio)
             for ratio in (1.7023750075, 2.1250675834, 23.2114207656)
@@ -238,8 +237,8 @@ def _sequences() -> Iterator[Family]:
         sensitive=True,
     )
     yield Family(
-        'endless sequences',
-        'bodies pressed together part and meet without end: an event loop never returns',
+        'infinite sequences',
+        'bodies that are pressed together part and meet infinitely often: an event loop does not end',
         {
             'heavy on light': stacked((100.0, 1.0), (0.9, 0.5), 0.1),
             'heavier on light': stacked((1000.0, 1.0), (0.5, 0.3), 0.01),
@@ -273,8 +272,8 @@ def _many() -> Iterator[Family]:
         members[f'{count} balls, e = 0'] = cradle(count, restitution=0.0)
     yield Family(
         "Newton's cradle",
-        'resolved pair by pair the answer depends on the order; with e = 0 the pairs part and '
-        'meet without end',
+        'if the pairs are resolved one after the other, the answer depends on the order; with e = 0 '
+        'the pairs part and meet infinitely often',
         members,
         ENDED,
         hopeless=frozenset({'50 balls, e = 0'}),

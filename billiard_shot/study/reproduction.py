@@ -37,9 +37,9 @@ class Variant(Flag):
 MEANING: Mapping[Variant, str] = {
     Variant.INVERSE_RATIO: 'stiffness of tip over table 1/1.5',
     Variant.POISSON: "Poisson's law",
-    Variant.NOT_REACTIVATED: 'the cue, once off the ball, never meets it again',
-    Variant.STOP: 'all ends where the cue would meet the ball again',
-    Variant.WHOLE_SLIP: 'table alone: friction until m v of slip, not 2/7 of it',
+    Variant.NOT_REACTIVATED: 'the cue does not hit the ball again after it has left it',
+    Variant.STOP: 'the impact ends when the cue would hit the ball again',
+    Variant.WHOLE_SLIP: 'table alone: friction acts until its impulse is m v, not 2/7 m v',
     Variant.GROWING_PEAK: 'a recompression adds its gain to E_max',
 }
 

@@ -62,10 +62,10 @@ def run(options: argparse.Namespace) -> int:
     print_rows(COLUMNS, [asdict(each) for each in studied], options)
     print_footer(
         f'Result: {cost_of_accuracy(studied)}. '
-        'Errors: of the place of rest, on a table without other balls. Processor times: of a '
-        'strike on endless cloth, of a shot on that table, of a break at eight-ball, and of the '
-        f'{10 * options.count} strokes that judge a plan. Success: the part of them that '
-        'reach its target.',
+        'Errors are those of the place of rest, on a table without other balls. Processor times '
+        'are those of a strike on an infinite cloth, of a shot on that table, of a break at '
+        f'eight-ball, and of {10 * options.count} trials of a plan. Success is the fraction of '
+        'these trials that reach the target.',
         options,
     )
     if options.picture:
