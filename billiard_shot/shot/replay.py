@@ -76,8 +76,8 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     - `status`: name of a `Status`; `message`, for people, which is not read back.
     - `error_estimate`: largest error of the trajectory [m].
     - `discontinuity`: distance between the two resting places that law `energetic` allows [m].
-    - `run`: every ball, with names, segments (fields of `Segment` in table/motion.py) and events
-      (fields of `Event` in table/simulation_state.py).
+    - `run`: every ball, with names, segments (fields of `SegmentRecord` in table/motion.py) and
+      events (fields of `EventRecord` in table/simulation_state.py).
     - `strike`: fields of `Strike` in shot/strike.py, such as `velocity` [m/s], `spin` [rad/s],
       `impulses` [N s] and `losses` [J].
     - `phases`: of the impact of cue, ball and cloth, fields of `PhaseLog` in impact/state.py.

@@ -122,8 +122,8 @@ def _ratios() -> Iterator[Family]:
     )
     yield Family(
         'speed',
-        'with absolute tolerances and velocity thresholds, a solver treats slow strokes as rest, and '
-        'needs too many steps for fast ones',
+        'with absolute tolerances and velocity thresholds, a solver treats slow strokes as rest, '
+        'and needs too many steps for fast ones',
         {
             f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
             for power in (-9, -3, 0, 3)
@@ -156,8 +156,8 @@ def _directions() -> Iterator[Family]:
         members[f'n.z = {height:g}, down'] = strike((-0.9, -0.3, height), (1, 0, -0.2))
     yield Family(
         'equator',
-        'if the sign of n.z decides whether the table takes part, a rounding error decides it; the '
-        'motion must decide',
+        'if the sign of n.z decides whether the table takes part, a rounding error decides it; '
+        'the motion must decide',
         members,
         ENDED,
     )
@@ -197,8 +197,8 @@ def _slips() -> Iterator[Family]:
     )
     yield Family(
         'slip onset from stick',
-        'the direction of slip is undefined at the instant of slip onset, and its equation is stiff '
-        'afterwards',
+        'the direction of slip is undefined at the instant of slip onset, and its equation is '
+        'stiff afterwards',
         {
             'at the tip': strike((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
             'at the cloth': strike(
@@ -228,8 +228,8 @@ def _sequences() -> Iterator[Family]:
     )
     yield Family(
         'end and reactivation at once',
-        'law energetic is discontinuous here: a spring just reaches, or just misses, the energy at '
-        'which its contact ends (law bistiffness is continuous)',
+        'law energetic is discontinuous here: a spring just reaches, or just misses, the energy '
+        'at which its contact ends (law bistiffness is continuous)',
         {
             f'k2/k1 = {ratio}': stacked(ratio=ratio)
             for ratio in (1.7023750075, 2.1250675834, 23.2114207656)
@@ -238,7 +238,8 @@ def _sequences() -> Iterator[Family]:
     )
     yield Family(
         'infinite sequences',
-        'bodies that are pressed together part and meet infinitely often: an event loop does not end',
+        'bodies that are pressed together part and meet infinitely often: an event loop does not '
+        'end',
         {
             'heavy on light': stacked((100.0, 1.0), (0.9, 0.5), 0.1),
             'heavier on light': stacked((1000.0, 1.0), (0.5, 0.3), 0.01),
@@ -272,8 +273,8 @@ def _many() -> Iterator[Family]:
         members[f'{count} balls, e = 0'] = cradle(count, restitution=0.0)
     yield Family(
         "Newton's cradle",
-        'if the pairs are resolved one after the other, the answer depends on the order; with e = 0 '
-        'the pairs part and meet infinitely often',
+        'if the pairs are resolved one after the other, the answer depends on the order; with e = '
+        '0 the pairs part and meet infinitely often',
         members,
         ENDED,
         hopeless=frozenset({'50 balls, e = 0'}),
