@@ -23,15 +23,18 @@ Its arguments:
     `autostart`: true configures and activates the cue_driver; false leaves that to the operator.
 
 If a node ends, the launch starts it again after two seconds; the other nodes go on.
+The nodes use the profile config/fastdds.xml of Fast DDS, unless FASTDDS_DEFAULT_PROFILES_FILE
+names another one.
 """
 
 import shutil
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.actions import DeclareLaunchArgument, GroupAction, SetEnvironmentVariable
 from launch.conditions import IfCondition
 from launch.substitutions import (
     AndSubstitution,
+    EnvironmentVariable,
     IfElseSubstitution,
     LaunchConfiguration,
     NotSubstitution,
@@ -71,6 +74,7 @@ SHARE = FindPackageShare('billiard_shot')
 SIMULATION = PathJoinSubstitution([SHARE, 'config', 'simulation.yaml'])
 FOR_ALL = ('scene', 'mechanism', 'frame')
 CLOCK = {'use_sim_time': ParameterValue(VALUE['use_sim_time'], value_type=bool)}
+PROFILE = 'FASTDDS_DEFAULT_PROFILES_FILE'
 CONTROLLERS = PathJoinSubstitution([VALUE['params_dir'], 'controllers.yaml'])
 
 
@@ -114,6 +118,12 @@ def generate_launch_description():
             *(
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (default, description) in ARGUMENTS.items()
+            ),
+            SetEnvironmentVariable(
+                PROFILE,
+                EnvironmentVariable(
+                    PROFILE, default_value=PathJoinSubstitution([SHARE, 'config', 'fastdds.xml'])
+                ),
             ),
             PushROSNamespace(VALUE['namespace']),
             process(

@@ -125,6 +125,13 @@ def pause_the_driver(cell, state, silent):
     assert cell.player.until(lambda: all(each.done() for each in requests), PATIENCE)
     wait(cell, 1.2)  # the settling time of a stroke, and more
 
+    def moved():
+        return [
+            dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
+            for each in cell.joints
+            if len(each.name) == len(JOINTS)
+        ]
+
     for each in requests:
         assert not each.result().success, each.result().message
     assert not any(each.state == SafetyState.FIRING for each in cell.player.states[1:])
@@ -132,13 +139,8 @@ def pause_the_driver(cell, state, silent):
         assert cell.player.states[1].state == SafetyState.DISARMED
         assert 'did not run for' in cell.player.states[1].reason
     if not fired and state is not SafetyState.RETRACTING:
-        moved = [
-            dict(zip(each.name, each.position, strict=True))[JOINTS[STROKE]]
-            for each in cell.joints
-            if len(each.name) == len(JOINTS)
-        ]
-        assert moved
-        assert max(moved) < DRAWN_BACK
+        assert cell.player.until(moved, PATIENCE)
+        assert max(moved()) < DRAWN_BACK
 
 
 def test_a_goal_that_waited_is_refused(cell):
