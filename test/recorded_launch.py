@@ -5,6 +5,7 @@ Recorders in place of the package launch, of which PyPI has no wheel.
 """
 
 import importlib.util
+import os
 from pathlib import Path
 import sys
 from types import ModuleType, SimpleNamespace
@@ -46,6 +47,9 @@ SUBSTITUTIONS = {
     'PathJoinSubstitution': lambda parts: Substitution(
         lambda context: '/'.join(text(part, context) for part in parts)
     ),
+    'EnvironmentVariable': lambda name, default_value: Substitution(
+        lambda context: os.environ.get(name) or text(default_value, context)
+    ),
     'IfElseSubstitution': lambda condition, yes, no: Substitution(
         lambda context: text(yes if is_true(condition, context) else no, context)
     ),
@@ -80,7 +84,8 @@ def launch_file(monkeypatch):
     modules = {
         'launch': {'LaunchDescription': list},
         'launch.actions': {
-            kind: recorder(kind) for kind in ('DeclareLaunchArgument', 'GroupAction')
+            kind: recorder(kind)
+            for kind in ('DeclareLaunchArgument', 'GroupAction', 'SetEnvironmentVariable')
         },
         'launch.conditions': {
             'IfCondition': lambda value: lambda context: is_true(value, context)

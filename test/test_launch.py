@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 import pytest
-from recorded_launch import FILE, ROOT, started
+from recorded_launch import actions, FILE, ROOT, started, text
 import yaml
 
 from billiard_shot import Scene
@@ -53,6 +53,15 @@ def test_nodes_and_their_files_are_there(launch_file):
     executables = nodes_of((ROOT / 'setup.py').read_text())
     assert set(own) <= executables
     assert executables - set(own) <= PROGRAMS
+
+
+def test_nodes_use_the_profile_of_the_package_or_that_of_the_user(launch_file, monkeypatch):
+    name = 'FASTDDS_DEFAULT_PROFILES_FILE'
+    for own, wanted in ((None, str(ROOT / 'config' / 'fastdds.xml')), ('mine.xml', 'mine.xml')):
+        monkeypatch.setenv(name, own) if own else monkeypatch.delenv(name, raising=False)
+        listed, context = actions(launch_file, {})
+        (variable,) = [each for each in listed if each.kind == 'SetEnvironmentVariable']
+        assert [text(each, context) for each in variable.args] == [name, wanted]
 
 
 @pytest.mark.parametrize(
