@@ -17,6 +17,10 @@ from numpy.typing import NDArray
 
 R = TypeVar('R')
 
+Array = NDArray[np.float64]
+"""An array of numbers outside compiled code."""
+Triple = tuple[float, float, float]
+"""Three numbers outside compiled code, such as a position along the axes of a frame."""
 Vector = Sequence[float] | NDArray[np.float64]
 """A one-dimensional array of compiled code; interpreted, a list of floats."""
 Floats = Any

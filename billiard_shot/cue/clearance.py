@@ -11,12 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from billiard_shot.records import Array
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 MIN_STEP = 1e-6  # s: a gap that may close within this time counts as a touch
 

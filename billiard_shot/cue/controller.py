@@ -18,7 +18,7 @@ from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
 from billiard_shot.cue.goals import GoalRegistry, ShotGoal
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
+from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
@@ -35,6 +35,7 @@ from billiard_shot.cue.safety import (
 )
 from billiard_shot.cue.sightings import Balls
 from billiard_shot.cue.table_watch import TableWatch
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 
 OVERRUN = 0.1

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
+from billiard_shot.cue.joint_trajectory import JointTrajectory
+from billiard_shot.records import Array
 
 MIN_BRAKE_TIME = 0.02
 """Shortest brake [s]; a controller should receive no points that are closer together."""

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.joint_trajectory import Array
+from billiard_shot.records import Array
 
 
 class JointFeedback:

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from billiard_shot.records import Array
 
 MIN_MOVE_TIME = 1e-6  # s: shorter moves are left out; times in messages are whole nanoseconds
 

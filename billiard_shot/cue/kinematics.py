@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.cue.limits import check_range, LimitError, raise_violations
 from billiard_shot.cue.mechanism import (
@@ -20,9 +19,8 @@ from billiard_shot.cue.mechanism import (
     STROKE,
     UNITS,
 )
+from billiard_shot.records import Array
 from billiard_shot.shot.stroke import axes
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

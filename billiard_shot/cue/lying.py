@@ -11,6 +11,7 @@ import math
 from billiard_shot.cue.sightings import Balls, distance_between, Sighting, SURE
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place
+from billiard_shot.scene.rack import Place
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import layout_of
 
@@ -22,8 +23,6 @@ MARGIN = 1e-7
 
 REACH = 3.0
 """Distance of balls that others may push together, in multiples of the largest error."""
-
-Place = tuple[float, float]
 
 
 def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from billiard_shot.cue.joint_trajectory import Array
 from billiard_shot.cue.kinematics import forward_kinematics, TipPose
 from billiard_shot.cue.mechanism import Mechanism, STROKE
 from billiard_shot.cue.profile import StrokeProfile
+from billiard_shot.records import Array
 
 AVERAGED_FRACTION = 0.8
 """Last fraction of the distance at constant speed, over which the speed is averaged."""

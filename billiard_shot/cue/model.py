@@ -14,14 +14,11 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism
 from billiard_shot.cue.parts import MovingPart
+from billiard_shot.records import Array, Triple
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
-
-Array = NDArray[np.float64]
-Triple = tuple[float, float, float]
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue', 'tip')
 """Frames of the chain after that of the table, in their order."""

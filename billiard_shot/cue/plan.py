@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from billiard_shot.cue.clearance import first_touch, Shape
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory, TrajectoryBuilder
+from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
 from billiard_shot.cue.lying import positions_of
@@ -19,6 +19,7 @@ from billiard_shot.cue.profile import (
     StrokeTrajectory,
 )
 from billiard_shot.cue.sightings import Balls
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot

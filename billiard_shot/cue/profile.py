@@ -11,14 +11,10 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.joint_trajectory import (
-    Array,
-    JointTrajectory,
-    ramp_times,
-    TrajectoryBuilder,
-)
+from billiard_shot.cue.joint_trajectory import JointTrajectory, ramp_times, TrajectoryBuilder
 from billiard_shot.cue.limits import check_range, LimitViolation, raise_violations
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
+from billiard_shot.records import Array
 
 MIN_BRAKED_SPEED = 1e-6  # m/s: a slower cue is not braked
 

@@ -11,8 +11,9 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
+from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
+from billiard_shot.records import Array
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import boolean, number
 

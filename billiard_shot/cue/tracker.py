@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from billiard_shot.cue.sightings import Sighting
+from billiard_shot.records import Array
+from billiard_shot.scene.rack import Place
 
 CHANGE = 36.0
 """
@@ -36,8 +38,6 @@ ELSEWHERE = 3
 BEFORE_FALL = 0.1
 """Longest time from the last detection of a ball to its fall into a pocket [s]: three pictures."""
 
-Point = tuple[float, float]
-Rows = NDArray[np.float64]
 """Detections (n, 5): x, y [m], and xx, xy, yy of the covariance [m^2]."""
 
 
@@ -58,7 +58,7 @@ class Detection:
     """
 
     name: str
-    position: Point
+    position: Place
     covariance: tuple[float, float, float]
 
 
@@ -87,14 +87,14 @@ class TrackerSettings:
 class _Track:
     """One ball: the window of its detections, a row each, and their last names."""
 
-    window: Rows
+    window: Array
     names: deque[str]
     time: float  # of the last detection [s]
-    elsewhere: list[Rows] = field(default_factory=list)
+    elsewhere: list[Array] = field(default_factory=list)
     is_confirmed: bool = False  # whether it has ever been at rest or detected often
     is_pocketed: bool = False
-    estimate: Point = (0.0, 0.0)
-    velocity: Point = (0.0, 0.0)  # m/s, between the last two detections; 0 at rest
+    estimate: Place = (0.0, 0.0)
+    velocity: Place = (0.0, 0.0)  # m/s, between the last two detections; 0 at rest
 
 
 class BallTracker:
@@ -217,7 +217,7 @@ class BallTracker:
             track.velocity = (x - before[0]) / elapsed, (y - before[1]) / elapsed
         track.is_confirmed |= len(track.names) >= self._settings.settled
 
-    def _see_elsewhere(self, track: _Track, row: Rows) -> None:
+    def _see_elsewhere(self, track: _Track, row: Array) -> None:
         """Keep a detection that contradicts a resting place; after some, the ball has moved."""
         track.elsewhere.append(row)
         if len(track.elsewhere) >= ELSEWHERE:
@@ -277,11 +277,11 @@ class BallTracker:
         return False
 
 
-def _row(detection: Detection) -> Rows:
+def _row(detection: Detection) -> Array:
     return np.array([[*detection.position, *detection.covariance]])
 
 
-def _differ(one: Rows, other: Rows) -> bool:
+def _differ(one: Array, other: Array) -> bool:
     """Whether the means of two groups of detections differ by more than their errors."""
     (x, y, *errors), (u, v, *others) = one.mean(axis=0).tolist(), other.mean(axis=0).tolist()
     dx, dy = u - x, v - y

@@ -6,28 +6,26 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.call import NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import start
-from billiard_shot.game.spots import Place
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.strikes import motions_after
 from billiard_shot.planning.within_noise import NoisyBatch
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import with_errors
+from billiard_shot.scene.rack import Place
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
-
-Array = NDArray[np.float64]
 
 # Places of the cue ball: distances behind the head string and beside the long string, relative to
 # length and width. Points that are aimed at: sideways of the apex ball, in ball radii. Points of

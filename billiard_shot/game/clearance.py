@@ -4,9 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import AZIMUTH, limits_of, raise_for_clearance, SPEED
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def raised(scene: Scene, offsets: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -20,12 +20,11 @@ from billiard_shot.planning.limits import A, AZIMUTH, B, SPEED
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.targets import Pot
 from billiard_shot.planning.within_noise import predict_within_noise
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
-
-Array = NDArray[np.float64]
 
 FOLLOWED = 60  # pots whose end states are followed by a second shot
 TURNS = 3  # directions that have to pot; with fewer the guess is smaller

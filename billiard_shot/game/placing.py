@@ -3,14 +3,12 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
+from billiard_shot.records import Array
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.table_states import TableStates
-
-Array = NDArray[np.float64]
 
 DISTANCES = 0.15, 0.3, 0.5, 0.8  # m, of the cue ball from the ball
 CUTS = np.radians([0.0, 15.0, -15.0, 30.0, -30.0, 45.0, -45.0])

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from billiard_shot.game.clearance import raised
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
-
-Array = NDArray[np.float64]
 
 SPEEDS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
 # a and b, relative to the largest offset of the robot: stun, draw and follow, and side spin

@@ -4,15 +4,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.ideas import Idea
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.records import Array
 from billiard_shot.scene.player import with_errors
-
-Array = NDArray[np.float64]
 
 ENDS = 8  # end states of a stroke whose next shots are followed
 

@@ -3,18 +3,16 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict_batch
 from billiard_shot.shot.stroke import Stroke
-
-Array = NDArray[np.float64]
 
 FULLNESS = 0.0, 0.3, -0.3, 0.6, -0.6, 0.85, -0.85, 0.97, -0.97  # of the line past the ball
 SOFT = 0.5, 1.0, 1.7, 2.8  # m/s of the cue

@@ -11,13 +11,12 @@ from billiard_shot.game.state import State
 from billiard_shot.game.valuation import at_table, miss_value
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.effects import model_of
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
-
-Array = NDArray[np.float64]
 
 SHOTS = 2  # direct shots of each end state that are followed
 # a, b [ball radii] and the speed relative to that of the direct shot

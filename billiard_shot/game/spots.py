@@ -11,9 +11,8 @@ import math
 from billiard_shot.game.state import State
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Rack, racked
+from billiard_shot.scene.rack import Place, Rack, racked
 
-Place = tuple[float, float]
 APART = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
 
 

@@ -16,9 +16,8 @@ from billiard_shot.game.game import find_game
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.planning.shots import shots
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-
-Array = NDArray[np.float64]
 
 SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
 AFTER_SAFETY = 0.5  # the same for the other player's shot after a safety

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.planning.strikes import wrapped
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-
-Array = NDArray[np.float64]
 
 ACTION = 7  # a, b, elevation, azimuth, speed; x, y of the cue ball if it is in hand
 

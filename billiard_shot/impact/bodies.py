@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Vector = NDArray[np.float64]
+from billiard_shot.records import Array
 
 
-def vector(field: str, value: ArrayLike, size: int = 3) -> Vector:
+def vector(field: str, value: ArrayLike, size: int = 3) -> Array:
     """Check a vector; a ValueError names the field, its value and the allowed values."""
     try:
         array = np.array(value, dtype=float)
@@ -22,7 +22,7 @@ def vector(field: str, value: ArrayLike, size: int = 3) -> Vector:
     return array
 
 
-def direction(field: str, value: ArrayLike, size: int = 3) -> Vector:
+def direction(field: str, value: ArrayLike, size: int = 3) -> Array:
     """Check a vector of any length but zero, and return it as a unit vector."""
     array = vector(field, value, size)
     length = np.linalg.norm(array)
@@ -115,7 +115,7 @@ class Body:
         """Make a body that nothing moves, such as a table."""
         return cls(mass=np.inf)
 
-    def inverse_mass(self) -> Vector:
+    def inverse_mass(self) -> Array:
         """Velocity per impulse, (3, 3) [1/kg]."""
         if self.mass == np.inf:
             return np.zeros((3, 3))
@@ -126,7 +126,7 @@ class Body:
         end = 0.0 if self.end_mass is None else 1.0 / self.end_mass
         return along / self.mass + (np.eye(3) - along) * end
 
-    def inverse_inertia(self) -> Vector:
+    def inverse_inertia(self) -> Array:
         """Spin per angular impulse in the common frame, (3, 3) [1/(kg m^2)]."""
         if self.inertia is None or self.mass == np.inf:
             return np.zeros((3, 3))
@@ -134,11 +134,11 @@ class Body:
         if (inertia == inertia[0, 0] * np.eye(3)).all():  # as of a ball, in any orientation
             return np.eye(3) / inertia[0, 0]
         turn = rotation_matrix(np.asarray(self.orientation))
-        inverse: Vector = turn @ np.linalg.inv(inertia) @ turn.T
+        inverse: Array = turn @ np.linalg.inv(inertia) @ turn.T
         return inverse
 
 
-def inertia_matrix(value: ArrayLike) -> Vector:
+def inertia_matrix(value: ArrayLike) -> Array:
     """Inertia matrix from one moment, three, or the matrix itself, checked."""
     try:
         array = np.array(value, dtype=float)
@@ -164,7 +164,7 @@ def inertia_matrix(value: ArrayLike) -> Vector:
     return array
 
 
-def rotation_matrix(quaternion: Vector) -> Vector:
+def rotation_matrix(quaternion: Array) -> Array:
     """Rotation matrix of a unit quaternion x, y, z, w."""
     x, y, z, w = quaternion
     return np.array(

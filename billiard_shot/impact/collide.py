@@ -7,12 +7,13 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.bodies import Body, check_indices, checked_number, Contact, Vector
+from billiard_shot.impact.bodies import Body, check_indices, checked_number, Contact
 from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.events import ImpactEventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
 from billiard_shot.impact.laws import LAWS
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
+from billiard_shot.records import Array
 from billiard_shot.status import Status
 
 USUAL_PHASES = 64  # that the log has room for; a collision with more is solved twice
@@ -51,8 +52,8 @@ class Phase:
     active: tuple[int, ...]
     ending: Ending
     contact: int
-    impulses: Vector
-    energies: Vector
+    impulses: Array
+    energies: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,12 +86,12 @@ class CollisionResult:
     """
 
     status: Status
-    velocities: Vector
-    spins: Vector
-    impulses: Vector
-    dissipated: Vector
-    slips: Vector
-    lengths: Vector
+    velocities: Array
+    spins: Array
+    impulses: Array
+    dissipated: Array
+    slips: Array
+    lengths: Array
     duration: float
     phases: tuple[Phase, ...]
     evaluations: int
@@ -112,7 +113,7 @@ def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
     return np.stack([log['impulse'], log['impulse_1'], log['impulse_2']], axis=-1)
 
 
-def read_log(log: NDArray[np.void], axes: Vector) -> tuple[Phase, ...]:
+def read_log(log: NDArray[np.void], axes: Array) -> tuple[Phase, ...]:
     """Read phases (phases, N) of `PhaseLog`; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
     return tuple(
         Phase(

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.bodies import Body, Contact, Vector
+from billiard_shot.impact.bodies import Body, Contact
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.numerics.vectors import cross, cross_rows, dot
-from billiard_shot.records import Floats, Storage
+from billiard_shot.records import Array, Floats, Storage
 
 PLANAR = 1e-12  # smallest singular value, relative to the largest, of directions in one plane
 
@@ -21,17 +21,17 @@ PLANAR = 1e-12  # smallest singular value, relative to the largest, of direction
 class System(NamedTuple):
     """B bodies and their N contacts as arrays, in the common frame."""
 
-    positions: Vector  # (B, 3) m, centres of mass
-    velocities: Vector  # (B, 3) m/s
-    spins: Vector  # (B, 3) rad/s
-    mobility: Vector  # (B, 6, 6) velocity and spin per impulse and angular impulse
+    positions: Array  # (B, 3) m, centres of mass
+    velocities: Array  # (B, 3) m/s
+    spins: Array  # (B, 3) rad/s
+    mobility: Array  # (B, 6, 6) velocity and spin per impulse and angular impulse
     turns: NDArray[np.bool_]  # (B,) whether a body can turn
-    guides: Vector  # (guided bodies, 3) unit vectors
+    guides: Array  # (guided bodies, 3) unit vectors
     pairs: NDArray[np.int64]  # (N, 2) indices of the bodies a and b of a contact
-    points: Vector  # (N, 3) m
-    normals: Vector  # (N, 3) unit vectors, from b into a
+    points: Array  # (N, 3) m
+    normals: Array  # (N, 3) unit vectors, from b into a
 
-    def arms(self) -> Vector:
+    def arms(self) -> Array:
         """From the centres of bodies a and b to the contact points (N, 2, 3) [m]."""
         return self.points[:, np.newaxis] - self.positions[self.pairs]
 
@@ -94,7 +94,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 
 @entry(_example)
-def write_contact_space(system: System, across: Vector, written: Written) -> None:
+def write_contact_space(system: System, across: Array, written: Written) -> None:
     """
     Write the axes and velocities of contacts, and W.
 
@@ -142,7 +142,7 @@ def write_contact_space(system: System, across: Vector, written: Written) -> Non
 
 @inner
 def write_jacobian(
-    sign: float, point: Vector, centre: Vector, axes: Floats, at: int, jacobian: Floats
+    sign: float, point: Array, centre: Array, axes: Floats, at: int, jacobian: Floats
 ) -> None:
     """Write the contact velocities (3, 6) per velocity and spin of a body, times a sign."""
     x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
@@ -195,9 +195,9 @@ class ContactSpace:
 
     """
 
-    axes: Vector
-    delassus: Vector
-    approach: Vector
+    axes: Array
+    delassus: Array
+    approach: Array
 
 
 def contact_space(system: System) -> ContactSpace:
@@ -213,7 +213,7 @@ def contact_space(system: System) -> ContactSpace:
     )
 
 
-def _normal_of_plane(system: System) -> Vector:
+def _normal_of_plane(system: System) -> Array:
     """
     Find the normal (3,) of the plane of all motion; zero if the motion is not planar.
 
@@ -233,21 +233,21 @@ def _normal_of_plane(system: System) -> Vector:
     units = vectors[lengths > 0.0] / lengths[lengths > 0.0, np.newaxis]
     at_least_three = np.concatenate([units, np.zeros((3, 3))])
     _, spread, axes = np.linalg.svd(at_least_three, full_matrices=False)
-    normal: Vector = axes[2] if spread[2] < PLANAR * spread[0] else np.zeros(3)
+    normal: Array = axes[2] if spread[2] < PLANAR * spread[0] else np.zeros(3)
     return normal
 
 
-def velocity_changes(system: System, impulses: Vector) -> Vector:
+def velocity_changes(system: System, impulses: Array) -> Array:
     """Compute the changes of velocity and spin (B, 6) by impulses (N, 3) on bodies a [N s]."""
     arms, given = system.arms(), np.zeros((len(system.positions), 6))
     for side, sign in enumerate((1.0, -1.0)):
         moments = cross_rows(arms[:, side], impulses)
         np.add.at(given, system.pairs[:, side], sign * np.hstack([impulses, moments]))
-    changes: Vector = np.einsum('bkl,bl->bk', system.mobility, given)
+    changes: Array = np.einsum('bkl,bl->bk', system.mobility, given)
     return changes
 
 
-def mobilities(bodies: Sequence[Body]) -> Vector:
+def mobilities(bodies: Sequence[Body]) -> Array:
     """Velocity and spin per impulse and angular impulse of each body: (bodies, 6, 6)."""
     result = np.zeros((len(bodies), 6, 6))
     for i, body in enumerate(bodies):

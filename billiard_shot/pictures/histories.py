@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.pictures.trails import Trails
+from billiard_shot.records import Array
 from billiard_shot.table.motion import Cause
 
-Vector = NDArray[np.float64]
 SAMPLES = 12  # of each motion of each ball
 
 
@@ -36,13 +35,13 @@ class History:
 
     """
 
-    time: Vector
-    speeds: Mapping[str, Vector]
-    rims: Mapping[str, Vector]
-    spins: Mapping[str, Vector]
-    translation: Vector
-    rotation: Vector
-    height: Vector
+    time: Array
+    speeds: Mapping[str, Array]
+    rims: Mapping[str, Array]
+    spins: Mapping[str, Array]
+    translation: Array
+    rotation: Array
+    height: Array
 
 
 def history_of(trails: Trails) -> History:
@@ -68,7 +67,7 @@ def history_of(trails: Trails) -> History:
     )
 
 
-def _times(trails: Trails, names: list[str]) -> Vector:
+def _times(trails: Trails, names: list[str]) -> Array:
     """
     Find times just before and just after all events, and between them.
 

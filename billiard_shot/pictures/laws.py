@@ -5,8 +5,8 @@ import math
 from pathlib import Path
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.records import Array
 from billiard_shot.study.laws import Discontinuity, ParameterSweep
-from billiard_shot.study.problem import Vector
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
 COLUMNS = 3
@@ -21,7 +21,7 @@ SEARCHED = ('bistiffness', 'energetic')  # laws in which discontinuities are loo
 
 def draw_laws(
     sweeps: Sequence[ParameterSweep],
-    distances: Mapping[tuple[str, str], Vector],
+    distances: Mapping[tuple[str, str], Array],
     discontinuities: Mapping[tuple[str, str], Sequence[Discontinuity]],
     about: str,
     path: Path,

@@ -24,13 +24,12 @@ from billiard_shot.impact.contact_space import contact_space, system_of
 from billiard_shot.impact.laws import elastic_energy, LAWS
 from billiard_shot.impact.solve import Properties
 from billiard_shot.impact.state import ContactState, is_active, Model
-from billiard_shot.records import OBJECTS
+from billiard_shot.records import Array, OBJECTS
 from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.study.collisions import Collision
 
-Vector = NDArray[np.float64]
 SAMPLES = 24  # of a step, beside its ends
 
 
@@ -58,12 +57,12 @@ class CollisionTrace:
 
     """
 
-    time: Vector
+    time: Array
     active: NDArray[np.bool_]
-    velocities: Vector
-    forces: Vector
-    impulses: Vector
-    energies: Vector
+    velocities: Array
+    forces: Array
+    impulses: Array
+    energies: Array
 
     def phases(self) -> list[slice]:
         """Stretches of samples between which the set of active contacts changes."""
@@ -71,11 +70,11 @@ class CollisionTrace:
         ends = [0, *changes.tolist(), len(self.time)]
         return [slice(a, b) for a, b in pairwise(ends)]
 
-    def slip(self, contact: int) -> Vector:
+    def slip(self, contact: int) -> Array:
         """Slip speed at a contact (n,) [m/s]."""
         return np.hypot(self.velocities[:, 3 * contact + 1], self.velocities[:, 3 * contact + 2])
 
-    def friction(self, contact: int) -> Vector:
+    def friction(self, contact: int) -> Array:
         """Friction force at a contact (n,), as `forces`."""
         return np.hypot(self.forces[:, 3 * contact + 1], self.forces[:, 3 * contact + 2])
 
@@ -85,7 +84,7 @@ class _Recorder:
     """Takes the solver's steps in place of `advance`, and samples them."""
 
     now: float = 0.0
-    rows: list[Vector] = field(default_factory=list)
+    rows: list[Array] = field(default_factory=list)
 
     def __call__(
         self, m: Model, contacts: list[ContactState], scale: float, order: int, x: float
@@ -142,11 +141,11 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
 
 
 def trace_of(
-    response: Vector,
-    velocity: Vector,
-    friction: Vector,
-    restitution: Vector,
-    stiffness: Vector,
+    response: Array,
+    velocity: Array,
+    friction: Array,
+    restitution: Array,
+    stiffness: Array,
     law: str,
     exponent: float = 1.0,
     tolerance: float = 1e-8,

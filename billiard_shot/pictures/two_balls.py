@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from billiard_shot.pictures.trace import CollisionTrace, trace_of_collision
+from billiard_shot.records import Array
 from billiard_shot.study.collisions import stacked
 
-Vector = NDArray[np.float64]
 PING_PONG = (0.807755, 0.846529)  # restitution of ball on ball and of ball on plexiglass (2.4)
 STATES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by active contacts
 
@@ -65,19 +65,19 @@ class TwoBalls:
         )
         return float(result.velocities[0, 2]), float(result.velocities[1, 2])
 
-    def velocities(self, impulses: ArrayLike) -> Vector:
+    def velocities(self, impulses: ArrayLike) -> Array:
         """Velocities (n, 2) [m/s] after impulses (n, 2) [N s]: the paper's equation 13."""
         first, second = np.transpose(impulses)
         return np.column_stack(
             [self.v0 + first / self.masses[0], (second - first) / self.masses[1]]
         )
 
-    def kinetic_energy(self, impulses: ArrayLike) -> Vector:
+    def kinetic_energy(self, impulses: ArrayLike) -> Array:
         """Kinetic energy (n,) [J] after impulses (n, 2) [N s]."""
-        energy: Vector = 0.5 * self.velocities(impulses) ** 2 @ np.array(self.masses)
+        energy: Array = 0.5 * self.velocities(impulses) ** 2 @ np.array(self.masses)
         return energy
 
-    def ellipse(self, count: int = 361) -> Vector:
+    def ellipse(self, count: int = 361) -> Array:
         """
         Impulses (count, 2) [N s] that leave the kinetic energy as it was: equation 15.
 
@@ -88,7 +88,7 @@ class TwoBalls:
         first = -m1 * self.v0 * (1.0 + np.cos(angle))
         return np.column_stack([first, first + self.v0 * math.sqrt(m1 * m2) * np.sin(angle)])
 
-    def compression_lines(self, first: ArrayLike) -> tuple[Vector, Vector]:
+    def compression_lines(self, first: ArrayLike) -> tuple[Array, Array]:
         """I2 [N s] at the end of compression of the balls, and of ball and table: equation 12."""
         i1 = np.asarray(first, float)
         m1, m2 = self.masses
@@ -107,7 +107,7 @@ class TwoBalls:
         ]
 
 
-def normal_impulses(trace: CollisionTrace) -> Vector:
+def normal_impulses(trace: CollisionTrace) -> Array:
     """I1 and I2 (n, 2) [N s]."""
     return trace.impulses[:, [0, 3]]
 

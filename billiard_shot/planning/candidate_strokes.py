@@ -14,8 +14,8 @@ from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.plan import checked_problem
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.search import stage_candidates
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Target, target_of
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.values import whole
 

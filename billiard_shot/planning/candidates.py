@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SPEED
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import Array, unit_speed_strikes
+from billiard_shot.planning.strikes import unit_speed_strikes
 from billiard_shot.planning.targets import Break, Pot, Rest
 from billiard_shot.planning.waypoints import (
     is_clear,
@@ -17,6 +17,7 @@ from billiard_shot.planning.waypoints import (
     sequences,
     Waypoint,
 )
+from billiard_shot.records import Array
 
 SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut

@@ -21,7 +21,7 @@ from billiard_shot.planning.limits import AZIMUTH, ELEVATION, raise_for_clearanc
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 
 OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from billiard_shot.planning.candidates import Candidates, spread_of
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
+from billiard_shot.records import Array
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch

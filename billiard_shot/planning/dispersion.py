@@ -10,7 +10,7 @@ from billiard_shot.planning.places import as_struck, draw_places
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.statistics import sample_execution_noise
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise
 from billiard_shot.table.motion import POCKETED
 from billiard_shot.table.simulate import BatchRecording

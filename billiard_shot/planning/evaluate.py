@@ -19,8 +19,7 @@ from billiard_shot.planning.outcome_targets import penalties_at_rest
 from billiard_shot.planning.places import put_at
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
-from billiard_shot.planning.strikes import Array
-from billiard_shot.records import ROWS
+from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.model import cue_params

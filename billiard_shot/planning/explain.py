@@ -6,9 +6,9 @@ from itertools import pairwise, product
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.planning.targets import Pot
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
@@ -21,7 +21,6 @@ from billiard_shot.table.words import ball_in_words, place_in_words
 
 LEAST = math.radians(0.05)  # smaller deviations are not reported
 FIRM = 2.0  # m/s, speed of a straight attempt
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +165,7 @@ def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
     return predict(scene, Stroke.at(scene, ball, pocket=pocket, speed=FIRM))
 
 
-def _line_of_centres(start: Vector, way: float, there: Vector, apart: float) -> float | None:
+def _line_of_centres(start: Array, way: float, there: Array, apart: float) -> float | None:
     """Direction from a ball that goes straight to one that it touches [rad]; None if it misses."""
     along = np.array([math.cos(way), math.sin(way)])
     away = there - start
@@ -186,7 +185,7 @@ def _gap(shot: Shot, ball: str) -> float:
     )
 
 
-def _angle(vector: Vector) -> float:
+def _angle(vector: Array) -> float:
     return math.atan2(vector[1], vector[0])
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.shots import shots
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Break, Pot, Target
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.scene.table import Table

@@ -15,10 +15,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_floats
@@ -40,8 +41,6 @@ SLOWEST = SPEEDS[0]  # m/s, of a stroke
 EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
 STEP = 1e-6  # of the difference quotients, in radii and rad
 
-Row = NDArray[np.float64]
-
 
 class Inverse(NamedTuple):
     """A stroke, and the residual of its velocity and spin."""
@@ -52,8 +51,8 @@ class Inverse(NamedTuple):
 
 def invert_strike(
     scene: SceneLike,
-    velocity: Sequence[float] | Row,
-    spin: Sequence[float] | Row = (0.0, 0.0, 0.0),
+    velocity: Sequence[float] | Array,
+    spin: Sequence[float] | Array = (0.0, 0.0, 0.0),
 ) -> Inverse:
     """
     Find the stroke whose velocity and spin of the cue ball are nearest to the wanted ones.
@@ -103,9 +102,9 @@ class _Problem(NamedTuple):
 
     scene: Scene
     model: StrikeModel
-    wanted: Row  # (6,) m/s
+    wanted: Array  # (6,) m/s
 
-    def project(self, offsets: Row) -> tuple[Row, Row, Row]:
+    def project(self, offsets: Array) -> tuple[Array, Array, Array]:
         """Errors (n, 6), best azimuths (n,) and speeds (n,) for offsets and elevations (n, 3)."""
         motion = unit_speed_strikes(self.scene, self.model, offsets)
         level = motion[:, [0, 3]] + 1j * motion[:, [1, 4]]
@@ -122,10 +121,10 @@ class _Problem(NamedTuple):
         errors[np.isnan(errors).any(axis=1)] = 10.0 * np.abs(self.wanted).max()
         return errors, azimuth, speed
 
-    def best_of(self, starts: Row, count: int) -> Row:
+    def best_of(self, starts: Array, count: int) -> Array:
         """Select the `count` best of the starts (n, 3) that are `APART` from each other."""
         sizes = np.linalg.norm(self.project(starts)[0], axis=1)
-        chosen: list[Row] = []
+        chosen: list[Array] = []
         for start in starts[np.argsort(sizes, kind='stable')]:
             if all(np.abs(start - other).max() > APART for other in chosen):
                 chosen.append(start)
@@ -133,22 +132,22 @@ class _Problem(NamedTuple):
                 break
         return np.array(chosen)
 
-    def errors(self, x: Row) -> Row:
+    def errors(self, x: Array) -> Array:
         """Errors (6,) at one point."""
         return self.project(x[np.newaxis])[0][0]
 
-    def slopes(self, x: Row) -> Row:
+    def slopes(self, x: Array) -> Array:
         """Approximate the derivatives (6, 3) by differences towards the middle of the bounds."""
         step = np.where(x < 0.5 * np.add(*BOUNDS), STEP, -STEP)
         errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
-        rise: Row = (errors[1:] - errors[0]).T / step
+        rise: Array = (errors[1:] - errors[0]).T / step
         return rise
 
-    def refine(self, starts: Row, evaluations: int) -> list[tuple[float, Row]]:
+    def refine(self, starts: Array, evaluations: int) -> list[tuple[float, Array]]:
         """Refine each start until one is exact; return sorted residuals and solutions."""
         from scipy.optimize import least_squares
 
-        found: list[tuple[float, Row]] = []
+        found: list[tuple[float, Array]] = []
         for start in starts:
             solved = least_squares(
                 self.errors,
@@ -170,7 +169,7 @@ class _Problem(NamedTuple):
         """Whether a residual is mere rounding."""
         return residual <= EXACT * float(np.linalg.norm(self.wanted))
 
-    def solve(self) -> Row:
+    def solve(self) -> Array:
         """Find the solution with the smallest residual, from guesses or quasi-random starts."""
         found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
@@ -185,7 +184,7 @@ class _Problem(NamedTuple):
         return found[0][1]
 
 
-def _guesses(scene: Scene, wanted: Row) -> Row:
+def _guesses(scene: Scene, wanted: Array) -> Array:
     """
     Offsets and elevations (n, 3) if the tip sticks, pushes along the cue, and there is no cloth.
 
@@ -210,7 +209,7 @@ def _guesses(scene: Scene, wanted: Row) -> Row:
     return np.array(guesses)
 
 
-def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Row:
+def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Array:
     """Velocity and spin times radius (6,) [m/s], checked."""
     parts = []
     for name, values, unit in (('velocity', velocity, 'm/s'), ('spin', spin, 'rad/s')):

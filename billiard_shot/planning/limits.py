@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Array, wrapped
+from billiard_shot.planning.strikes import wrapped
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.records import as_rows, Floats, Storage
+from billiard_shot.records import Array, as_rows, Floats, Storage
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.moving_strikes import TOLERANCE
@@ -15,8 +15,6 @@ from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
 from billiard_shot.status import OK
 from billiard_shot.table.cue import CueRecord, follow_through_time
 from billiard_shot.table.initial_states import BallStart
-
-Array = NDArray[np.float64]
 
 MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
 DEGREE = 3  # of the polynomials

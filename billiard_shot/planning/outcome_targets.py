@@ -5,8 +5,8 @@ import numpy as np
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import distance_penalty, STEP
 from billiard_shot.planning.shots import shots
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import ANY, Break, Safe
+from billiard_shot.records import Array
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.simulate import TableBatch
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 from billiard_shot.shot.model import tip_reach
 from billiard_shot.table.simulate import TableTask
 

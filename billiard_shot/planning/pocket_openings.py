@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.params import BallClothParams, TableParams

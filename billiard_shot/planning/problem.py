@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import Limits
 from billiard_shot.planning.score import Goal, Kind, POCKETS
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import (
     ANY,
     Break,
@@ -24,7 +23,7 @@ from billiard_shot.planning.targets import (
     Safe,
     Target,
 )
-from billiard_shot.records import ROWS
+from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel

@@ -22,7 +22,7 @@ from billiard_shot.planning.mapped_starts import all_solved, Mapped
 from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 
 T = TypeVar('T')
 

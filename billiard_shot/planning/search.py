@@ -28,8 +28,9 @@ from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
-from billiard_shot.planning.strikes import Array, wrapped
+from billiard_shot.planning.strikes import wrapped
 from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
+from billiard_shot.records import Array
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget

@@ -23,8 +23,7 @@ from billiard_shot.planning.direct_shots import (
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.pocket_openings import axis_angle, openings_of
-from billiard_shot.planning.strikes import Array
-from billiard_shot.records import as_rows, ROWS
+from billiard_shot.records import Array, as_rows, ROWS
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.effects import model_of

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 
 FEW_TRIALS = 100  # fewer are stated as a count, not in per cent
 Z95 = 1.959963984540054  # quantile of a two-sided 95 % interval

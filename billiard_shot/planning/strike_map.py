@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import SPEED
 from billiard_shot.planning.mapped_starts import DEGREE, Mapped, MOTION, SOLVED, TERMS
-from billiard_shot.planning.strikes import Array
+from billiard_shot.records import Array
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch

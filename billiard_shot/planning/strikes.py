@@ -1,8 +1,8 @@
 """Velocity and spin after many strikes at once, for a cue speed of 1 m/s and azimuth 0."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
@@ -12,8 +12,6 @@ from billiard_shot.status import Status
 
 # Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.
 TOLERANCE = 1e-11  # m
-
-Array = NDArray[np.float64]
 
 
 def wrapped(angles: Array) -> Array:

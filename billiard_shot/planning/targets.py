@@ -21,17 +21,17 @@ from billiard_shot.scene.errors import (
 )
 from billiard_shot.scene.fields import name, number, point, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, lying, no_place
+from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import one_or_many
 from billiard_shot.table.run import POCKET_NAMES
 
-Point: TypeAlias = tuple[float, float]
 ANY = 'any'
 
 
 def _segment() -> Any:
     ends = point().metadata[TAKES]
 
-    def convert(value: object) -> tuple[Point, Point]:
+    def convert(value: object) -> tuple[Place, Place]:
         try:
             found = tuple(ends(each) for each in value)  # type: ignore[attr-defined]
             begin, end = found
@@ -85,7 +85,7 @@ class Rest:
 
     """
 
-    rest: Point = point()
+    rest: Place = point()
     radius: float = number('m', above=0, default=0.1)
 
     def __post_init__(self) -> None:
@@ -106,7 +106,7 @@ class Pass:
 
     """
 
-    passing: Point = point()
+    passing: Place = point()
     radius: float = number('m', above=0, default=0.02)
 
     def __post_init__(self) -> None:
@@ -125,7 +125,7 @@ class Gate:
 
     """
 
-    gate: tuple[Point, Point] = _segment()
+    gate: tuple[Place, Place] = _segment()
 
     def __post_init__(self) -> None:
         check(self)
@@ -160,9 +160,9 @@ class Hit:
 
     RULES = (_one_way_to_hit,)
     hit: str = name()
-    direction: Point | None = point(nullable=True)
+    direction: Place | None = point(nullable=True)
     direction_tolerance_deg: float = number('degrees', above=0, maximum=180, default=5.0)
-    at: Point | None = point(nullable=True)
+    at: Place | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.005)
 
     def __post_init__(self) -> None:
@@ -189,7 +189,7 @@ class Pot:
 
     pot: tuple[str, ...] = balls_field()
     pocket: tuple[str, ...] = pocket_field()
-    leave: Point | None = point(nullable=True)
+    leave: Place | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.1)
 
     def __post_init__(self) -> None:
@@ -375,7 +375,7 @@ def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:
         yield Mistake((key,), must_be_one_of(others, ball, 'ball'))
 
 
-def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
+def _on_table(scene: Scene, key: str, place: Place) -> Iterator[Mistake]:
     table = scene.table
     if table is None:
         return
@@ -391,7 +391,7 @@ def _on_table(scene: Scene, key: str, place: Point) -> Iterator[Mistake]:
 
 
 def _place(
-    scene: Scene, key: str, place: Point, radius: float, gone: tuple[str, ...] = ()
+    scene: Scene, key: str, place: Place, radius: float, gone: tuple[str, ...] = ()
 ) -> Iterator[Mistake]:
     """Mistakes of a point from which the centre of the cue ball may be at most `radius` away."""
     off = list(_on_table(scene, key, place))

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import point_of, Problem
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Hit, Pot
+from billiard_shot.records import Array
 
 MIN_CUT_COSINE = math.cos(math.radians(82.0))  # of the cuts that are tried
 SLACK = 0.95  # of two radii: smallest distance of a path from balls beside it

@@ -14,8 +14,8 @@ from billiard_shot.planning.mapped_starts import all_solved, Mapped, SOLVED
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.problem import Problem, problem_of
 from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
-from billiard_shot.planning.strikes import Array
 from billiard_shot.planning.targets import Rest
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.on_table import names_of

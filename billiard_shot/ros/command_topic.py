@@ -6,7 +6,7 @@ from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot.cue.execution import Command
-from billiard_shot.cue.joint_trajectory import Array
+from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros.writing_time import publishers_of
 

@@ -13,7 +13,8 @@ from std_msgs.msg import Header
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.excerpt import braked, excerpt
 from billiard_shot.cue.execution import Command
-from billiard_shot.cue.joint_trajectory import Array, JointTrajectory
+from billiard_shot.cue.joint_trajectory import JointTrajectory
+from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
 
 HORIZON = 0.5

@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.sightings import Sighting
+from billiard_shot.records import Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import BatchResult
@@ -31,8 +32,6 @@ MAX_KEY_TIMES = 8
 
 HEIGHT_ERROR = 5e-3
 """Largest error of the measured height of a ball that lies on the cloth [m]."""
-
-Triple = tuple[float, float, float]
 
 
 class BadRequestError(ValueError):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 import math
 import traceback
-from typing import Any, TypeAlias
+from typing import Any
 
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Strike, TableState
@@ -11,7 +11,6 @@ from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
@@ -36,6 +35,7 @@ from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.node_runner import (
     EndError,
     EVERY_STATE,
+    GoalHandle,
     JOINT_STATES,
     LATCHED,
     SAFETY_INPUT,
@@ -51,8 +51,6 @@ from billiard_shot.ros.writing_time import (
     stamped,
     written,
 )
-
-GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 

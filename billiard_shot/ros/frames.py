@@ -4,13 +4,11 @@ from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from billiard_shot.records import Array
 from billiard_shot.ros.conversions import seconds
-
-Array = NDArray[np.float64]
 
 MAX_APART = 0.1
 """Longest time between a transform that changes and the position that it transforms [s]."""

@@ -8,9 +8,10 @@ import os
 import signal
 import sys
 import threading
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import rclpy
+from rclpy.action.server import ServerGoalHandle
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
@@ -22,6 +23,7 @@ from rclpy.timer import Timer
 from billiard_shot import machine_code, predict, Scene, Stroke
 
 N = TypeVar('N', bound=Node)
+GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of latched topics: late subscribers receive the last message."""

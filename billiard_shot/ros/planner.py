@@ -5,14 +5,12 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 import threading
 import traceback
-from typing import Any, TypeAlias
 import uuid
 
 from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState
 import rclpy
 from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
@@ -23,6 +21,7 @@ from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
 from billiard_shot.ros.node_runner import (
     BURST,
+    GoalHandle,
     LATCHED,
     log_compilation,
     spin_node,
@@ -30,8 +29,6 @@ from billiard_shot.ros.node_runner import (
 )
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.scene import Noise, Robot
-
-GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 POLL_PERIOD = 0.02
 """Time between two checks of a search [s]."""

@@ -37,7 +37,7 @@ def request_of(
     return request
 
 
-def print_response(response: PredictShot.Response) -> str:
+def response_text(response: PredictShot.Response) -> str:
     """Format a response as text: status, ball, cue, and the samples of the trajectories."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
@@ -104,7 +104,7 @@ def main(args: Sequence[str] | None = None) -> None:
             request.use_table_state, request.all_balls = options.table, True
             request.tolerance = options.tolerance
             response = client.predict(request)
-            print(f'{name}: {stroke}\n{print_response(response)}\n', flush=True)
+            print(f'{name}: {stroke}\n{response_text(response)}\n', flush=True)
             refused |= Status(response.status).refused
         return not refused
 

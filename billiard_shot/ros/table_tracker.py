@@ -13,9 +13,10 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
+from billiard_shot.records import Array
 from billiard_shot.ros import parameters, table_parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
-from billiard_shot.ros.frames import Array, FrameError, Frames
+from billiard_shot.ros.frames import FrameError, Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.scene import Scene
 from billiard_shot.table.outline import outline_of

@@ -3,12 +3,10 @@
 from contextlib import suppress
 from threading import Thread
 from traceback import format_exception
-from typing import Any, TypeAlias
 
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.srv import RuleShot
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.action.server import ServerGoalHandle
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
@@ -20,9 +18,8 @@ from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
 from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
+from billiard_shot.ros.node_runner import GoalHandle
 from billiard_shot.ros.turn import AgentError, make_agent, Turn
-
-GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 FOR_EVER = float('inf')
 

@@ -14,7 +14,7 @@ from math import hypot, inf
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import ROWS
+from billiard_shot.records import Array, ROWS
 from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.model import cue_params, tip_reach
 from billiard_shot.shot.strike import MISCUE_SLIP, PHASES, strike_status, Strikes, Strokes
@@ -24,8 +24,6 @@ from billiard_shot.table.flight import bounce
 from billiard_shot.table.motion import BallRecord, start_ball
 from billiard_shot.table.params import BallClothParams, OFF, TableParams
 from billiard_shot.table.simulate import BatchRecording, run_tables, run_with_events, TableTask
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9  # of an impact with the cue, relative to its largest approach speed
 FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.records import Array
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.on_table import is_endless, joined_events, table_task
@@ -26,8 +27,6 @@ from billiard_shot.table.simulate import (
     run_tables,
     run_with_events,
 )
-
-Array = NDArray[np.float64]
 
 # Cushions magnify errors, that of a hop ten times: half of the tolerance is set aside for that.
 HOPS_BEFORE_CUSHIONS, CUSHIONS = 0.1 * HOPS, 0.5

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
+from billiard_shot.records import Triple
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, LARGEST, positive
 
-Vector = tuple[float, float, float]
 Numbers = Sequence[float] | NDArray[np.float64]
 
 SPEEDS = 1.0 / LARGEST, LARGEST  # m/s
@@ -44,8 +44,8 @@ class Stroke:
 
     """
 
-    normal: Vector  # of length 1
-    velocity: Vector
+    normal: Triple  # of length 1
+    velocity: Triple
     axis: bool
     # How the tip passes the ball, in the terms in which the stroke was stated; empty if it hits.
     miss: str = field(compare=False, repr=False)

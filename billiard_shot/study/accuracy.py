@@ -12,6 +12,7 @@ from time import perf_counter
 
 import numpy as np
 
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -19,7 +20,7 @@ from billiard_shot.study import impulse_scheme
 from billiard_shot.study.closed_form import applies, closed_form
 from billiard_shot.study.memory import peak, reset_peak
 from billiard_shot.study.mujoco_strike import mujoco_strike
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.study.problem import Answer, ContactProblem
 from billiard_shot.study.reproduction import PRINTED
 from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
@@ -33,7 +34,6 @@ TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # relative to the ap
 SCIPY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
 
-Answer = tuple[Vector, Vector, int]  # ball velocity (m/s), spin (rad/s), evaluations
 TimedRun = Callable[[], Callable[[], Answer]]  # is timed; returns a function that reads the answer
 
 # The strokes of `billiard-shot study accuracy` by default: the paper's Table 1.
@@ -185,7 +185,7 @@ class Task:
 
     name: str
     problem: ContactProblem
-    truth: tuple[Vector, Vector, Vector]  # velocity, spin, place of rest
+    truth: tuple[Array, Array, Array]  # velocity, spin, place of rest
     method: Method
     setting: float
 

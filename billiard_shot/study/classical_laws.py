@@ -8,7 +8,8 @@ import numpy as np
 
 from billiard_shot.impact.friction import minimize_over_disc
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.records import Array
+from billiard_shot.study.problem import ContactProblem
 
 APPROACH = 1e-12  # of the approach speed: slower than this, contacts are at rest
 ROUNDS = 1000
@@ -19,7 +20,7 @@ class NoEndError(Exception):
     """The contacts still approach after very many rounds."""
 
 
-def pairwise(problem: ContactProblem) -> Vector:
+def pairwise(problem: ContactProblem) -> Array:
     """
     Impulses (6,) [N s] of collisions one at a time: the tip, then the table, and so on.
 
@@ -47,7 +48,7 @@ def pairwise(problem: ContactProblem) -> Vector:
     raise NoEndError
 
 
-def newton(problem: ContactProblem) -> Vector:
+def newton(problem: ContactProblem) -> Array:
     """
     Impulses (6,) [N s] of Newton's law at all contacts at once (Moreau 1988).
 

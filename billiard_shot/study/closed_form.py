@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.records import Array
+from billiard_shot.study.problem import ContactProblem
 
 ZERO = 1e-15  # of a velocity, relative to the approach speed
 
@@ -29,7 +30,7 @@ def applies(problem: ContactProblem) -> bool:
     )
 
 
-def closed_form(problem: ContactProblem) -> Vector:
+def closed_form(problem: ContactProblem) -> Array:
     """Return the impulses (6,) [N s]; raise ValueError if `applies` is false."""
     if not applies(problem):
         raise ValueError('stroke: the closed form is for level ones at the height of the centre')

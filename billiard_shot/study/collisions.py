@@ -7,14 +7,12 @@ from dataclasses import dataclass, field, replace
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
+from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
-
-Vector = NDArray[np.float64]
-Triple = tuple[float, float, float]
 
 BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
 FRICTION, RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)  # of tip and cloth, the paper's
@@ -38,7 +36,7 @@ class Collision:
         """Largest speed of a body before the collision [m/s]."""
         return max(float(np.linalg.norm(body.velocity)) for body in self.bodies)
 
-    def motion(self, velocities: Vector, spins: Vector) -> Vector:
+    def motion(self, velocities: Array, spins: Array) -> Array:
         """
         Velocities of all bodies that move, and spins of those that turn, as one array.
 
@@ -53,7 +51,7 @@ class Collision:
                     parts.append(math.sqrt(largest / body.mass) * np.asarray(w))
         return np.concatenate(parts) / self.speed
 
-    def energy(self, velocities: Vector, spins: Vector) -> float:
+    def energy(self, velocities: Array, spins: Array) -> float:
         """Kinetic energy [J]; for a guided body, of the motion that its guide allows."""
         total = 0.0
         for body, v, w in zip(self.bodies, velocities, spins, strict=True):
@@ -68,7 +66,7 @@ class Collision:
         return total
 
     @property
-    def start(self) -> tuple[Vector, Vector]:
+    def start(self) -> tuple[Array, Array]:
         """Velocities and spins (bodies, 3) before the collision."""
         return (
             np.array([np.asarray(body.velocity) for body in self.bodies]),
@@ -86,7 +84,7 @@ class Collision:
         def scale(value: float) -> float:
             return value * (1.0 + size * float(rng.uniform(-1.0, 1.0)))
 
-        def turn(vector: object) -> Vector:
+        def turn(vector: object) -> Array:
             old = np.asarray(vector, float)
             return old + size * float(np.linalg.norm(old)) * rng.uniform(-1.0, 1.0, 3)
 

@@ -16,9 +16,10 @@ from time import perf_counter
 import numpy as np
 
 from billiard_shot.impact.integrator import steps_allowed
+from billiard_shot.records import Array
 from billiard_shot.shot.predict import predict
 from billiard_shot.status import Status
-from billiard_shot.study.collisions import Collision, StrikeCollision, Vector
+from billiard_shot.study.collisions import Collision, StrikeCollision
 from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import Family
 
@@ -39,7 +40,7 @@ class CaseOutcome:
     status: Status
     states: int
     steps: int
-    motion: Vector
+    motion: Array
     gain: float
 
     @classmethod
@@ -55,7 +56,7 @@ class CaseOutcome:
             (case.energy(result.velocities, result.spins) - before) / before,
         )
 
-    def from_(self, other: CaseOutcome | Vector) -> float:
+    def from_(self, other: CaseOutcome | Array) -> float:
         """Largest difference from another motion; infinite if it is not finite."""
         numbers = other.motion if isinstance(other, CaseOutcome) else other
         gap = float(np.abs(self.motion - numbers).max())

@@ -13,10 +13,11 @@ import math
 
 import numpy as np
 
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.classical_laws import newton, NoEndError, pairwise
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.resting_place import resting_place
 
 TOLERANCE = 1e-11
@@ -25,7 +26,7 @@ STEEP = 3.0  # an interval that bends this many times as much as those around is
 SMALLEST = 1e-6  # discontinuity that is reported, relative to the cue speed
 LAWS = ('bistiffness', 'energetic')
 WAYS = (*LAWS, 'pairwise', 'newton')
-StrokeOutcome = Callable[[float], Vector]
+StrokeOutcome = Callable[[float], Array]
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +42,7 @@ class ParameterSweep:
     """A stroke in a scene, of which one parameter is varied."""
 
     name: str
-    values: Vector
+    values: Array
     at: Callable[[float], tuple[Scene, Stroke]]
 
     def problem(self, value: float, law: str) -> ContactProblem:
@@ -49,7 +50,7 @@ class ParameterSweep:
         scene, stroke = self.at(value)
         return ContactProblem.of(replace(scene, law=law), stroke)
 
-    def solved(self, value: float, way: str) -> tuple[ContactProblem, Vector]:
+    def solved(self, value: float, way: str) -> tuple[ContactProblem, Array]:
         """State the stroke at a value, and find its impulses (6,) [N s] by law or way."""
         if way in LAWS:
             problem = self.problem(value, way)
@@ -60,7 +61,7 @@ class ParameterSweep:
     def outcome(self, way: str) -> StrokeOutcome:
         """Return a function from the value to the motion (7,) of ball and cue after the strike."""
 
-        def motion(value: float) -> Vector:
+        def motion(value: float) -> Array:
             problem, impulses = self.solved(value, way)
             velocity, spin, cue = problem.motion(impulses)
             parts = (velocity, problem.model.surface.radius * spin, [cue])
@@ -68,7 +69,7 @@ class ParameterSweep:
 
         return motion
 
-    def distances(self, way: str) -> Vector:
+    def distances(self, way: str) -> Array:
         """Distances from the ball's start to its place of rest, at all values [m]; or NaN."""
         found = []
         for value in self.values.tolist():
@@ -110,7 +111,7 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
 
 
 def discontinuities(
-    outcome: StrokeOutcome, values: Sequence[float] | Vector
+    outcome: StrokeOutcome, values: Sequence[float] | Array
 ) -> list[Discontinuity]:
     """
     Find the discontinuities of an outcome over sorted values, each bracketed to rounding.
@@ -133,7 +134,7 @@ def discontinuities(
     return found
 
 
-def _bracketed(outcome: StrokeOutcome, low: float, high: float, slope: Vector) -> Discontinuity:
+def _bracketed(outcome: StrokeOutcome, low: float, high: float, slope: Array) -> Discontinuity:
     """Halve an interval, keeping the half whose change is further from the usual slope's."""
     p, q = outcome(low), outcome(high)
     while high - low > CLOSEST * max(abs(low), abs(high)):

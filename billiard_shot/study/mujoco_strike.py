@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.records import Array
+from billiard_shot.study.problem import Answer, ContactProblem
 
-Answer = tuple[Vector, Vector, int]
 DURATION = 1e-3  # s, of a contact: that of a leather tip
 LASTING = 12.0  # durations until all is over
 TIP = 0.005  # m, radius of the cue's tip
@@ -89,7 +89,7 @@ def _description(problem: ContactProblem, step: float) -> str:
     c = np.array(problem.stroke.velocity) / problem.stroke.speed
     place = np.array([0.0, 0.0, surface.radius]) + (surface.radius + TIP) * n
 
-    def text(vector: Vector) -> str:
+    def text(vector: Array) -> str:
         return ' '.join(map(repr, vector.tolist()))
 
     return MODEL.format(

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.impact.solve import solve_in_contact_space
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.contacts import in_contact_space, tip_response
 from billiard_shot.shot.model import contact_properties, strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
-Vector = NDArray[np.float64]
+Answer = tuple[Array, Array, int]  # ball velocity (m/s), spin (rad/s), evaluations
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,11 @@ class ContactProblem:
     scene: Scene
     stroke: Stroke
     model: StrikeModel
-    response: Vector
-    velocity: Vector
-    friction: Vector
-    restitution: Vector
-    stiffness: Vector
+    response: Array
+    velocity: Array
+    friction: Array
+    restitution: Array
+    stiffness: Array
     law: str
 
     @classmethod
@@ -66,7 +66,7 @@ class ContactProblem:
         """Approach speed along the tip's normal [m/s]."""
         return -float(self.velocity[0])
 
-    def motion(self, impulse: Vector) -> tuple[Vector, Vector, float]:
+    def motion(self, impulse: Array) -> tuple[Array, Array, float]:
         """Ball velocity [m/s], spin [rad/s] and cue speed [m/s] after these impulses."""
         ball, n = self.model.surface, np.array(self.stroke.normal)
         c = np.array(self.stroke.velocity) / self.stroke.speed
@@ -75,7 +75,7 @@ class ContactProblem:
         velocity, turning = impulse @ lever[1], impulse @ lever[2]
         return velocity / ball.mass, turning / ball.inertia, self.stroke.speed + cue
 
-    def adaptive(self, tolerance: float) -> tuple[Vector, int, Status]:
+    def adaptive(self, tolerance: float) -> tuple[Array, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""
         solved = solve_in_contact_space(
             contact_properties(self.model),

@@ -14,9 +14,10 @@ from enum import Flag
 
 import numpy as np
 
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.scipy_strike import EventFunction, ScipyStrike
 
 ACCURACY = 1e-8  # of the strikes in SciPy, relative
@@ -75,9 +76,9 @@ class VariantStrike(ScipyStrike):
         super().__init__(problem)
         self.variant = variant
         self.peak, self.again = [0.0, 0.0], [0.0, 0.0]  # energies
-        self.begun: tuple[Vector, float] | None = None  # S2: direction of slip, friction left
+        self.begun: tuple[Array, float] | None = None  # S2: direction of slip, friction left
 
-    def forces_at(self, normal: Vector, u: Vector) -> Vector:
+    def forces_at(self, normal: Array, u: Array) -> Array:
         """Find the forces; with WHOLE_SLIP, in S2, along the slip that S2 began with."""
         force = super().forces_at(normal, u)
         if self.begun is not None and self.active == [False, True]:
@@ -102,7 +103,7 @@ class VariantStrike(ScipyStrike):
         """Whether the cue has left the ball before."""
         return self.peak[0] > 0.0
 
-    def handle(self, name: str, j: int, state: Vector) -> None:
+    def handle(self, name: str, j: int, state: Array) -> None:
         """Change the state after an event, as the variant says."""
         energy = 0.5 * self.k[j] * state[j] ** 2
         if name == 'join' and j == 0 and self.left and Variant.STOP in self.variant:
@@ -140,7 +141,7 @@ class ReproducedRow:
 
     name: str
     variant: Variant
-    numbers: Vector  # (6,)
+    numbers: Array  # (6,)
     velocity: float  # residual over the printed velocity's length
     spin: float  # residual over the printed spin's length
 

@@ -14,14 +14,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from billiard_shot.impact.friction import minimize_over_disc
-from billiard_shot.study.problem import ContactProblem, Vector
+from billiard_shot.records import Array
+from billiard_shot.study.problem import ContactProblem
 
 OPEN = 1e-13  # approach slower than this is rounding
 MOST_CALLS = 20_000
 SLIDE, STICK = 0, 1
 
 
-EventFunction = Callable[[float, Vector], float]
+EventFunction = Callable[[float, Array], float]
 
 
 class GaveUpError(Exception):
@@ -51,7 +52,7 @@ class ScipyStrike:
         self.bistiff = strike.law == 'bistiffness'
         self.evaluations = 0
 
-    def solve(self, rtol: float) -> Vector:
+    def solve(self, rtol: float) -> Array:
         """Return the impulses (6,) [N s]; raise GaveUpError if there is no end."""
         self.still = 0.1 * rtol  # slip below it (relative to the approach speed) counts as zero
         self.onset = [False, False]
@@ -80,11 +81,11 @@ class ScipyStrike:
                 return state[2:] * self.speed / self.unit
         raise GaveUpError
 
-    def velocity(self, state: Vector) -> Vector:
+    def velocity(self, state: Array) -> Array:
         """Contact velocities."""
         return self.u0 + self.w @ state[2:]
 
-    def forces_at(self, normal: Vector, u: Vector) -> Vector:
+    def forces_at(self, normal: Array, u: Array) -> Array:
         """Find all forces from the normal ones: friction of sliding, then that of sticking."""
         force = np.zeros(6)
         stuck = []
@@ -106,7 +107,7 @@ class ScipyStrike:
             force[stuck] = np.linalg.solve(self.w[np.ix_(stuck, stuck)], -self.w[stuck] @ force)
         return force
 
-    def rate(self, time: float, state: Vector) -> Vector:
+    def rate(self, time: float, state: Array) -> Array:
         """Right-hand side: springs and impulses."""
         self.evaluations += 1
         if self.evaluations > MOST_CALLS:
@@ -148,16 +149,16 @@ class ScipyStrike:
                     add(('free', j), lambda t, s, j=j: self.slip(s, j) - 2.0 * self.still, 1)
         return names, functions
 
-    def slip(self, state: Vector, j: int) -> float:
+    def slip(self, state: Array, j: int) -> float:
         """Size of a contact's slip."""
         return np.hypot(*self.velocity(state)[3 * j + 1 : 3 * j + 3])
 
-    def margin(self, state: Vector, j: int) -> float:
+    def margin(self, state: Array, j: int) -> float:
         """Margin of the force of a sticking contact inside its cone."""
         force = self.forces_at(self.k * state[:2], self.velocity(state))[3 * j : 3 * j + 3]
         return self.mu[j] * force[0] - np.hypot(force[1], force[2])
 
-    def handle(self, name: str, j: int, state: Vector) -> None:
+    def handle(self, name: str, j: int, state: Array) -> None:
         """Change the state after an event."""
         if name == 'join':
             self.active[j], self.restoring[j], state[j] = True, False, 0.0
@@ -181,7 +182,7 @@ class ScipyStrike:
         elif name in ('join', 'end', 'stop'):
             self.settle(state)
 
-    def settle(self, state: Vector) -> None:
+    def settle(self, state: Array) -> None:
         """Let contacts without slip stick, or start to slide if friction cannot hold them."""
         u = self.velocity(state)
         normal = self.k * state[:2]

@@ -25,7 +25,7 @@ from billiard_shot import effects_of, predict, Scene, Status, Stroke
 from billiard_shot.ros import conversions
 from billiard_shot.ros import predictor as predictor_node
 from billiard_shot.ros.node_runner import BURST
-from billiard_shot.ros.predict_shot import print_response, request_of
+from billiard_shot.ros.predict_shot import request_of, response_text
 from billiard_shot.shot.replay import from_json
 
 SCENE = Scene.load('paper')
@@ -66,7 +66,7 @@ def test_answer_is_the_librarys(ask, name):
     assert {effect.name for effect in answer.effects} == {e.name for e in effects_of(shot)}
     assert 0.0 <= answer.error_estimate <= 1e-4
     assert answer.compute_time > 0.0
-    assert f'{answer.velocity.x:.4f}' in print_response(answer)
+    assert f'{answer.velocity.x:.4f}' in response_text(answer)
 
 
 @pytest.mark.parametrize('name', PAPER_SHOTS)

@@ -34,13 +34,12 @@ from billiard_shot.game.safe_stroke import hit_something
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import at_table, value
 from billiard_shot.planning.shots import DirectShots, shots
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive
 from billiard_shot.shot.stroke import Stroke
-
-Array = NDArray[np.float64]
 
 SHOTS, TIPS = 6, 9  # direct shots that are tried, at points of contact of the tip
 PLACES, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each

@@ -13,8 +13,8 @@ from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.spots import Place
 from billiard_shot.game.state import State
+from billiard_shot.scene.rack import Place
 
 CLEARANCE = 1e-3  # m: smallest gap between balls, and between balls and noses
 

@@ -13,10 +13,10 @@ from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
 from billiard_shot.game.game import Game, rack_state
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import foot_spot, head_spot, is_free, Place
+from billiard_shot.game.spots import foot_spot, head_spot, is_free
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Rack, sites
+from billiard_shot.scene.rack import Place, Rack, sites
 
 BALLS = tuple(str(ball) for ball in range(1, 16))
 DRIVEN_IN_BREAK = 2  # object balls that an opening break without its ball must drive (4.3)

@@ -13,9 +13,10 @@ from billiard_shot.game.fouls import after_shot, in_words
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import foot_spot, head_spot, Place
+from billiard_shot.game.spots import foot_spot, head_spot
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Place
 
 CUSHIONS = 3  # contacts with cushions before the second ball (83)
 BESIDE = 0.1825  # m: from the head spot to the spots of the first cue ball (13)

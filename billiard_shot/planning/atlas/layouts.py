@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
 from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
-from billiard_shot.planning.targets import Point
 from billiard_shot.scene import Scene, Table
 from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.rack import Place
 
 DIGITS = 6  # after the decimal point, of positions in m: exact enough for a ball
 
@@ -24,8 +24,8 @@ class Layout(NamedTuple):
     """Positions of the ball to be potted and of the cue ball [m]."""
 
     ball: str
-    ball_place: Point
-    cue_place: Point
+    ball_place: Place
+    cue_place: Place
 
 
 def layouts_of(scene: Scene, request: AtlasRequest) -> tuple[Layout, ...]:
@@ -57,7 +57,7 @@ def layouts_of(scene: Scene, request: AtlasRequest) -> tuple[Layout, ...]:
     return tuple(layouts)
 
 
-def grid(table: Table, radius: float, counts: tuple[int, int]) -> tuple[Point, ...]:
+def grid(table: Table, radius: float, counts: tuple[int, int]) -> tuple[Place, ...]:
     """Centres of equal cells that fill the area of ball centres, row by row [m]."""
     x, y = (lines[:-1] + 0.5 * np.diff(lines) for lines in borders(table, radius, counts))
     return tuple(
@@ -79,14 +79,14 @@ def scene_at(scene: Scene, layout: Layout) -> Scene:
     return replace(scene, balls={**scene.balls, **moved}, rack=None)
 
 
-def _ball_places(scene: Scene, request: AtlasRequest, ball: str) -> Sequence[Point]:
+def _ball_places(scene: Scene, request: AtlasRequest, ball: str) -> Sequence[Place]:
     if request.ball_grid and scene.table:
         points = grid(scene.table, scene.ball.radius, request.ball_grid)
         return sorted(points, key=lambda point: -point[1])  # row by row from the top
     return request.ball_at or (scene.balls[ball],)
 
 
-def _is_free(scene: Scene, point: Point, others: list[Point]) -> bool:
+def _is_free(scene: Scene, point: Place, others: list[Place]) -> bool:
     distance = 2.0 * scene.ball.radius - rounding.PLACE
     return not no_place(scene.table, *point, scene.ball.radius) and all(
         math.dist(point, other) >= distance for other in others

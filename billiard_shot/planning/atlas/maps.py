@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from billiard_shot.planning.atlas.build import LayoutResult
 from billiard_shot.planning.atlas.layouts import grid, layouts_of
 from billiard_shot.planning.atlas.request import AtlasRequest
-from billiard_shot.planning.targets import Point
 from billiard_shot.scene import Scene
+from billiard_shot.scene.rack import Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Map:
     """
 
     ball: str
-    ball_place: Point
+    ball_place: Place
     results: tuple[LayoutResult, ...]
     success: NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Atlas:
         cells = grid(table, self.scene.ball.radius, self.request.cue_grid)
         index = {point: i for i, point in enumerate(cells)}
         known = {result.layout: result for result in self.results}
-        found: dict[tuple[str, Point], list[LayoutResult]] = {}
+        found: dict[tuple[str, Place], list[LayoutResult]] = {}
         for layout in layouts_of(self.scene, self.request):
             own = found.setdefault((layout.ball, layout.ball_place), [])
             if layout in known:

@@ -11,12 +11,13 @@ import math
 from typing import Any, ClassVar
 
 from billiard_shot.numerics import rounding
-from billiard_shot.planning.targets import pocket_field, Point
+from billiard_shot.planning.targets import pocket_field
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import InputError, Mistake, must_be, must_be_one_of, refused
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import whole
 
 NORMAL_BUDGET = 2000  # simulations of each layout
@@ -55,7 +56,7 @@ def _grid(default: tuple[int, int] | None) -> Any:
 def _points() -> Any:
     place = point().metadata[TAKES]
 
-    def convert(value: object) -> tuple[Point, ...]:
+    def convert(value: object) -> tuple[Place, ...]:
         if not isinstance(value, tuple | list):
             raise refused(value, 'a list of points, [[x, y], ...]', unit='m')
         return tuple(place(each) for each in value)
@@ -108,7 +109,7 @@ class AtlasRequest:
     pocket: tuple[str, ...] = pocket_field()
     cue_grid: tuple[int, int] = _grid(NORMAL_GRID)
     ball_grid: tuple[int, int] | None = _grid(None)
-    ball_at: tuple[Point, ...] = _points()
+    ball_at: tuple[Place, ...] = _points()
     noise: Noise | None = section(Noise, nullable=True)
     budget: int = whole_number(minimum=1, default=NORMAL_BUDGET)
     seed: int = whole_number(minimum=0, default=1)
