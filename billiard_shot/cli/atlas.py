@@ -41,21 +41,21 @@ from billiard_shot.planning.atlas import (
 from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
 
-SURE, EVEN = 0.9, 0.5
+SURE_SUCCESS, EVEN_SUCCESS = 0.9, 0.5
 
 
 def _percent(part: float) -> str:
     return '-' if math.isnan(part) else f'{100.0 * part:.1f}'
 
 
-COLUMNS = (
+ATLAS_COLUMNS = (
     Column('ball', 'ball'),
     Column('place', 'at x y', '(m)', lambda place: numbers(place, 3)),
     Column('layouts', 'layouts'),
     Column('success', 'success', '(%, mean)', _percent),
     Column('half_width', '95 % CI', '(±, mean)', _percent),
-    Column('sure', f'>= {SURE:.0%}', '(%)', _percent),
-    Column('even', f'>= {EVEN:.0%}', '(%)', _percent),
+    Column('sure', f'>= {SURE_SUCCESS:.0%}', '(%)', _percent),
+    Column('even', f'>= {EVEN_SUCCESS:.0%}', '(%)', _percent),
     Column('none', 'no stroke', '(%)', _percent),
 )
 
@@ -138,7 +138,7 @@ def run(options: argparse.Namespace) -> int:
     except BrokenExecutor as error:
         return _stopped(f'a worker died ({error})', options, len(results), len(layouts), 1)
     made = Atlas(scene, request, results)
-    print_rows(COLUMNS, [_row(each) for each in made.maps], options)
+    print_rows(ATLAS_COLUMNS, [_row(each) for each in made.maps], options)
     again = f', {len(done)} of them from {options.output}' if done else ''
     seconds = perf_counter() - start
     simulations = sum(result.simulations for result in results[len(done) :])
@@ -177,8 +177,8 @@ def _row(each: Map) -> dict[str, Any]:
         'layouts': len(success),
         'success': each.mean,
         'half_width': each.mean_half_width,
-        'sure': (success >= SURE).mean(),
-        'even': (success >= EVEN).mean(),
+        'sure': (success >= SURE_SUCCESS).mean(),
+        'even': (success >= EVEN_SUCCESS).mean(),
         'none': (success == 0.0).mean(),
     }
 

@@ -47,7 +47,7 @@ LIMITS = {
     'azimuth_half_range_deg': 'how far the directions reach to each side of the middle (degrees)',
     'offset_max': "largest distance of the tip from the ball's middle (ball radii)",
 }
-COLUMNS = (
+PLAN_COLUMNS = (
     Column('rank', ' '),
     Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
     Column('interval', '95 % CI', '(%)', lambda ends: ' to '.join(map(percent, ends))),
@@ -269,7 +269,7 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
             x, y = result.place
             print(f'cue ball at ({x:.3f}, {y:.3f}) m')
     rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
-    print_rows(COLUMNS, rows, options)
+    print_rows(PLAN_COLUMNS, rows, options)
     if wants_text(options) and result.best:
         print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
         for rank, each in enumerate(result.ranking[1:], 2):

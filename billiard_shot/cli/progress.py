@@ -10,7 +10,7 @@ from billiard_shot import machine_code, predict, Scene, Stroke
 
 T = TypeVar('T')
 
-WIDTH = 30  # characters of the bar itself
+BAR_WIDTH = 30  # characters of the bar itself
 INTERVAL = 0.1  # s, shortest time between drawings
 SAY_AFTER = 5.0  # s until the second line if stderr is not a terminal; then twice as long each
 
@@ -64,8 +64,8 @@ def progress_line(label: str, done: int, total: int, elapsed: float) -> str:
     if total <= 0:
         return f'{label}: {done}'
     part = min(done / total, 1.0)
-    filled = int(WIDTH * part)
-    text = f'{label}: [{"#" * filled}{"." * (WIDTH - filled)}] {done}/{total}'
+    filled = int(BAR_WIDTH * part)
+    text = f'{label}: [{"#" * filled}{"." * (BAR_WIDTH - filled)}] {done}/{total}'
     return f'{text}, {elapsed * (1.0 / part - 1.0):.0f} s to go' if 0.0 < part < 1.0 else text
 
 

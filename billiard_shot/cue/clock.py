@@ -15,7 +15,7 @@ A simulator that runs ten times faster than real time, and publishes its time te
 stays below it.
 """
 
-RECOVERY = 2.0
+CLOCK_RECOVERY = 2.0
 """Time after a jump before the clock is trusted again [s]."""
 
 
@@ -61,7 +61,7 @@ class ClockWatch:
         """Return why the clock is not to be trusted; '' if it is, or if it was never read."""
         if self.time == 0.0:
             return f'{self.name}: has not started: no message received on /clock (use_sim_time)'
-        if now - self._jumped <= RECOVERY:
+        if now - self._jumped <= CLOCK_RECOVERY:
             way = 'back' if self._jump < 0.0 else 'ahead'
             return f'{self.name}: jumped {way} by {abs(self._jump):.3g} s'
         if math.isfinite(self.time) and now - self._advanced > self.timeout:

@@ -10,7 +10,7 @@ from billiard_shot.cue.plan import PreparedShot
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
 
-SHORTEST, LATEST_STOP = 0.05, 2.0
+MIN_DURATION, LATEST_STOP = 0.05, 2.0
 """Range of the time-outs that end in a stop [s]; a later stop would be too late."""
 
 
@@ -54,17 +54,19 @@ class Settings:
 
     """
 
-    estop_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
-    interlock_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
-    joint_states_timeout: float = number('s', minimum=SHORTEST, maximum=LATEST_STOP, default=0.5)
+    estop_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
+    interlock_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
+    joint_states_timeout: float = number(
+        's', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5
+    )
     arm_timeout: float = number('s', minimum=0.1, maximum=60.0, default=5.0)
     settle_time: float = number('s', minimum=0.0, maximum=10.0, default=0.1)
     max_goal_validity: float = number('s', minimum=1.0, maximum=3600.0, default=600.0)
     motion_timeout: float = number('s', minimum=0.1, maximum=30.0, default=2.0)
     aim_tolerance: float = number('', minimum=1e-9, maximum=0.01, default=2e-4)
     brake_tolerance: float = number('m', minimum=1e-4, maximum=0.02, default=0.005)
-    table_timeout: float = number('s', minimum=SHORTEST, maximum=5.0, default=1.0)
-    unseen_timeout: float = number('s', minimum=SHORTEST, maximum=60.0, default=10.0)
+    table_timeout: float = number('s', minimum=MIN_DURATION, maximum=5.0, default=1.0)
+    unseen_timeout: float = number('s', minimum=MIN_DURATION, maximum=60.0, default=10.0)
     stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
     table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
 

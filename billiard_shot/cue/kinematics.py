@@ -8,7 +8,7 @@ import numpy as np
 
 from billiard_shot.cue.limits import check_range, LimitError, raise_violations
 from billiard_shot.cue.mechanism import (
-    AZIMUTH,
+    AZIMUTH_JOINT,
     BASE_X,
     BASE_Y,
     BASE_Z,
@@ -70,10 +70,10 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
     """
     joints = np.empty(len(JOINTS))
     _, up, along = axes(contact.elevation, contact.azimuth)
-    joints[:AZIMUTH] = (
+    joints[:AZIMUTH_JOINT] = (
         contact.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
     )
-    joints[AZIMUTH] = math.remainder(contact.azimuth, 2 * math.pi)
+    joints[AZIMUTH_JOINT] = math.remainder(contact.azimuth, 2 * math.pi)
     joints[STROKE] = stroke
     violations = check_range(
         'elevation', contact.elevation, mechanism.min_elevation, mechanism.max_elevation, 'rad'
@@ -91,7 +91,7 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
 def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) -> TipPose:
     """Find the pose of the tip for joints (6,)."""
     elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
-    azimuth = float(joints[AZIMUTH])
+    azimuth = float(joints[AZIMUTH_JOINT])
     _, up, along = axes(elevation, azimuth)
     pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
     position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along

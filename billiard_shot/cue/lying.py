@@ -8,20 +8,20 @@ moved apart, and out of the cushion.
 from itertools import combinations
 import math
 
-from billiard_shot.cue.sightings import Balls, distance_between, Sighting, SURE
+from billiard_shot.cue.sightings import Balls, distance_between, Sighting, SURE_SIGMAS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place
 from billiard_shot.scene.rack import Place
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import layout_of
 
-ROUNDS = 1000
+MAX_MOVE_ROUNDS = 1000
 """Largest number of rounds in which balls are moved: a cluster takes several."""
 
-MARGIN = 1e-7
+GAP_AFTER_MOVE = 1e-7
 """Gap between balls, and to a cushion, after they were moved [m]."""
 
-REACH = 3.0
+REACH_IN_ERRORS = 3.0
 """Distance of balls that others may push together, in multiples of the largest error."""
 
 
@@ -29,9 +29,9 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     """
     Positions (x, y) [m] of balls on the table of a scene, by name.
 
-    Balls that overlap each other or a cushion by no more than `SURE` standard deviations are moved
-    until they touch. Balls that overlap by more stay, so that whoever uses the positions refuses
-    them.
+    Balls that overlap each other or a cushion by no more than `SURE_SIGMAS` standard deviations
+    are moved until they touch. Balls that overlap by more stay, so that whoever uses the positions
+    refuses them.
     """
     places = {name: ball.position for name, ball in balls.items()}
     diameter = 2.0 * scene.ball.radius
@@ -40,7 +40,7 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
         for one, other in combinations(balls, 2)
         if _may_touch(balls[one], balls[other], diameter)
     ]
-    for _ in range(ROUNDS):
+    for _ in range(MAX_MOVE_ROUNDS):
         moved = [_push(places, *pair, diameter) for pair in pairs]
         moved += [_pull(places, name, ball, scene) for name, ball in balls.items()]
         if not any(moved):
@@ -51,7 +51,11 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
 def _may_touch(one: Sighting, other: Sighting, diameter: float) -> bool:
     """Whether two balls touch, give or take the error of their distance."""
     distance, deviation = distance_between(one, other)
-    return -SURE * deviation <= distance - diameter <= REACH * SURE * deviation
+    return (
+        -SURE_SIGMAS * deviation
+        <= distance - diameter
+        <= REACH_IN_ERRORS * SURE_SIGMAS * deviation
+    )
 
 
 def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bool:
@@ -60,7 +64,7 @@ def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bo
     distance = math.hypot(u - x, v - y)
     if not 0.0 < distance < diameter:
         return False
-    part = 0.5 * (diameter + MARGIN - distance) / distance
+    part = 0.5 * (diameter + GAP_AFTER_MOVE - distance) / distance
     places[one] = x - part * (u - x), y - part * (v - y)
     places[other] = u + part * (u - x), v + part * (v - y)
     return True
@@ -72,10 +76,13 @@ def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene) -> 
     if scene.table is None or not no_place(scene.table, x, y, scene.ball.radius):
         return False
     numbers = layout_of(*params_on_table(scene)).numbers
-    along, across = numbers.centre_half_length - MARGIN, numbers.centre_half_width - MARGIN
+    along, across = (
+        numbers.centre_half_length - GAP_AFTER_MOVE,
+        numbers.centre_half_width - GAP_AFTER_MOVE,
+    )
     inside = min(max(x, -along), along), min(max(y, -across), across)
     xx, _, yy = ball.covariance
-    if not 0.0 < math.dist(inside, (x, y)) <= SURE * math.sqrt(max(xx, yy)):
+    if not 0.0 < math.dist(inside, (x, y)) <= SURE_SIGMAS * math.sqrt(max(xx, yy)):
         return False
     places[name] = inside
     return True

@@ -29,7 +29,7 @@ Joints, in the order of every array of joints.
 `azimuth` is its angle about the vertical [rad]. `incline` is the length of its actuator [m].
 `stroke` is the distance of the cue along its axis from the fully drawn-back position [m].
 """
-BASE_X, BASE_Y, BASE_Z, AZIMUTH, INCLINE, STROKE = range(6)
+BASE_X, BASE_Y, BASE_Z, AZIMUTH_JOINT, INCLINE, STROKE = range(6)
 UNITS = ('m', 'm', 'm', 'rad', 'm', 'm')
 
 

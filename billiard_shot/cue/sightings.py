@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 import math
 
-SURE = 4.0
+SURE_SIGMAS = 4.0
 """
 Number of standard deviations beyond which a distance between two sightings is no noise.
 
@@ -59,7 +59,8 @@ def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
     Return which ball does not lie at its planned place; '' if all do.
 
     A ball lies elsewhere if its distance from the planned place is more than `tolerance` [m] plus
-    `SURE` standard deviations of that distance. The errors of both positions are independent.
+    `SURE_SIGMAS` standard deviations of that distance. The errors of both positions are
+    independent.
     """
     for name in sorted(planned.keys() | seen.keys()):
         if name not in seen:
@@ -71,7 +72,7 @@ def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
         if seen[name].is_moving:
             return f'ball {name!r} moves'
         distance, deviation = distance_between(planned[name], seen[name])
-        allowed = tolerance + SURE * deviation
+        allowed = tolerance + SURE_SIGMAS * deviation
         if not distance <= allowed:
             return (
                 f'ball {name!r} lies {1e3 * distance:.3g} mm from its planned place; must be at '

@@ -11,6 +11,8 @@ from billiard_shot.planning.strikes import wrapped
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 
+Float32Array = NDArray[np.float32]
+
 ACTION = 7  # a, b, elevation, azimuth, speed; x, y of the cue ball if it is in hand
 
 

@@ -17,16 +17,20 @@ from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
-from billiard_shot.gym.actions import action_space, scaled_places, scene_of_table, strokes_of
+from billiard_shot.gym.actions import (
+    action_space,
+    Float32Array,
+    scaled_places,
+    scene_of_table,
+    strokes_of,
+)
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke import Stroke
 
-Floats = NDArray[np.float32]
-
-GAME = 'eight_ball'
-BALLS = (CUE_BALL, *map(str, range(1, 16)))
-IN_HAND = {'': 0.0, 'kitchen': -1.0, 'anywhere': 1.0}
+EIGHT_BALL = 'eight_ball'
+RACKED_BALLS = (CUE_BALL, *map(str, range(1, 16)))
+IN_HAND_ROLE = {'': 0.0, 'kitchen': -1.0, 'anywhere': 1.0}
 
 
 class EightBallEnv(gymnasium.Env[Any, Any]):
@@ -58,7 +62,7 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
     def __init__(self, scene: SceneLike = 'seven_foot', opponent: str = 'greedy') -> None:
         self.scene = scene_of_table(scene)
         self._make_opponent = find_agent(opponent)
-        high = np.ones((len(BALLS), 4), np.float32)
+        high = np.ones((len(RACKED_BALLS), 4), np.float32)
         low = -high
         low[:, 2] = 0.0
         self.observation_space = self._space = spaces.Box(low, high)
@@ -66,15 +70,15 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats, dict[str, Any]]:
+    ) -> tuple[Float32Array, dict[str, Any]]:
         """Rack the balls; who breaks is drawn."""
         super().reset(seed=seed)
         rack, player, breaker = self.np_random.integers(2**31, size=3).tolist()
         self._opponent = self._make_opponent(self.scene, player)
-        self._state = start(GAME, self.scene, rack, breaker % 2)
+        self._state = start(EIGHT_BALL, self.scene, rack, breaker % 2)
         return self._seen(), {'text': self._opponent_plays()}
 
-    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Play a stroke, and then the opponent's turn."""
         text = [self._play(np.asarray(action, float)[np.newaxis])]
         text += self._opponent_plays()
@@ -115,20 +119,20 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
         self._state = ruling.state
         return ruling.text
 
-    def _seen(self) -> Floats:
+    def _seen(self) -> Float32Array:
         state = self._state
-        legal = () if state.over else find_game(GAME).targets(state)
-        seen = np.zeros((len(BALLS), 4), np.float32)
-        for row, ball in zip(seen, BALLS, strict=True):
+        legal = () if state.over else find_game(EIGHT_BALL).targets(state)
+        seen = np.zeros((len(RACKED_BALLS), 4), np.float32)
+        for row, ball in zip(seen, RACKED_BALLS, strict=True):
             if ball in state.balls:
                 x, y = state.balls[ball]
                 role = 1.0 if ball in legal else -1.0
                 row[:] = 2.0 * x / state.length, 2.0 * y / state.width, 1.0, role
-        seen[0, 3] = 0.0 if CUE_BALL in state.balls else IN_HAND[state.in_hand]
+        seen[0, 3] = 0.0 if CUE_BALL in state.balls else IN_HAND_ROLE[state.in_hand]
         return np.clip(seen, self._space.low, self._space.high)
 
 
 def _call(state: State, outcome: Outcome) -> Call:
     """Call the first ball that fell and may be potted."""
-    may = find_game(GAME).targets(state)
+    may = find_game(EIGHT_BALL).targets(state)
     return next((Call(*pair) for pair in outcome.pocketed if pair[0] in may), NO_CALL)

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.game import start
-from billiard_shot.gym.actions import action_space, scaled_places, scene_of_table, strokes_of
+from billiard_shot.gym.actions import (
+    action_space,
+    Float32Array,
+    scaled_places,
+    scene_of_table,
+    strokes_of,
+)
 from billiard_shot.planning.strikes import motions_after
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.player import with_errors
@@ -21,7 +27,6 @@ from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
-Floats = NDArray[np.float32]
 Flags = NDArray[np.bool_]
 
 
@@ -69,13 +74,15 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats, dict[str, Any]]:
+    ) -> tuple[Float32Array, dict[str, Any]]:
         """Set up all tables; `options` do not count."""
         super().reset(seed=seed)
         self._set_up(np.ones(self.num_envs, np.bool_))
         return self._seen(), {}
 
-    def step(self, actions: Floats) -> tuple[Floats, Floats, Flags, Flags, dict[str, Any]]:
+    def step(
+        self, actions: Float32Array
+    ) -> tuple[Float32Array, Float32Array, Flags, Flags, dict[str, Any]]:
         """Play a stroke on every table."""
         scene, tables, cue = self.scene, self._tables, 0
         in_hand = ~tables.present[:, cue]
@@ -120,7 +127,7 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         tables.present[which] = True
         tables.present[which, 0] = False
 
-    def _seen(self) -> Floats:
+    def _seen(self) -> Float32Array:
         table = self.scene.table
         assert table is not None
         tables = self._tables
@@ -149,13 +156,13 @@ class PracticeEnv(gymnasium.Env[Any, Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Floats, dict[str, Any]]:
+    ) -> tuple[Float32Array, dict[str, Any]]:
         """Set up the table."""
         super().reset(seed=seed)
         seen, _ = self._tables.reset(seed=int(self.np_random.integers(2**31)))
         return seen[0], {}
 
-    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Play a stroke."""
         seen, reward, ended, _, infos = self._tables.step(np.asarray(action)[np.newaxis])
         if ended[0]:

@@ -7,7 +7,7 @@ from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.study.accuracy import AccuracyPoint
 from billiard_shot.table.colours import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
 
-COLOURS = {
+METHOD_COLOURS = {
     'this library': VERMILION,
     'impulse scheme': BLUE,
     'SciPy DOP853': GREEN,
@@ -53,7 +53,7 @@ def draw_accuracy(curves: Mapping[str, Sequence[AccuracyPoint]], title: str, pat
         for name, points in curves.items():
             paying = settings_that_pay(points, work, error)
             others = [p for p in points if p not in paying]
-            colour = COLOURS[name]
+            colour = METHOD_COLOURS[name]
             axis.plot(
                 [*map(work, paying)],
                 [*map(error, paying)],

@@ -17,12 +17,12 @@ from billiard_shot.table.colours import VERMILION
 from billiard_shot.table.outline import outline_of
 
 # Even in lightness, for any kind of colour vision, and in grey (van der Walt and Smith, 2015).
-COLOURS = 'viridis'
+COLOUR_MAP = 'viridis'
 LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
 RING = 1.9  # ball radii: around the ball that is to be potted
-SHORT = 8  # points of a contour line that is left out
+MIN_CONTOUR_POINTS = 8  # points of a contour line that is left out
 LIGHT = 0.6  # success from which on the colours are light, so that lines are black
-WIDTH, NARROW = 9.0, 4.0  # inches: smallest width of a picture, and of a map
+MIN_PICTURE_WIDTH, MIN_MAP_WIDTH = 9.0, 4.0  # inches: smallest width of a picture, and of a map
 
 
 def draw_atlas(atlas: Atlas, path: Path) -> None:
@@ -38,7 +38,7 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
     maps, half = atlas.maps, outline_of(atlas.scene).frame
     columns = _columns(atlas, len(maps))
     rows = math.ceil(len(maps) / columns)
-    width = max(WIDTH, NARROW * columns)
+    width = max(MIN_PICTURE_WIDTH, MIN_MAP_WIDTH * columns)
     height = rows * ((width / columns - 0.5) * half[1] / half[0] + 0.6) + 0.7
     figure = new_figure(width, height)
     for number, each in enumerate(maps, 1):
@@ -79,7 +79,7 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
     image = axes.pcolormesh(
         *borders(scene.table, radius, counts),
         drawn.success,
-        cmap=COLOURS,
+        cmap=COLOUR_MAP,
         vmin=0.0,
         vmax=1.0,
         zorder=0.25,
@@ -124,7 +124,9 @@ def _long_lines(path: Any) -> Any:
     """Leave out lines around single fields: they hide the field, and a number does not fit in."""
     from matplotlib.path import Path as Line
 
-    lines = [line for line in path.to_polygons(closed_only=False) if len(line) > SHORT]
+    lines = [
+        line for line in path.to_polygons(closed_only=False) if len(line) > MIN_CONTOUR_POINTS
+    ]
     return Line.make_compound_path(*map(Line, lines)) if lines else Line(np.zeros((0, 2)))
 
 

@@ -13,7 +13,7 @@ from billiard_shot.pictures.trace import trace_of_collision
 from billiard_shot.study.collisions import Collision
 from billiard_shot.table.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
-COLOURS = BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK
+CONTACT_COLOURS = BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK
 
 
 def draw_collision(
@@ -57,7 +57,7 @@ def collision_figure(
     time = trace.time / trace.time[-1]
     figure = new_figure(8.0, 6.0)
     impulses, energies = figure.subplots(2, 1, sharex=True)
-    for j, (contact, colour) in enumerate(zip(contacts, cycle(COLOURS), strict=False)):
+    for j, (contact, colour) in enumerate(zip(contacts, cycle(CONTACT_COLOURS), strict=False)):
         touching = np.where(trace.active[:, j], 1.0, np.nan)
         name = f'contact {j}: body {contact.a} on body {contact.b}'
         lost = result.dissipated[j]

@@ -12,7 +12,7 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 
 SWING = 0.3  # m, largest distance over which the cue is accelerated
-LONGEST = 0.8  # s, largest duration of the acceleration
+MAX_ACCELERATION_TIME = 0.8  # s, largest duration of the acceleration
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +53,7 @@ def cue_motion(shot: Shot, trails: Trails) -> CueMotion:
     """Choose how the cue of a shot moves: the shot has only its speeds at the strike."""
     radius = shot.scene.ball.radius
     stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / radius)
-    swing = min(SWING, 0.5 * stroke.speed * LONGEST)
+    swing = min(SWING, 0.5 * stroke.speed * MAX_ACCELERATION_TIME)
     return CueMotion(
         tip=trails.start(CUE_BALL) + radius * np.array(stroke.normal),
         direction=np.array(stroke.velocity) / stroke.speed,

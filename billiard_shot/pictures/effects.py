@@ -10,7 +10,7 @@ from billiard_shot.study.effects import EffectStudy
 from billiard_shot.table.colours import BLUE, GREY, VERMILION
 
 PALE = 0.35  # opacity of effects that no shot calls for
-LEAST = 1e-3  # mm: smaller changes are not drawn
+MIN_DRAWN_CHANGE = 1e-3  # mm: smaller changes are not drawn
 LINEAR = 10.0  # us, to which the axis of time is linear
 
 
@@ -31,9 +31,9 @@ def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None
     opacity = [1.0 if study.simulated else PALE for study in order]
 
     millimetres = [1e3 * study.median('distance') for study in order]
-    drawn = [min(max(x, LEAST), 1e6) for x in millimetres]
+    drawn = [min(max(x, MIN_DRAWN_CHANGE), 1e6) for x in millimetres]
     change.set_xscale('log')
-    change.set_xlim(LEAST, 30.0 * max([10.0 * LEAST, *drawn]))
+    change.set_xlim(MIN_DRAWN_CHANGE, 30.0 * max([10.0 * MIN_DRAWN_CHANGE, *drawn]))
     _bars(
         change, names, drawn, [BLUE] * len(order), opacity, [_millimetres(x) for x in millimetres]
     )
@@ -61,7 +61,8 @@ def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None
 
     dearest = max(order, key=lambda study: study.median('time'))
     shown = any(
-        alpha == PALE and x >= LEAST for alpha, x in zip(opacity, millimetres, strict=True)
+        alpha == PALE and x >= MIN_DRAWN_CHANGE
+        for alpha, x in zip(opacity, millimetres, strict=True)
     )
     pale = '; pale: only if forced on' if shown else ''
     figure.suptitle(
@@ -100,7 +101,13 @@ def _millimetres(length: float) -> str:
         return 'it never rests'
     if length >= 1e3:
         return f'{length / 1e3:.1f} m'
-    return '0' if length < LEAST else f'{length:.0f} mm' if length >= 10.0 else f'{length:.2g} mm'
+    return (
+        '0'
+        if length < MIN_DRAWN_CHANGE
+        else f'{length:.0f} mm'
+        if length >= 10.0
+        else f'{length:.2g} mm'
+    )
 
 
 def _microseconds(time: float) -> str:

@@ -11,7 +11,7 @@ from billiard_shot.pictures.trails import Trails
 from billiard_shot.records import Array
 from billiard_shot.table.motion import Cause
 
-SAMPLES = 12  # of each motion of each ball
+SAMPLES_PER_MOTION = 12  # of each motion of each ball
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +79,7 @@ def _times(trails: Trails, names: list[str]) -> Array:
     )
     ends = np.unique(starts[starts <= trails.until])
     inner = ends[:-1, np.newaxis] + np.diff(ends)[:, np.newaxis] * np.linspace(
-        0.0, 1.0, SAMPLES, endpoint=False
+        0.0, 1.0, SAMPLES_PER_MOTION, endpoint=False
     )
     before = np.nextafter(ends[1:], 0.0)
     times = np.unique(np.concatenate([ends, inner.ravel(), before]))

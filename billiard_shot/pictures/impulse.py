@@ -11,8 +11,8 @@ from billiard_shot.pictures.two_balls import ImpactState, normal_impulses, PING_
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}
-BESIDE = {'S1': (9, -11), 'S2': (-13, 2), 'S3': (-14, 4)}  # points from curve to number
-MEANING = {'S1': 'both', 'S2': 'ball on table', 'S3': 'ball on ball'}
+NUMBER_OFFSETS = {'S1': (9, -11), 'S2': (-13, 2), 'S3': (-14, 4)}  # points from curve to number
+STATE_MEANINGS = {'S1': 'both', 'S2': 'ball on table', 'S3': 'ball on ball'}
 
 
 def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
@@ -149,7 +149,7 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
         axes.annotate(
             str(number),
             (x[middle], y[middle]),
-            BESIDE[state.name],
+            NUMBER_OFFSETS[state.name],
             textcoords='offset points',
             fontsize=10,
             color=STATE_COLOURS[state.name],
@@ -160,7 +160,7 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
             [],
             color=STATE_COLOURS[name],
             linewidth=2.2,
-            label=f'{", ".join(which)}: {name}, {MEANING[name]}',
+            label=f'{", ".join(which)}: {name}, {STATE_MEANINGS[name]}',
         )
     axes.legend(loc='upper left', bbox_to_anchor=(1.0, 1.0), fontsize='small', frameon=False)
     axes.set_title('(a) impulses', fontsize='medium', loc='left')
@@ -222,7 +222,7 @@ def _table(figure: Any, balls: TwoBalls, trace: CollisionTrace, states: list[Imp
     rows = [
         [
             f'{number}: {state.name}',
-            MEANING[state.name],
+            STATE_MEANINGS[state.name],
             state.events,
             *(
                 f'{value:.4f}'.replace('-', '−')

@@ -9,7 +9,7 @@ from billiard_shot.records import Array
 from billiard_shot.study.laws import Discontinuity, ParameterSweep
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
-COLUMNS = 3
+PANELS_PER_ROW = 3
 STYLES = {
     'bistiffness': (BLUE, '-'),
     'energetic': (VERMILION, '-'),
@@ -37,9 +37,9 @@ def draw_laws(
         If matplotlib is missing, or the file cannot be written.
 
     """
-    rows = math.ceil(len(sweeps) / COLUMNS)
-    figure = new_figure(3.3 * COLUMNS, 2.6 * rows + 0.6)
-    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    rows = math.ceil(len(sweeps) / PANELS_PER_ROW)
+    figure = new_figure(3.3 * PANELS_PER_ROW, 2.6 * rows + 0.6)
+    panels = figure.subplots(rows, PANELS_PER_ROW, squeeze=False).ravel()
     for axes in panels[len(sweeps) :]:
         axes.set_axis_off()
     for axes, sweep in zip(panels, sweeps, strict=False):

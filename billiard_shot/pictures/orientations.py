@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.table.trajectory import Trajectory
 
-STEP = 0.35  # rad by which a ball turns from one orientation to the next, at most
+MAX_TURN = 0.35  # rad by which a ball turns from one orientation to the next, at most
 Quaternion = NDArray[np.float64]  # (4,) x y z w, of length 1
 
 
@@ -35,7 +35,7 @@ def orientations(
     Returns
     -------
     times, quaternions : (n,) and (n, 4) float arrays
-        In order; between two of them the ball turns by at most `STEP`.
+        In order; between two of them the ball turns by at most `MAX_TURN`.
 
     """
     times, found = [0.0], [first]
@@ -46,7 +46,7 @@ def orientations(
             continue
         w, change = segment.spin, segment.angular_acceleration
         fastest = max(np.linalg.norm(w), np.linalg.norm(w + change * duration))
-        steps = max(1, math.ceil(fastest * duration / STEP))
+        steps = max(1, math.ceil(fastest * duration / MAX_TURN))
         h = duration / steps
         twist = h**3 / 12.0 * np.cross(change, w)
         for step in range(steps):

@@ -26,7 +26,7 @@ from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState, EventKind
 
 PANELS: Mapping[str, str] = {'vertical': 'a', 'horizontal': 'b', 'massé': 'c'}
-BEYOND = 1.8  # size of a panel, relative to the extent of the slide
+PANEL_SCALE = 1.8  # size of a panel, relative to the extent of the slide
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +104,7 @@ def _draw(axes: Any, row: PaperShot) -> None:
     draw_cue(axes, scene, row.shot.stroke, row.computed.start(CUE_BALL))
     ends = np.array([turn_to_roll(row.computed), turn_to_roll(row.printed), (0.0, 0.0)])
     low, high = ends.min(axis=0), ends.max(axis=0)
-    middle, half = 0.5 * (low + high), 0.5 * BEYOND * float((high - low).max())
+    middle, half = 0.5 * (low + high), 0.5 * PANEL_SCALE * float((high - low).max())
     axes.set(
         xlim=(middle[0] - half, middle[0] + half),
         ylim=(middle[1] - half, middle[1] + half),

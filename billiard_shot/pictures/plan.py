@@ -19,7 +19,7 @@ from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import GREEN, VERMILION
 
-PATHS = 60  # drawn paths of the cue ball
+DRAWN_PATHS = 60  # drawn paths of the cue ball
 
 
 def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
@@ -42,7 +42,7 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)
-    for line in outcomes.paths[:PATHS]:
+    for line in outcomes.paths[:DRAWN_PATHS]:
         axes.plot(*line.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
     draw_trails(axes, trails)
     for reached, colour, label in (

@@ -17,17 +17,17 @@ from billiard_shot.study.planning_story import Story, StoryStage, tell
 from billiard_shot.table.colours import BLUE, GREEN, ORANGE
 from billiard_shot.table.outline import outline_of
 
-SCENE, BALL = 'blocked', '8'
-DRAWN = 60  # candidates of a stage, and executions of the winner
-FAILED = '#8d9a92'
-COLOURS = (ORANGE, BLUE)
+STORY_SCENE, TARGET_BALL = 'blocked', '8'
+DRAWN_STROKES = 60  # candidates of a stage, and executions of the winner
+FAILED_COLOUR = '#8d9a92'
+PATH_COLOURS = (ORANGE, BLUE)
 ITERATIONS = ('much wider\nthan errors', 'wider', 'a little\nwider', 'as errors\nspread', 'again')
 
 
 def draw_planning_story(path: Path) -> None:
     """Draw a search that pots a blocked ball: stages, refinement, and the winner with errors."""
     figure = new_figure(9.0, 6.2)
-    story = tell(Scene.load(SCENE), BALL)
+    story = tell(Scene.load(STORY_SCENE), TARGET_BALL)
     stages = story.stages[-2:]
     panels = figure.subplots(2, 2).ravel()
     for number, (panel, stage) in enumerate(zip(panels, stages, strict=False), 1):
@@ -35,7 +35,8 @@ def draw_planning_story(path: Path) -> None:
     _draw_refinement(panels[2], stages)
     _draw_winner(panels[3], story)
     figure.suptitle(
-        f'Ball 1 hides ball {BALL}: with errors, a kick pots it more often than a combination'
+        f'Ball 1 hides ball {TARGET_BALL}: with errors, '
+        'a kick pots it more often than a combination'
     )
     save(figure, path)
 
@@ -48,8 +49,10 @@ def _draw_stage(axes: Any, scene: Scene, stage: StoryStage, number: int) -> None
         fontsize='medium',
         loc='left',
     )
-    shown = np.linspace(0, len(stage.strokes) - 1, DRAWN).astype(int)
-    shown = np.union1d(shown, np.flatnonzero(stage.reached)[:: max(1, reached * 3 // DRAWN)])
+    shown = np.linspace(0, len(stage.strokes) - 1, DRAWN_STROKES).astype(int)
+    shown = np.union1d(
+        shown, np.flatnonzero(stage.reached)[:: max(1, reached * 3 // DRAWN_STROKES)]
+    )
     strokes = [Stroke.from_offsets(*stroke) for stroke in stage.strokes[shown].tolist()]
     _draw_paths(axes, scene, strokes, stage.reached[shown].tolist())
 
@@ -59,8 +62,8 @@ def _draw_winner(axes: Any, story: Story) -> None:
     winner = story.finalists[0]
     stroke, scene = Stroke.from_offsets(*winner.stroke.tolist()), story.scene
     rng = np.random.default_rng(1)
-    strokes = [scene.noise.perturb(stroke, rng, scene.ball.radius) for _ in range(DRAWN)]
-    fell = [BALL in predict(scene, each).pocketed for each in strokes]
+    strokes = [scene.noise.perturb(stroke, rng, scene.ball.radius) for _ in range(DRAWN_STROKES)]
+    fell = [TARGET_BALL in predict(scene, each).pocketed for each in strokes]
     success = winner.successes / winner.trials
     axes.set_title(
         f'4. the winner with errors pots it in {success:.0%} of {winner.trials:,} trials',
@@ -82,9 +85,9 @@ def _draw_paths(
         shot = predict(scene, stroke)
         trails = trails_of(shot)
         met = [e.time for e in shot.run.events if CUE_BALL in e.balls and len(e.balls) > 1]
-        look = {'color': GREEN if good else FAILED, 'alpha': 0.7 if good else 0.25}
+        look = {'color': GREEN if good else FAILED_COLOUR, 'alpha': 0.7 if good else 0.25}
         look |= {'linewidth': 0.9 if good else 0.6, 'zorder': 3 if good else 2.5}
-        for name, until in ((CUE_BALL, min(met, default=np.inf)), (BALL, np.inf)):
+        for name, until in ((CUE_BALL, min(met, default=np.inf)), (TARGET_BALL, np.inf)):
             for piece in trails.pieces(name):
                 seen = piece.times <= until
                 axes.plot(*piece.points[seen, :2].T, **look)
@@ -94,7 +97,7 @@ def _draw_paths(
 def _draw_refinement(axes: Any, stages: Iterable[StoryStage]) -> None:
     """Draw the success of the refined strokes after each iteration."""
     axes.set_title('3. refinement: success among samples', fontsize='medium', loc='left')
-    for stage, colour in zip(stages, COLOURS, strict=False):
+    for stage, colour in zip(stages, PATH_COLOURS, strict=False):
         for step, population in enumerate(stage.refined):
             axes.plot(
                 np.full(len(population.success), step), 100 * population.success, '.', color=colour

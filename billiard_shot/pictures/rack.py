@@ -12,7 +12,7 @@ from billiard_shot.pictures.view import page_of
 from billiard_shot.scene import Scene
 from billiard_shot.table.outline import outline_of
 
-COLUMNS = 4  # panels side by side
+RACK_PANELS_PER_ROW = 4  # panels side by side
 
 STYLE = 'body{font:16px sans-serif;max-width:50em;margin:2em auto;padding:0 1em}li{margin:.5em 0}'
 
@@ -78,10 +78,10 @@ def draw_rack(record: RackRecord, scene: Scene, path: Path) -> None:
 
     """
     shots = list(replayed(record, scene))
-    rows = -(-len(shots) // COLUMNS)
-    figure = new_figure(3.4 * COLUMNS, 2.05 * rows)
+    rows = -(-len(shots) // RACK_PANELS_PER_ROW)
+    figure = new_figure(3.4 * RACK_PANELS_PER_ROW, 2.05 * rows)
     half = outline_of(scene).frame
-    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    panels = figure.subplots(rows, RACK_PANELS_PER_ROW, squeeze=False).ravel()
     for number, (axes, (played, shot)) in enumerate(zip(panels, shots, strict=False), 1):
         axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
         draw_table(axes, shot.scene)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import CollisionTrace, trace_of_strike
-from billiard_shot.pictures.two_balls import STATES
+from billiard_shot.pictures.two_balls import STATE_NAMES
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
@@ -89,7 +89,7 @@ def _states(panels: list[Any], trace: CollisionTrace, time: NDArray[np.float64])
             for axes in panels:
                 axes.axvspan(begin, end, color=GREEN, alpha=0.08, linewidth=0)
         if end - begin > MIN_LABEL_SHARE:
-            name = STATES[tuple(trace.active[part][0].tolist())]
+            name = STATE_NAMES[tuple(trace.active[part][0].tolist())]
             panels[0].annotate(
                 name,
                 (0.5 * (begin + end), 1.0),

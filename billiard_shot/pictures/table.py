@@ -38,14 +38,14 @@ from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
 from billiard_shot.table.words import ball_in_words
 
-CLOTH, CUSHION, WOOD, HOLE = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
-WIDTH = 9.0  # inches of a picture
-NAMES = {Motion.ROLL: 'rolls', Motion.SLIDE: 'slides', Motion.FLIGHT: 'flies'}
+CLOTH_COLOUR, CUSHION_COLOUR, WOOD_COLOUR, HOLE_COLOUR = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
+PICTURE_WIDTH = 9.0  # inches of a picture
+MOTION_NAMES = {Motion.ROLL: 'rolls', Motion.SLIDE: 'slides', Motion.FLIGHT: 'flies'}
 # As on the page of `view`.
 DASHES = {Motion.ROLL: '-', Motion.SLIDE: (0, (3.5, 1.2)), Motion.FLIGHT: (0, (1.0, 1.0))}
 # Colours of paths, that of the cue ball first. If more balls move, the rest is grey and thin.
-PATHS = BLACK, VERMILION, BLUE, PURPLE, ORANGE, GREEN
-REST = '#9fb3a7'
+MOVING_COLOURS = BLACK, VERMILION, BLUE, PURPLE, ORANGE, GREEN
+PALE = '#9fb3a7'
 MARKS = {  # marker, label
     EventKind.CUSHION: ('s', 'cushion'),
     EventKind.BALL: ('X', 'meets a ball'),
@@ -56,7 +56,7 @@ MARKS = {  # marker, label
 }
 CUE_COLOUR = '#8a5a2b'
 TITLE = 100  # characters of a line of the title
-MARGIN = 0.15  # m around the paths on an endless cloth
+ENDLESS_CLOTH_MARGIN = 0.15  # m around the paths on an endless cloth
 
 
 def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[Any, Any]:
@@ -86,13 +86,16 @@ def table_axes(scene: Scene, points: ArrayLike = (), title: str = '') -> tuple[A
     else:
         balls = np.array([scene.cue_ball[:2], *scene.balls.values()])
         seen = np.concatenate([balls, np.reshape(points, (-1, 2))])
-        low, high = seen.min(axis=0) - MARGIN, seen.max(axis=0) + MARGIN
+        low, high = (
+            seen.min(axis=0) - ENDLESS_CLOTH_MARGIN,
+            seen.max(axis=0) + ENDLESS_CLOTH_MARGIN,
+        )
         least = 0.3 * (high - low).max()  # a picture of a straight line has some height, too
         grow = np.maximum(least - (high - low), 0.0) / 2.0
         low, high = low - grow, high + grow
     size = high - low
-    height = float(np.clip(WIDTH * size[1] / size[0], 2.0, WIDTH))
-    figure = new_figure(WIDTH, height + 0.9)
+    height = float(np.clip(PICTURE_WIDTH * size[1] / size[0], 2.0, PICTURE_WIDTH))
+    figure = new_figure(PICTURE_WIDTH, height + 0.9)
     axes = figure.subplots()
     axes.set(
         xlim=(low[0], high[0]),
@@ -113,19 +116,21 @@ def draw_table(axes: Any, scene: Scene) -> None:
     from matplotlib.patches import Circle, Polygon, Rectangle
 
     if scene.table is None:
-        axes.set_facecolor(CLOTH)
+        axes.set_facecolor(CLOTH_COLOUR)
         axes.grid(color='white', linewidth=0.8)
         axes.set_axisbelow(True)
         return
     table = outline_of(scene)
-    for half, colour in ((table.frame, WOOD), (table.back, CLOTH)):
+    for half, colour in ((table.frame, WOOD_COLOUR), (table.back, CLOTH_COLOUR)):
         x, y = half
         axes.add_patch(Rectangle((-x, -y), 2.0 * x, 2.0 * y, color=colour, linewidth=0, zorder=0))
     for x, y, radius in table.holes:
-        axes.add_patch(Circle((x, y), radius, color=HOLE, linewidth=0, zorder=0.2))
+        axes.add_patch(Circle((x, y), radius, color=HOLE_COLOUR, linewidth=0, zorder=0.2))
     for cushion in table.cushions:
         axes.add_patch(
-            Polygon(cushion, facecolor=CUSHION, edgecolor='#6f9080', linewidth=0.6, zorder=0.3)
+            Polygon(
+                cushion, facecolor=CUSHION_COLOUR, edgecolor='#6f9080', linewidth=0.6, zorder=0.3
+            )
         )
 
 
@@ -173,11 +178,11 @@ def path_colours(trails: Trails) -> dict[str, str]:
     """
     moving = [name for name in trails.balls if trails.moved(name)]
     moving.sort(key=lambda name: name != CUE_BALL)
-    if len(moving) <= len(PATHS):
-        return dict(zip(moving, PATHS, strict=False))
+    if len(moving) <= len(MOVING_COLOURS):
+        return dict(zip(moving, MOVING_COLOURS, strict=False))
     gone = [name for name in moving if trails.end(name) is None]
     told = dict.fromkeys([CUE_BALL, *filter(None, [trails.first_contact]), *gone])
-    return dict.fromkeys(moving, REST) | dict(zip(told, cycle(PATHS), strict=False))
+    return dict.fromkeys(moving, PALE) | dict(zip(told, cycle(MOVING_COLOURS), strict=False))
 
 
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
@@ -187,12 +192,12 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
     colours = path_colours(trails)
     styles: dict[str, Any] = {}  # that occur, for the legend
     for name, colour in colours.items():
-        pale = colour == REST
+        pale = colour == PALE
         axes.plot([], [], color=colour, linewidth=1.5, label=_label(name, pale))
         for piece in trails.pieces(name):
-            if piece.motion not in NAMES:
+            if piece.motion not in MOTION_NAMES:
                 continue  # it spins in place
-            styles[NAMES[piece.motion]] = DASHES[piece.motion]
+            styles[MOTION_NAMES[piece.motion]] = DASHES[piece.motion]
             axes.plot(
                 piece.points[:, 0],
                 piece.points[:, 1],
@@ -203,12 +208,12 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
                 zorder=2.5 if pale else 3,
                 solid_capstyle='butt',
             )
-    for label in NAMES.values():
+    for label in MOTION_NAMES.values():
         if label in styles:
             axes.plot([], [], linestyle=styles[label], color=GREY, linewidth=1.5, label=label)
     for mark in trails.marks:
-        colour = colours.get(mark.balls[0], REST)
-        if mark.kind in MARKS and colour != REST:
+        colour = colours.get(mark.balls[0], PALE)
+        if mark.kind in MARKS and colour != PALE:
             marker, label = MARKS[mark.kind]
             axes.plot(
                 *mark.position[:2],
@@ -322,7 +327,7 @@ def shot_title(shot: Shot) -> str:
 def _name_starts(axes: Any, trails: Trails) -> None:
     """Write the names of balls without a number beside their first places; of many, the cue's."""
     named = [name for name in _moved(trails) if not name.isdecimal()]
-    for name in named if len(named) <= len(PATHS) else [CUE_BALL]:
+    for name in named if len(named) <= len(MOVING_COLOURS) else [CUE_BALL]:
         x, y, _ = trails.start(name)
         way = [piece.points[-1][:2] - (x, y) for piece in trails.pieces(name)]
         along = next((_unit(*each) for each in way if each.any()), np.array([1.0, 0.0]))

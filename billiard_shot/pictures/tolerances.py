@@ -9,8 +9,8 @@ from billiard_shot.study.tolerances import cost_of_accuracy, Tolerance
 from billiard_shot.table.colours import BLUE, GREEN, GREY, PURPLE, VERMILION
 
 TIMES = (('strike', BLUE), ('shot', VERMILION), ('opening', GREEN), ('plan', PURPLE))
-NAMES = {'opening': 'break', 'plan': 'judging a plan'}
-LEAST = 1e-13  # m: smaller errors are drawn there
+CURVE_NAMES = {'opening': 'break', 'plan': 'judging a plan'}
+MIN_DRAWN_ERROR = 1e-13  # m: smaller errors are drawn there
 
 
 def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
@@ -32,14 +32,14 @@ def draw_tolerances(studied: Sequence[Tolerance], path: Path) -> None:
         ('largest_error', 'largest of all shots', VERMILION),
         ('typical_error', 'median', BLUE),
     ):
-        errors = [1e3 * max(getattr(each, quantity), LEAST) for each in studied]
+        errors = [1e3 * max(getattr(each, quantity), MIN_DRAWN_ERROR) for each in studied]
         left.loglog(tolerances, errors, 'o-', ms=4, color=colour)
         _name(left, name, tolerances[0], errors[0], colour)
     left.set_ylabel('error of the place of rest (mm)')
     for quantity, colour in TIMES:
         times = [1e3 * getattr(each, quantity) for each in studied]
         right.loglog(tolerances, times, 'o-', ms=4, color=colour)
-        _name(right, NAMES.get(quantity, quantity), tolerances[0], times[0], colour)
+        _name(right, CURVE_NAMES.get(quantity, quantity), tolerances[0], times[0], colour)
     right.set_ylabel('processor time (ms)')
     for axis in (left, right):
         axis.set_xlabel('tolerance (mm)')

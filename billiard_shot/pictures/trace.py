@@ -30,7 +30,7 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.study.collisions import Collision
 
-SAMPLES = 24  # of a step, beside its ends
+SAMPLES_PER_STEP = 24  # of a step, beside its ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ class _Recorder:
     def __call__(
         self, m: Model, contacts: list[ContactState], scale: float, order: int, x: float
     ) -> None:
-        part = np.linspace(0.0, x, SAMPLES + 2)
+        part = np.linspace(0.0, x, SAMPLES_PER_STEP + 2)
         powers = part[:, np.newaxis] ** np.arange(order + 1)
         integrals = scale * part[:, np.newaxis] * powers[:, :order] / np.arange(1, order + 1)
         velocities, forces, impulses, energies, active = [], [], [], [], []

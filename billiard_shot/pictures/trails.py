@@ -16,11 +16,11 @@ from billiard_shot.table.motion import Motion
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind, Segment, Trajectory
 
-ENDLESS = 2.0  # s for which a motion without end is shown
+ENDLESS_SHOWN = 2.0  # s for which a motion without end is shown
 SAGITTA = 1e-4  # m, largest distance of a drawn line from the curve
-MOST = 400  # largest number of points of a segment
+MAX_POINTS = 400  # largest number of points of a segment
 MEETINGS = EventKind.BALL, EventKind.CLUSTER
-GONE = (Motion.POCKETED, Motion.OFF_TABLE)
+OFF_CLOTH = (Motion.POCKETED, Motion.OFF_TABLE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +90,7 @@ class Trails:
     def end(self, name: str) -> NDArray[np.float64] | None:
         """Find the centre of a ball in the end (3,) [m]; None if in a pocket or off the table."""
         state = self.balls[name].at(self.until)
-        return None if Motion(int(state.motion)) in GONE else state.position
+        return None if Motion(int(state.motion)) in OFF_CLOTH else state.position
 
 
 def trails_of_run(scene: Scene, run: TableRun) -> Trails:
@@ -116,14 +116,16 @@ def trails_of(shot: Shot) -> Trails:
 
 
 def _until(balls: Mapping[str, Trajectory]) -> float:
-    return max(ball.duration + (0.0 if ball.comes_to_rest else ENDLESS) for ball in balls.values())
+    return max(
+        ball.duration + (0.0 if ball.comes_to_rest else ENDLESS_SHOWN) for ball in balls.values()
+    )
 
 
 def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:
     """Yield the pieces of a path; consecutive segments of like motion are one piece."""
     motion, times = Motion.REST, [np.zeros(0)]
     for segment in ball.segments:
-        if segment.start >= until or segment.motion in (Motion.REST, *GONE):
+        if segment.start >= until or segment.motion in (Motion.REST, *OFF_CLOTH):
             continue
         if segment.motion != motion and len(times) > 1:
             yield _piece(ball, motion, times)
@@ -149,4 +151,4 @@ def _times(segment: Segment, end: float) -> NDArray[np.float64]:
     straight = bend <= 1e-9 * size * float(np.linalg.norm(segment.velocity))
     # a parabola's chord over dt misses it by at most a dt^2 / 8
     steps = 1 if straight else math.ceil(duration * math.sqrt(size / (8.0 * SAGITTA)))
-    return np.linspace(segment.start, end, 1 + min(max(steps, 1), MOST))
+    return np.linspace(segment.start, end, 1 + min(max(steps, 1), MAX_POINTS))

@@ -17,7 +17,7 @@ from billiard_shot.records import Array
 from billiard_shot.study.collisions import stacked
 
 PING_PONG = (0.807755, 0.846529)  # restitution of ball on ball and of ball on plexiglass (2.4)
-STATES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by active contacts
+STATE_NAMES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by active contacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class TwoBalls:
         parts = trace.phases()
         return [
             ImpactState(
-                STATES[tuple(trace.active[part][0].tolist())],
+                STATE_NAMES[tuple(trace.active[part][0].tolist())],
                 '-'.join(_turns(trace, part) + _ends(trace, part, after)),
                 part,
             )

@@ -15,12 +15,12 @@ from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,
+    PALE,
     path_colours,
-    REST,
     shot_title,
     table_axes,
 )
-from billiard_shot.pictures.trails import GONE, Trails, trails_of
+from billiard_shot.pictures.trails import OFF_CLOTH, Trails, trails_of
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLACK
@@ -31,10 +31,10 @@ Draw = Callable[[NDArray[np.float64]], Iterator[NDArray[np.uint8]]]
 RATE = 25  # images per second
 DPI = 100.0
 BLOCK = 16  # pixels: encoders of MP4 want multiples of it
-STILL = 1.0  # s for which the end is shown
+END_SHOWN = 1.0  # s for which the end is shown
 FOLLOW = 0.25  # s for which the cue is shown after the strike
 SHADOW = 0.5  # m by which the shadow of a ball is displaced, per m of height
-COLOURS = 64  # of a GIF
+GIF_COLOURS = 64  # of a GIF
 
 
 def write_video(
@@ -83,7 +83,7 @@ def _write_gif(path: Path, times: NDArray[np.float64], draw: Draw) -> None:
     """Write with one palette for all images, so that they differ only where something moves."""
     from PIL import Image
 
-    palette = Image.fromarray(next(draw(times[-1:]))).quantize(COLOURS)  # all paths are in it
+    palette = Image.fromarray(next(draw(times[-1:]))).quantize(GIF_COLOURS)  # all paths are in it
     pictures = (
         Image.fromarray(each).quantize(palette=palette, dither=Image.Dither.NONE)
         for each in draw(times)
@@ -155,7 +155,7 @@ def images(shot: Shot, times: NDArray[np.float64], title: str = '') -> Iterator[
 def image_times(shot: Shot) -> NDArray[np.float64]:
     """Choose times (n,) [s] from the beginning of the cue's motion until after the last motion."""
     trails = trails_of(shot)
-    begin, end = -cue_motion(shot, trails).time, trails.until + STILL
+    begin, end = -cue_motion(shot, trails).time, trails.until + END_SHOWN
     return begin + np.arange(math.ceil((end - begin) * RATE) + 1) / RATE
 
 
@@ -183,7 +183,7 @@ class _Moving:
         self.cue_motion = cue_motion(shot, trails)
         self.paths = {
             name: axes.plot(
-                [], [], color=colour, linewidth=0.6 if colour == REST else 1.5, zorder=3
+                [], [], color=colour, linewidth=0.6 if colour == PALE else 1.5, zorder=3
             )[0]
             for name, colour in path_colours(trails).items()
         }
@@ -213,7 +213,7 @@ class _Moving:
             self.axes.draw_artist(line)
         for name, artists in self.balls.items():
             state = self.trails.balls[name].at(max(time, 0.0))
-            if Motion(int(state.motion)) in GONE:
+            if Motion(int(state.motion)) in OFF_CLOTH:
                 continue
             height = state.position[2] - self.starts[name][2]
             away = state.position - self.starts[name]

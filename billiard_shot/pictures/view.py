@@ -42,9 +42,9 @@ SCRIPTS = (
 )
 # Colours of the paths of balls: those of Okabe and Ito that stand out on a green cloth.
 YELLOW = '#f0e442'
-CUE_PATH, PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
-DRAWN = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
-Y, Z = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+CUE_PATH, BALL_PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
+DRAWN_MOTIONS = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
+ACROSS, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
@@ -113,7 +113,7 @@ def page_path_colours(trails: Trails) -> dict[str, str]:
     The path of the cue ball is white. With more than five other balls, colours repeat.
     """
     moving = [name for name in trails.balls if trails.moved(name) and name != CUE_BALL]
-    return {CUE_BALL: CUE_PATH} | dict(zip(moving, cycle(PATHS), strict=False))
+    return {CUE_BALL: CUE_PATH} | dict(zip(moving, cycle(BALL_PATHS), strict=False))
 
 
 def _part(name: str) -> str:
@@ -181,7 +181,7 @@ def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str,
                 'points': np.round(piece.points, 5).ravel().tolist(),
             }
             for piece in trails.pieces(name)
-            if piece.motion in DRAWN
+            if piece.motion in DRAWN_MOTIONS
         ],
         'segments': np.vstack(numbers).T.tolist(),
         'times': np.round(times, 6).tolist(),
@@ -193,7 +193,7 @@ def _first(number: int) -> NDArray[np.float64]:
     """Choose the first orientation of a ball: its number up, tilted to its own side."""
     around = 2.4 * number  # the golden angle: no two balls are tilted to the same side
     # the number, at +x with its head at +z, comes to +z with its head at +x
-    up = product(rotation(math.pi * Z), rotation(-0.5 * math.pi * Y))
+    up = product(rotation(math.pi * UP), rotation(-0.5 * math.pi * ACROSS))
     aside = rotation(0.6 * np.array([math.cos(around), math.sin(around), 0.0]))
     return product(aside, up)
 

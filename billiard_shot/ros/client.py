@@ -57,7 +57,7 @@ QUIET_WAIT = 2.0
 REMINDER = 8.0
 """Time between two messages in the log about the same wait [s]."""
 
-ANSWER_TIME = 30.0
+ANSWER_TIMEOUT = 30.0
 """Longest time in which a node answers, if the machine is busy [s]."""
 
 PLAN_TIME = 600.0
@@ -379,8 +379,8 @@ class RobotClient(Node):
 
     def answer(self, sent: Any, name: str) -> Any:
         """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
-        if not self.until(sent.done, ANSWER_TIME):
-            raise NotReadyError(f'no answer from {name} within {ANSWER_TIME:g} s')
+        if not self.until(sent.done, ANSWER_TIMEOUT):
+            raise NotReadyError(f'no answer from {name} within {ANSWER_TIMEOUT:g} s')
         return result_of(sent)
 
     def act(
@@ -424,7 +424,7 @@ class RobotClient(Node):
         self.until(lambda: ended.done() or may_fire(), left)
         if not ended.done():
             answer = self._arm.call_async(Arm.Request(shot_id=goal.plan.shot_id))
-            self.until(lambda: answer.done() or ended.done(), ANSWER_TIME)
+            self.until(lambda: answer.done() or ended.done(), ANSWER_TIMEOUT)
             if answer.done() and not result_of(answer).success:
                 self.get_logger().error(f'not armed: {result_of(answer).message}')
                 return

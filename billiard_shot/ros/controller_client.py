@@ -17,7 +17,7 @@ from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
 
-HORIZON = 0.5
+COMMAND_HORIZON = 0.5
 """
 Time of motion that a goal contains before its brake [s].
 
@@ -30,10 +30,10 @@ RENEWAL = 0.1
 LEAD = 0.05
 """Time from the decision to the start of a trajectory, for the way of the goal [s]."""
 
-ANSWER_TIME = 1.0
+CONTROLLER_TIMEOUT = 1.0
 """Longest time in which the controller accepts or rejects a goal [s]."""
 
-FAREWELL = 0.5
+FAREWELL_TIME = 0.5
 """Longest time that an ending driver waits until the controller has accepted the stop [s]."""
 
 
@@ -41,10 +41,11 @@ class ControllerClient:
     """
     Sends commands as goals of the action control_msgs/action/FollowJointTrajectory.
 
-    A goal contains the trajectory from its start to `HORIZON` from now, and a brake. The next goal
-    replaces it before the brake begins. All goals for a trajectory have the stamp of its start, so
-    that the controller goes on where it is. A stop is a goal with a brake from the measured
-    motion; if the joints are not known, the last goal is cancelled, and the controller holds.
+    A goal contains the trajectory from its start to `COMMAND_HORIZON` from now, and a brake. The
+    next goal replaces it before the brake begins. All goals for a trajectory have the stamp of its
+    start, so that the controller goes on where it is. A stop is a goal with a brake from the
+    measured motion; if the joints are not known, the last goal is cancelled, and the controller
+    holds.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ class ControllerClient:
         if not self._client.server_is_ready():
             return f'controller: there is no action server {self._action}'
         waited = steady_time() - self._sent
-        if self._newest and not self._newest.done() and waited > ANSWER_TIME:
+        if self._newest and not self._newest.done() and waited > CONTROLLER_TIMEOUT:
             return f'controller: no answer to a goal for {waited:.2g} s'
         return self._failure
 
@@ -134,7 +135,7 @@ class ControllerClient:
         if self._newest and not self._newest.done() and self._client.server_is_ready():
             executor = SingleThreadedExecutor()
             executor.add_node(self._node)
-            executor.spin_until_future_complete(self._newest, FAREWELL)
+            executor.spin_until_future_complete(self._newest, FAREWELL_TIME)
 
     def close(self) -> None:
         """Withdraw the client."""
@@ -145,7 +146,7 @@ class ControllerClient:
         trajectory = self._command.trajectory
         assert trajectory
         passed = 1e-9 * (self._node.get_clock().now().nanoseconds - self._start)
-        end = max(passed + HORIZON, self._command.whole)
+        end = max(passed + COMMAND_HORIZON, self._command.whole)
         self._covered = end
         self._send(excerpt(trajectory, end, self._limits), self._start)
 

@@ -57,9 +57,9 @@ SUCCESS = TransitionCallbackReturn.SUCCESS
 UNCONFIGURED = (
     'the node is not active: configure it, then activate it, or start it with autostart:=true'
 )
-INACTIVE = 'the node is not active: activate it'
+NOT_ACTIVE = 'the node is not active: activate it'
 
-REST_PERIOD = 0.1
+DRIVER_REST_PERIOD = 0.1
 """Time between two ticks while nothing moves [s]."""
 
 REMINDER_PERIOD = 8.0
@@ -166,7 +166,7 @@ class CueDriver(LifecycleNode):
             compiles=False,
         )
         self._controller.take_over(before)
-        self._inactive = INACTIVE
+        self._inactive = NOT_ACTIVE
         self._tell_state()
         return super().on_configure(state)
 
@@ -258,7 +258,7 @@ class CueDriver(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Disarm, which stops the mechanism, and accept no more goals."""
         self._controller.disarm(steady_time(), 'deactivated')
-        self._inactive = INACTIVE
+        self._inactive = NOT_ACTIVE
         return super().on_deactivate(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -384,7 +384,7 @@ class CueDriver(LifecycleNode):
     def _period(self) -> float:
         """Time between two ticks in the current state [s]."""
         period: float = self.get_parameter('period').value
-        rest = min(REST_PERIOD, 0.4 * self._controller.max_pause)
+        rest = min(DRIVER_REST_PERIOD, 0.4 * self._controller.max_pause)
         return period if self._controller.state in MOVING else max(period, rest)
 
     def _tick(self) -> None:

@@ -4,7 +4,7 @@ from dataclasses import fields, replace
 
 from rclpy.node import Node
 
-from billiard_shot.cue.execution import LATEST_STOP, Settings, SHORTEST
+from billiard_shot.cue.execution import LATEST_STOP, MIN_DURATION, Settings
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.ros.parameters import node_parameters, NodeParameter, read_into, TABLE_FRAME
@@ -43,7 +43,7 @@ def _topic(name: str) -> None:
         raise ValueError(f'topic must be the name of a topic, got {name!r}')
 
 
-SCENE = NodeParameter(
+SCENE_PARAMETER = NodeParameter(
     'scene',
     'paper',
     'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue '
@@ -92,7 +92,7 @@ TOPIC, FOLLOW_JOINT_TRAJECTORY = 'topic', 'follow_joint_trajectory'
 
 CUE_DRIVER = (
     TABLE_FRAME,
-    SCENE,
+    SCENE_PARAMETER,
     MECHANISM,
     JOINT_NAMES,
     NodeParameter(
@@ -140,7 +140,7 @@ CUE_SIM = (
         'If no command arrives for longer than this, the mechanism stops. A command older than '
         'this is refused.',
         unit='s',
-        limits=(SHORTEST, LATEST_STOP),
+        limits=(MIN_DURATION, LATEST_STOP),
         read_only=True,
     ),
     NodeParameter(
@@ -158,7 +158,7 @@ CUE_SIM = (
 
 TABLE_SIM = (
     TABLE_FRAME,
-    replace(SCENE, read_only=True),
+    replace(SCENE_PARAMETER, read_only=True),
     _topic_parameter('strike_topic', 'cue_driver/strike', 'Topic of the measured strikes.'),
     NodeParameter(
         'rate',

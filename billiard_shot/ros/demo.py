@@ -21,11 +21,11 @@ from billiard_shot.ros.processes import (
     SIMULATION,
 )
 
-SCENE = 'robot_table'
+DEMO_SCENE = 'robot_table'
 """Scene of the mechanical cue."""
 
-ON_IT, WARN = ('-p', f'scene:={SCENE}'), ('--log-level', 'warn')
-PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
+ON_IT, WARN = ('-p', f'scene:={DEMO_SCENE}'), ('--log-level', 'warn')
+DEMO_PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
 NODES = {
     'predictor': (*ON_IT, *WARN),
     'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, *WARN),
@@ -35,16 +35,16 @@ NODES = {
 }
 """Nodes and their arguments."""
 
-STROKES = Path(__file__).with_name('demo_strokes.yaml')
+STROKE_FILE = Path(__file__).with_name('demo_strokes.yaml')
 """Strokes that are played in sequence, each from the resting place of the ball."""
 
 TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}')
 """Targets for which strokes are planned and played."""
 
-GAME = ('--game', 'practice', '--balls', '3', '--seed', '0')
+GAME_OPTIONS = ('--game', 'practice', '--balls', '3', '--seed', '0')
 """Game that is played: the first three balls lie at random, the cue ball is in hand."""
 
-UNATTENDED = ('--scene', SCENE, '--arm', '--simulate-safety-inputs')
+UNATTENDED = ('--scene', DEMO_SCENE, '--arm', '--simulate-safety-inputs')
 """Options for a simulation without an operator."""
 
 NEXT = """\
@@ -71,7 +71,7 @@ def main() -> None:
             'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
             flush=True,
         )
-        with running(PREDICTOR, environment):
+        with running(DEMO_PREDICTOR, environment):
             strokes = str(config_file('strokes/paper.yaml'))
             failed = run_client('predict_shot', environment, '--strokes', strokes)
         if not failed:
@@ -81,9 +81,12 @@ def main() -> None:
             )
             with running(NODES, environment):
                 for said, arguments in (
-                    ('', ('--strokes', str(STROKES))),
+                    ('', ('--strokes', str(STROKE_FILE))),
                     ('', (*TARGETS, '--budget', '6000')),
-                    ('\nThe player clears three balls: decides, aims, fires, watches.\n', GAME),
+                    (
+                        '\nThe player clears three balls: decides, aims, fires, watches.\n',
+                        GAME_OPTIONS,
+                    ),
                 ):
                     print(said, end='', flush=True)
                     failed = failed or run_client('player', environment, *arguments, *UNATTENDED)

@@ -30,7 +30,7 @@ from billiard_shot.ros.node_runner import (
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.scene import Noise, Robot
 
-POLL_PERIOD = 0.02
+CANCEL_POLL_PERIOD = 0.02
 """Time between two checks of a search [s]."""
 
 BEST_SAMPLES = 200
@@ -115,7 +115,7 @@ class Planner(Node):
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        self._timer = steady_timer(self, POLL_PERIOD, self._poll, autostart=False)
+        self._timer = steady_timer(self, CANCEL_POLL_PERIOD, self._poll, autostart=False)
         self._polls = 0  # since the last feedback
         log_compilation(self)
         warm_up_planning(self._default)
@@ -227,7 +227,7 @@ class Planner(Node):
         if (
             search.goal
             and now
-            and self._polls * POLL_PERIOD >= FEEDBACK_PERIOD
+            and self._polls * CANCEL_POLL_PERIOD >= FEEDBACK_PERIOD
             and now.simulations > search.reported
         ):
             self._polls, search.reported = 0, now.simulations

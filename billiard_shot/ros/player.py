@@ -63,10 +63,10 @@ MAX_VALIDITY = 3600.0
 SIGNAL_PERIOD = 0.05
 """Time between two checks for caught signals [s]."""
 
-PLAYED, FAILED, NOT_READY = 0, 1, 3
+PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
 
-EXIT_CODES = """\
+EXIT_CODE_HELP = """\
 exit codes:
   0  every shot was played, and reached its target if it has one; a turn was played, and the
      rack was not lost; with --serve, after Ctrl+C or SIGTERM
@@ -220,7 +220,7 @@ def parser_of(name: str, docstring: str | None) -> argparse.ArgumentParser:
     return argparse.ArgumentParser(
         prog=name,
         description=(docstring or '').strip().partition('\n')[0],
-        epilog=EXIT_CODES + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
+        epilog=EXIT_CODE_HELP + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
 
@@ -258,7 +258,7 @@ def run_player_client(
     serves: bool = False,
 ) -> None:
     """
-    Make a client, do the rounds until one fails, and exit with one of `EXIT_CODES`.
+    Make a client, do the rounds until one fails, and exit with one of `EXIT_CODE_HELP`.
 
     A client that `serves` is a node, which ends with 0 after a signal.
     """
@@ -279,7 +279,7 @@ def run_player_client(
             steady_timer(client, SIGNAL_PERIOD, end_if_caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
             wait(client)
-            code = PLAYED if all(play(client) for play in rounds) else FAILED
+            code = PLAYED if all(play(client) for play in rounds) else SHOT_FAILED
         except (NotReadyError, TimeoutError) as error:
             print(f'{name}: {error}', file=sys.stderr)
             code = NOT_READY

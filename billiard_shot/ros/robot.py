@@ -14,7 +14,7 @@ from rclpy.utilities import remove_ros_args
 from billiard_shot.ros.player import parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
 
-POLL_PERIOD = 0.2
+PROCESS_POLL_PERIOD = 0.2
 """Time between two checks whether all nodes still run [s]."""
 
 
@@ -48,7 +48,7 @@ def main(args: Sequence[str] | None = None) -> None:
     with running(nodes, quick_environment()) as processes:
         try:
             while all(process.poll() is None for process in processes.values()):
-                time.sleep(POLL_PERIOD)
+                time.sleep(PROCESS_POLL_PERIOD)
         except KeyboardInterrupt:
             return
     ended = [name for name, process in processes.items() if process.poll() is not None]

@@ -51,7 +51,7 @@ class TableDisplay(Node):
 
     def _show(self) -> None:
         """Show the scene of the parameters."""
-        self._places: table_markers.Places = {}
+        self._places: table_markers.BallCentres = {}
         scene = Scene.load(self.get_parameter('scene').value)
         self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
         self._feedback = JointFeedback(self.get_parameter('joint_names').value)
@@ -69,7 +69,7 @@ class TableDisplay(Node):
         header = parameters.table_header(self, message.header.stamp)
         self._publish_balls(table_markers.ball_centres(message, self._radius), header)
 
-    def _publish_balls(self, balls: table_markers.Places, header: Header) -> None:
+    def _publish_balls(self, balls: table_markers.BallCentres, header: Header) -> None:
         """Show the balls, unless they are shown where they are."""
         if balls.keys() == self._places.keys() and all(
             math.dist(place, self._places[name]) < MIN_CHANGE for name, place in balls.items()

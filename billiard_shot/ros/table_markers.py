@@ -20,9 +20,9 @@ STEEL = '#a9b3bd'
 SHAFT = 0.01  # m, shown radius of the mechanical cue
 THICKNESS = 0.03  # m, of the bed
 CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
-LIFT = 5e-4  # m, height of flat markers above the surface under them
+MARKER_LIFT = 5e-4  # m, height of flat markers above the surface under them
 
-Places = Mapping[str, tuple[float, float, float]]
+BallCentres = Mapping[str, tuple[float, float, float]]
 
 
 def table_markers(scene: Scene, header: Header) -> MarkerArray:
@@ -33,7 +33,7 @@ def table_markers(scene: Scene, header: Header) -> MarkerArray:
     outline = outline_of(scene)
     shown = [
         _slab('bed', outline.back, 0.0, CLOTH),
-        _slab('frame', outline.frame, -LIFT, WOOD),
+        _slab('frame', outline.frame, -MARKER_LIFT, WOOD),
         markers.prisms('cushions', outline.cushions, 0.0, outline.height, markers.colour(CUSHION)),
         markers.prisms(
             'rails',
@@ -44,11 +44,13 @@ def table_markers(scene: Scene, header: Header) -> MarkerArray:
         ),
     ]
     for x, y, radius in outline.holes.tolist():
-        shown.append(markers.disc('pockets', (x, y, 0.0), radius, 2 * LIFT, markers.colour(HOLE)))
+        shown.append(
+            markers.disc('pockets', (x, y, 0.0), radius, 2 * MARKER_LIFT, markers.colour(HOLE))
+        )
     return markers.array_of(shown, header)
 
 
-def ball_markers(balls: Places, radius: float, header: Header) -> MarkerArray:
+def ball_markers(balls: BallCentres, radius: float, header: Header) -> MarkerArray:
     """Balls with centres (x, y, z) [m], and their names above them."""
     shown = []
     for name, (x, y, z) in balls.items():
@@ -84,7 +86,7 @@ def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Heade
     )
 
 
-def ball_centres(table: TableState, radius: float) -> Places:
+def ball_centres(table: TableState, radius: float) -> BallCentres:
     """Centres of the balls on the table [m]; a ball with z = 0 rests on the cloth."""
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)

@@ -13,7 +13,7 @@ import math
 from typing import Any, TypeVar
 
 from billiard_shot.scene.errors import found_in, InputError, Mistake, refused, unknown
-from billiard_shot.scene.fields import DERIVED, Derived, SECTION, TAKES
+from billiard_shot.scene.fields import DERIVED, Derived, SECTION_KEY, TAKES
 
 S = TypeVar('S')
 
@@ -144,14 +144,14 @@ def _examine(
             mistakes.append(Mistake((name,), 'is missing'))
         elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
             derived.append(field)
-        elif reading and SECTION in metadata and isinstance(value, Mapping):
-            known[name], wrong = _read(metadata[SECTION], value)
+        elif reading and SECTION_KEY in metadata and isinstance(value, Mapping):
+            known[name], wrong = _read(metadata[SECTION_KEY], value)
             mistakes += (mistake.below(name) for mistake in wrong)
         else:
             try:
                 known[name] = metadata[TAKES](value)
             except ValueError as error:
-                mapping = reading and SECTION in metadata
+                mapping = reading and SECTION_KEY in metadata
                 mistakes += found_in(refused(value, 'a mapping') if mapping else error, name)
                 if isinstance(error, InputError) and error.valid_part is not None:
                     known[name] = error.valid_part

@@ -17,7 +17,7 @@ from billiard_shot.scene.table import BallBall
 # sideways rebound, as ours do at restitution 0. Rebound along the normal adds 20 to 40 percent;
 # this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
 END_MASS = 0.0042
-LENGTH = 1.47
+CUE_LENGTH = 1.47
 FERRULE_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
 STANDARD_GRAVITY = 9.80665  # CGPM 1901
 
@@ -109,7 +109,7 @@ class Cue:
     ferrule_radius: float = number(
         'm', minimum=0, derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS
     )
-    length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else LENGTH)
+    length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else CUE_LENGTH)
     tip_curvature_radius: float = number('m', minimum=0, default=0.0)
 
     def __post_init__(self) -> None:

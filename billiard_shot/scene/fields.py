@@ -23,7 +23,7 @@ from billiard_shot.scene.errors import (
 from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
-TAKES, DERIVED, SECTION = 'takes', 'derived', 'section'
+TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
 NUMBER = 'number'
 A_NAME = "a name, such as '8'"
 
@@ -175,7 +175,7 @@ def section(kind: type, *, optional: bool = False, nullable: bool = False) -> An
             check_type('', value, kind)
         return value
 
-    metadata: dict[str, Any] = {TAKES: convert, SECTION: kind}
+    metadata: dict[str, Any] = {TAKES: convert, SECTION_KEY: kind}
     if nullable:
         return dataclasses.field(default=None, metadata=metadata)
     factory: Any = kind if optional else dataclasses.MISSING

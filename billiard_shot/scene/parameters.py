@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.scene.errors import InputError, Mistake, unknown
-from billiard_shot.scene.fields import NUMBER, Range, SECTION
+from billiard_shot.scene.fields import NUMBER, Range, SECTION_KEY
 from billiard_shot.scene.published import PUBLISHED
 from billiard_shot.scene.values import as_floats
 
@@ -155,7 +155,7 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
                 published and published[:2],
                 published.source if published else '',
             )
-        elif SECTION in field.metadata and value is not None and here[0] not in PLAYER:
+        elif SECTION_KEY in field.metadata and value is not None and here[0] not in PLAYER:
             yield from _numbers(value, here)
 
 

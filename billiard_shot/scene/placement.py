@@ -10,7 +10,9 @@ from billiard_shot.scene.errors import Mistake, must_be
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
-ROUNDED = 0.002  # m: how much closer a ball comes to the ends of noses, because they are rounded
+NOSE_END_ROUNDING = (
+    0.002  # m: how much closer a ball comes to the ends of noses, because they are rounded
+)
 # Largest depth of a moving ball in a nose [radii]: at 20 m/s a ball reaches 0.4.
 PRESSED = 0.5
 
@@ -108,5 +110,5 @@ def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bo
     """Whether a ball at distances [m] out of a mouth and beside its middle clears the noses."""
     room = 0.5 * pocket.mouth - aside
     if out > 0.0:
-        return room >= standoff - ROUNDED
-    return room >= 0.0 and math.hypot(room, out) >= standoff - ROUNDED
+        return room >= standoff - NOSE_END_ROUNDING
+    return room >= 0.0 and math.hypot(room, out) >= standoff - NOSE_END_ROUNDING

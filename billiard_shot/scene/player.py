@@ -16,7 +16,7 @@ from billiard_shot.scene.fields import number
 from billiard_shot.scene.values import as_floats, positive, whole
 
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
-SLOWEST = 1e-3  # m/s, of a stroke with errors
+MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 
 
 class StrokeOffsets(Protocol):
@@ -184,7 +184,7 @@ class Noise:
         played[over, :2] *= -1.0
         played[over, 2] = math.pi - played[over, 2]
         played[over, 3] = np.remainder(played[over, 3] + 2.0 * math.pi, math.tau) - math.pi
-        played[..., 4] = np.maximum(played[..., 4], SLOWEST)
+        played[..., 4] = np.maximum(played[..., 4], MIN_NOISY_SPEED)
         return played
 
     def sigmas(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
@@ -219,5 +219,5 @@ def with_errors(strokes: NDArray[np.float64], errors: NDArray[np.float64]) -> ND
     """
     played = strokes + errors
     played[..., 2] = np.maximum(played[..., 2], 0.0)
-    played[..., 4] = np.maximum(played[..., 4], SLOWEST)
+    played[..., 4] = np.maximum(played[..., 4], MIN_NOISY_SPEED)
     return played

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
 EQUIPMENT = 'WPA: Tables & Equipment Specifications'
-CUSHIONS = f'{PROPERTIES}; snooker: Mathavan, Jackson and Parkin, Proc. IMechE C 224 (2010)'
+CUSHION_SOURCE = f'{PROPERTIES}; snooker: Mathavan, Jackson and Parkin, Proc. IMechE C 224 (2010)'
 INCH, OUNCE = 0.0254, 0.028349523  # m, kg
 
 
@@ -30,9 +30,9 @@ PUBLISHED = {
     'cloth.sliding_friction': Published(0.15, 0.4, PROPERTIES),
     'cloth.rolling_resistance': Published(0.005, 0.015, PROPERTIES),
     'cloth.spin_deceleration': Published(5.0, 15.0, PROPERTIES),
-    'table.cushion.restitution': Published(0.6, 0.98, CUSHIONS),
+    'table.cushion.restitution': Published(0.6, 0.98, CUSHION_SOURCE),
     'table.cushion.friction': Published(
-        0.14, 0.2, f'{CUSHIONS}; Han, J. Mech. Sci. Technol. 19 (2005)'
+        0.14, 0.2, f'{CUSHION_SOURCE}; Han, J. Mech. Sci. Technol. 19 (2005)'
     ),
     'table.cushion.height': Published(0.625, 0.645, EQUIPMENT),
     'table.corner.mouth': Published(4.5 * INCH, 4.625 * INCH, EQUIPMENT),

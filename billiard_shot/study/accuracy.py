@@ -26,10 +26,13 @@ from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
-ENOUGH, MOST = 0.02, 51  # total time [s] and number of runs at which a measurement of time ends
+ENOUGH, MAX_RUNS = (
+    0.02,
+    51,
+)  # total time [s] and number of runs at which a measurement of time ends
 ROUNDING = 1e-13  # smaller relative errors are rounding
 
-STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # of impulse, relative to ball mass times cue speed
+IMPULSE_STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # of impulse, relative to ball mass times cue speed
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # relative to the approach speed
 SCIPY_TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 TIME_STEPS = (2e-4, 5e-5, 1e-5, 2e-6)  # s
@@ -152,7 +155,7 @@ def _scipy(method: str) -> Callable[[ContactProblem, float], TimedRun]:
 
 def methods() -> Iterator[Method]:
     """Yield all methods that can be compared here; MuJoCo only if it is installed."""
-    yield Method('impulse scheme', 'step', STEPS, _impulse_scheme, _against_impulse_scheme)
+    yield Method('impulse scheme', 'step', IMPULSE_STEPS, _impulse_scheme, _against_impulse_scheme)
     yield Method('this library', 'tolerance', TOLERANCES, _adaptive)
     yield Method(
         'closed form',
@@ -207,7 +210,7 @@ class Task:
         run()
         memory = max(peak() - before, 0.0)
         times: list[float] = []
-        while sum(times) < ENOUGH and len(times) < MOST:
+        while sum(times) < ENOUGH and len(times) < MAX_RUNS:
             begin = perf_counter()
             run()
             times.append(perf_counter() - begin)

@@ -12,8 +12,8 @@ from billiard_shot.records import Array
 from billiard_shot.study.problem import ContactProblem
 
 APPROACH = 1e-12  # of the approach speed: slower than this, contacts are at rest
-ROUNDS = 1000
-SWEEPS = 10_000
+MAX_CLASSICAL_ROUNDS = 1000
+MAX_SWEEPS = 10_000
 
 
 class NoEndError(Exception):
@@ -27,7 +27,7 @@ def pairwise(problem: ContactProblem) -> Array:
     Each is solved exactly, as if the other contact were not there, until none approaches.
     """
     u, total = problem.velocity.copy(), np.zeros(6)
-    for turn in range(ROUNDS):
+    for turn in range(MAX_CLASSICAL_ROUNDS):
         if u[::3].min() >= -APPROACH * problem.speed:
             return total
         j = turn % 2
@@ -58,7 +58,7 @@ def newton(problem: ContactProblem) -> Array:
     w, u = problem.response, problem.velocity
     target = np.minimum(u[::3], 0.0) * problem.restitution
     impulse = np.zeros(6)
-    for _ in range(SWEEPS):
+    for _ in range(MAX_SWEEPS):
         before = impulse.copy()
         for j in (0, 1):
             n, x, y = 3 * j, 3 * j + 1, 3 * j + 2

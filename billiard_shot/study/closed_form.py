@@ -14,7 +14,7 @@ import numpy as np
 from billiard_shot.records import Array
 from billiard_shot.study.problem import ContactProblem
 
-ZERO = 1e-15  # of a velocity, relative to the approach speed
+ZERO_VELOCITY = 1e-15  # of a velocity, relative to the approach speed
 
 
 def applies(problem: ContactProblem) -> bool:
@@ -41,7 +41,7 @@ def closed_form(problem: ContactProblem) -> Array:
     normal = tangential = stored = 0.0
     goal = math.inf  # energy still to be given back; infinite during compression
     for _ in range(10):  # compression, restitution, and slip that stops or reverses in each
-        if abs(slip) <= ZERO * problem.speed:
+        if abs(slip) <= ZERO_VELOCITY * problem.speed:
             pull = b / d if mu > 0.0 else 0.0  # friction that holds, per normal impulse
             slope = -math.copysign(min(abs(pull), mu), pull)
             slip = 0.0

@@ -14,8 +14,15 @@ from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 
-BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
-FRICTION, RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)  # of tip and cloth, the paper's
+PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = (
+    0.1673,
+    0.5018,
+    0.0286,
+)  # kg, kg, m: the paper's measured constants
+PAPER_FRICTION, PAPER_RESTITUTION = (
+    (0.4, 0.152479),
+    (0.656532, 0.51625),
+)  # of tip and cloth, the paper's
 UP = (0.0, 0.0, 1.0)
 
 
@@ -142,9 +149,9 @@ def strike(
     normal: ArrayLike,
     direction: ArrayLike,
     speed: float = 1.0,
-    masses: tuple[float, float] = (CUE, BALL),
-    friction: tuple[float, float] = FRICTION,
-    restitution: tuple[float, float] = RESTITUTION,
+    masses: tuple[float, float] = (PAPER_CUE_MASS, PAPER_BALL_MASS),
+    friction: tuple[float, float] = PAPER_FRICTION,
+    restitution: tuple[float, float] = PAPER_RESTITUTION,
     ratio: float = 1.5,
     end_mass: float | None = None,
     exponent: float = 1.0,
@@ -156,9 +163,9 @@ def strike(
     """
     n = np.asarray(normal, float) / np.linalg.norm(normal)
     c = np.asarray(direction, float) / np.linalg.norm(direction)
-    centre = np.array([0.0, 0.0, RADIUS])
+    centre = np.array([0.0, 0.0, PAPER_BALL_RADIUS])
     cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
-    ball = Body(masses[1], 0.4 * masses[1] * RADIUS**2, position=centre)
+    ball = Body(masses[1], 0.4 * masses[1] * PAPER_BALL_RADIUS**2, position=centre)
     guided = (
         {'guided': True} if end_mass is None else {'end_mass': end_mass, 'ferrule_radius': 0.0}
     )
@@ -168,7 +175,7 @@ def strike(
     )
     scene = Scene.from_dict(
         {
-            'ball': {'mass': masses[1], 'radius': RADIUS},
+            'ball': {'mass': masses[1], 'radius': PAPER_BALL_RADIUS},
             'cue': {'mass': masses[0], **guided},
             'contacts': {'cue_ball': tip, 'ball_table': table},
             'exponent': exponent,
@@ -177,7 +184,7 @@ def strike(
     return StrikeCollision(
         (cue, ball, Body.fixed()),
         (
-            Contact(0, 1, centre + RADIUS * n, n, restitution[0], friction[0], ratio),
+            Contact(0, 1, centre + PAPER_BALL_RADIUS * n, n, restitution[0], friction[0], ratio),
             Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1]),
         ),
         exponent,

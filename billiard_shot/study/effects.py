@@ -14,9 +14,9 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.differences import distance, steps, turn
 from billiard_shot.table.effects import EffectGate, OFF, ON
+from billiard_shot.table.effects.effect import AUTO
 
 REPEATS = 40  # of each shot, for the time
-AUTO = 'auto'
 
 
 @dataclass(frozen=True, slots=True)

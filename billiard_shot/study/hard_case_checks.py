@@ -23,14 +23,17 @@ from billiard_shot.study.collisions import Collision, StrikeCollision
 from billiard_shot.study.hard_case_values import stated_values
 from billiard_shot.study.hard_cases import Family
 
-LAWS = ('bistiffness', 'energetic')
+CHECKED_LAWS = ('bistiffness', 'energetic')
 TIGHT = 1e-12
-TOLERANCES = (1e-10, 1e-8, 1e-6, 1e-4)
+CHECKED_TOLERANCES = (1e-10, 1e-8, 1e-6, 1e-4)
 GAIN = 1e-12  # energy at the tight tolerance, relative to the energy before
-DISTURBANCE, MOVED = 1e-10, 1e-6  # relative change of all numbers, and of the answer at most
+DISTURBANCE, MAX_ANSWER_CHANGE = (
+    1e-10,
+    1e-6,
+)  # relative change of all numbers, and of the answer at most
 SAME = 1e-9  # between orders of contacts, and between `collide` and `predict`
-SLACK = 10.0  # errors of a velocity that is a sum of several, in tolerances
-FINEST = 1e-14  # m at 1 m/s: `predict` does what it can
+SUM_ERROR_FACTOR = 10.0  # errors of a velocity that is a sum of several, in tolerances
+STRICTEST_TOLERANCE = 1e-14  # m at 1 m/s: `predict` does what it can
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +107,10 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
     tight = CaseOutcome.of(case, law, TIGHT)
     seconds = perf_counter() - begin
     if member in family.hopeless:
-        outcomes = tight, *(CaseOutcome.of(case, law, tolerance) for tolerance in TOLERANCES)
+        outcomes = (
+            tight,
+            *(CaseOutcome.of(case, law, tolerance) for tolerance in CHECKED_TOLERANCES),
+        )
         if any(outcome.status == Status.BUDGET_EXCEEDED for outcome in outcomes):
             return _of_hopeless(family, member, law, case, outcomes, seconds)
     moved = CaseOutcome.of(case.disturbed(DISTURBANCE, seed=1), law, TIGHT).from_(tight)
@@ -120,8 +126,8 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
     values = [np.array(value) for value in stated]
     off = min((tight.from_(value) for value in values), default=np.nan)
     faults = [*_of_outcome(family, tight, GAIN)]
-    for tolerance in TOLERANCES:
-        allowed = SLACK * tolerance * (1.0 + sensitivity)
+    for tolerance in CHECKED_TOLERANCES:
+        allowed = SUM_ERROR_FACTOR * tolerance * (1.0 + sensitivity)
         loose = CaseOutcome.of(case, law, tolerance)
         found = [*_of_outcome(family, loose, allowed)]
         error = loose.from_(tight)
@@ -130,7 +136,7 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
         if not error <= allowed:
             found.append(f'off by {error:.1g}')
         faults += [f'{fault} at tolerance {tolerance:g}' for fault in found]
-    if not moved <= MOVED and not family.sensitive:
+    if not moved <= MAX_ANSWER_CHANGE and not family.sensitive:
         faults.append(f'moves by {moved:.1g} where its numbers change by {DISTURBANCE:g}')
     # the rounding of every step adds up
     if not order <= SAME * (1.0 + sensitivity) * max(1.0, tight.steps / 100):
@@ -155,11 +161,11 @@ def _of_hopeless(
     """Check a case that exceeds the budget at some tolerance."""
     most = 1.01 * steps_allowed(len(case.contacts))
     faults = []
-    for outcome, tolerance in zip(outcomes, (TIGHT, *TOLERANCES), strict=True):
+    for outcome, tolerance in zip(outcomes, (TIGHT, *CHECKED_TOLERANCES), strict=True):
         allowed = replace(family, status=(*family.status, Status.BUDGET_EXCEEDED))
         faults += [
             f'{fault} at tolerance {tolerance:g}'
-            for fault in _of_outcome(allowed, outcome, SLACK * tolerance)
+            for fault in _of_outcome(allowed, outcome, SUM_ERROR_FACTOR * tolerance)
         ]
         if outcome.steps > most:
             faults.append(f'takes {outcome.steps} steps at tolerance {tolerance:g}')
@@ -192,7 +198,7 @@ def _of_prediction(
     """Compare with `predict`, which finds contact space independently; without double hits."""
     effects = replace(case.scene.effects, double_hit='off')
     scene = replace(case.scene, law=law, effects=effects)
-    shot = predict(scene, case.stroke, tolerance=FINEST * case.speed**2)
+    shot = predict(scene, case.stroke, tolerance=STRICTEST_TOLERANCE * case.speed**2)
     radius = np.sqrt(scene.ball.inertia / scene.ball.mass)
     motion = np.concatenate([shot.velocity, radius * shot.spin]) / case.speed
     gap = np.abs(motion - tight.motion[3:]).max()

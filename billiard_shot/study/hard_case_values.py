@@ -9,11 +9,11 @@ import csv
 import functools
 from importlib import resources
 
-Value = tuple[float, tuple[tuple[float, ...], ...]]
+ReferenceValue = tuple[float, tuple[tuple[float, ...], ...]]
 
 
 @functools.cache
-def stated_values() -> dict[tuple[str, str, str], Value]:
+def stated_values() -> dict[tuple[str, str, str], ReferenceValue]:
     """
     Return the results that the cases must give, by family, member and law.
 
@@ -24,7 +24,7 @@ def stated_values() -> dict[tuple[str, str, str], Value]:
         is discontinuous) of the motion as in `Collision.motion`.
 
     """
-    values: dict[tuple[str, str, str], Value] = {}
+    values: dict[tuple[str, str, str], ReferenceValue] = {}
     with resources.files('billiard_shot.study').joinpath('hard_cases.csv').open() as file:
         for row in csv.DictReader(file):
             key = row['family'], row['member'], row['law']

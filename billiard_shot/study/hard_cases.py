@@ -10,16 +10,16 @@ import numpy as np
 
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import (
-    BALL,
     block,
     Collision,
     cradle,
+    PAPER_BALL_MASS,
     stacked,
     strike,
     wedge,
 )
 
-MASSE = (-2, -1, 12), (4, 0, -16)
+MASSE_STROKE = (-2, -1, 12), (4, 0, -16)
 SLANTED = (-0.8, -0.3, 0.5), (0.9, 0.1, -0.4)
 ENDED = (Status.OK, Status.INFINITE_SEQUENCE)  # the sequence may be endless; it is ended
 
@@ -69,7 +69,7 @@ def _coefficients() -> Iterator[Family]:
         name = f'e = {e[0]:g} and {e[1]:g}'
         members[f'{name}, stacked'] = stacked(restitution=e)
         members[f'{name}, slanted'] = strike(*SLANTED, restitution=e)
-        members[f'{name}, masse'] = strike(*MASSE, restitution=e)
+        members[f'{name}, masse'] = strike(*MASSE_STROKE, restitution=e)
         members[f'{name}, Hertz'] = strike(*SLANTED, restitution=e, exponent=1.5)
     yield Family(
         'restitution 0 or 1',
@@ -82,7 +82,7 @@ def _coefficients() -> Iterator[Family]:
     for mu in [(0.0, 0.0), (0.0, 10.0), (10.0, 0.0), (10.0, 10.0)]:
         name = f'mu = {mu[0]:g} and {mu[1]:g}'
         members[f'{name}, slanted'] = strike(*SLANTED, friction=mu)
-        members[f'{name}, masse'] = strike(*MASSE, friction=mu)
+        members[f'{name}, masse'] = strike(*MASSE_STROKE, friction=mu)
         members[f'{name}, light end'] = strike(*SLANTED, friction=mu, end_mass=0.005)
     yield Family(
         'friction 0 or 10',
@@ -97,7 +97,7 @@ def _ratios() -> Iterator[Family]:
     for power in (-8, -4, 4, 8):
         members[f'1e{power}, stacked'] = stacked(ratio=10.0**power)
         members[f'1e{power}, slanted'] = strike(*SLANTED, ratio=10.0**power)
-        members[f'1e{power}, masse'] = strike(*MASSE, ratio=10.0**power)
+        members[f'1e{power}, masse'] = strike(*MASSE_STROKE, ratio=10.0**power)
     yield Family(
         'stiffness ratio',
         'one spring oscillates up to 10,000 times while the other is compressed once: explicit '
@@ -110,8 +110,12 @@ def _ratios() -> Iterator[Family]:
     for power in (-6, -3, 3, 6):
         mass = 10.0**power
         members[f'1e{power}, stacked'] = stacked(masses=(mass, 1.0))
-        members[f'1e{power}, slanted'] = strike(*SLANTED, masses=(mass * BALL, BALL))
-        members[f'1e{power}, masse'] = strike(*MASSE, masses=(mass * BALL, BALL))
+        members[f'1e{power}, slanted'] = strike(
+            *SLANTED, masses=(mass * PAPER_BALL_MASS, PAPER_BALL_MASS)
+        )
+        members[f'1e{power}, masse'] = strike(
+            *MASSE_STROKE, masses=(mass * PAPER_BALL_MASS, PAPER_BALL_MASS)
+        )
     yield Family(
         'mass ratio',
         'a light body hits a heavy one hundreds of times; velocities cancel to the last digit',
@@ -127,7 +131,7 @@ def _ratios() -> Iterator[Family]:
         {
             f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
             for power in (-9, -3, 0, 3)
-            for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE))
+            for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE_STROKE))
         },
     )
 
@@ -183,7 +187,7 @@ def _slips() -> Iterator[Family]:
         return strike(
             (-1, -0.5, tilt),
             (1, 0, 0),
-            masses=(0.3 * BALL, BALL),
+            masses=(0.3 * PAPER_BALL_MASS, PAPER_BALL_MASS),
             friction=(0.02, 0.15),
             restitution=(1.0, 0.5),
         )
@@ -250,7 +254,7 @@ def _sequences() -> Iterator[Family]:
     members: dict[str, Collision] = {}
     n, c = (0.2, 0.1, 1.0), (0.3, 0.0, -1.0)
     for ratio in (1e2, 1e3, 1e4):
-        masses = ratio * BALL, BALL
+        masses = ratio * PAPER_BALL_MASS, PAPER_BALL_MASS
         members[f'cue {ratio:g} times the ball'] = strike(n, c, masses=masses)
         members[f'cue {ratio:g} times the ball, e = .9'] = strike(
             n, c, masses=masses, restitution=(0.9, 0.9)

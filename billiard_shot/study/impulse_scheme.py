@@ -30,12 +30,17 @@ def compiled(function: Any) -> Any:
 
 
 minimize_over_disc = compiled(friction.minimize_over_disc)
-MAX_STEPS = 20_000_000
+MAX_IMPULSE_STEPS = 20_000_000
 MAX_STATES = 10_000
 CURVE_ROWS = 2_000
 STEEPEST = 10.0  # largest growth of a secondary impulse at once, in steps
-INACTIVE, COMPRESSING, RESTORING = 0, 1, 2
-STATES = ('', 'S3', 'S2', 'S1')  # by the active contacts: 1 for the first plus 2 for the second
+OPEN, COMPRESSING, RESTORING = 0, 1, 2
+ACTIVE_STATE_NAMES = (
+    '',
+    'S3',
+    'S2',
+    'S1',
+)  # by the active contacts: 1 for the first plus 2 for the second
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +243,7 @@ def _result(
     curve: NDArray[np.float64],
     steps: int,
 ) -> ImpulseRun:
-    states = tuple(STATES[int(active)] for active in log[:, 0])
+    states = tuple(ACTIVE_STATE_NAMES[int(active)] for active in log[:, 0])
     impulses, energies = log[:, 1:3].copy(), log[:, 3:5].copy()
     return ImpulseRun(
         Status(status), states, impulses, energies, velocities, spins, lost, curve, steps
@@ -328,7 +333,7 @@ def increments(
     """
     follow = 1 - lead
     slope = 0.0
-    if phase[follow] != INACTIVE and not (phase[lead] == RESTORING and energy[lead] <= 0.0):
+    if phase[follow] != OPEN and not (phase[lead] == RESTORING and energy[lead] <= 0.0):
         if energy[follow] > 0.0 and energy[lead] > 0.0:
             firmness = stiffness[follow] * energy[follow] / (stiffness[lead] * energy[lead])
             slope = np.sqrt(firmness)
@@ -354,7 +359,7 @@ def joins(
     joined = False
     for j in range(2):
         n = 3 * j
-        if phase[j] == INACTIVE and u[n] <= 0.0:
+        if phase[j] == OPEN and u[n] <= 0.0:
             change = 0.0
             for i in range(6):
                 change += response[n, i] * push[i]
@@ -448,14 +453,14 @@ def integrate_impulse(
     status, states, lead, idle = OK, 0, 0, True
     rows, stride = 1, 1
     joins(phase, u, response, push, impulse, memory)
-    for steps in range(MAX_STEPS):
+    for steps in range(MAX_IMPULSE_STEPS):
         if states == log.shape[0]:
             return BUDGET_EXCEEDED, states, steps, rows
-        if phase[lead] == INACTIVE or (phase[1 - lead] == RESTORING and energy[1 - lead] <= 0.0):
+        if phase[lead] == OPEN or (phase[1 - lead] == RESTORING and energy[1 - lead] <= 0.0):
             lead = 1 - lead
-        if phase[lead] == INACTIVE:
+        if phase[lead] == OPEN:
             return status, states, steps, rows
-        active = (1 if phase[0] != INACTIVE else 0) + (2 if phase[1] != INACTIVE else 0)
+        active = (1 if phase[0] != OPEN else 0) + (2 if phase[1] != OPEN else 0)
         increments(response, u, friction, stiffness, phase, energy, lead, step, push)
         if joins(phase, u, response, push, impulse, memory):
             if not idle:  # no state ends where nothing has happened yet
@@ -486,7 +491,7 @@ def integrate_impulse(
             if ended & (1 + j) != 0:
                 if law == POISSON and energy[j] < 0.0:
                     status = NEGATIVE_ENERGY
-                phase[j] = INACTIVE
+                phase[j] = OPEN
                 energy[j] = 0.0
         if ended != 0:
             push[:] = 0.0
@@ -498,4 +503,4 @@ def integrate_impulse(
             curve[rows, 0], curve[rows, 1] = impulse[0], impulse[3]
             curve[rows, 2], curve[rows, 3] = energy[0], energy[1]
             rows += 1
-    return BUDGET_EXCEEDED, states, MAX_STEPS, rows
+    return BUDGET_EXCEEDED, states, MAX_IMPULSE_STEPS, rows

@@ -20,12 +20,12 @@ from billiard_shot.study.classical_laws import newton, NoEndError, pairwise
 from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.resting_place import resting_place
 
-TOLERANCE = 1e-11
+LAWS_TOLERANCE = 1e-11
 CLOSEST = 1e-11  # relative width to which a discontinuity is bracketed
-STEEP = 3.0  # an interval that bends this many times as much as those around is examined
+BEND_RATIO = 3.0  # an interval that bends this many times as much as those around is examined
 SMALLEST = 1e-6  # discontinuity that is reported, relative to the cue speed
-LAWS = ('bistiffness', 'energetic')
-WAYS = (*LAWS, 'pairwise', 'newton')
+COMPARED_LAWS = ('bistiffness', 'energetic')
+WAYS = (*COMPARED_LAWS, 'pairwise', 'newton')
 StrokeOutcome = Callable[[float], Array]
 
 
@@ -52,9 +52,9 @@ class ParameterSweep:
 
     def solved(self, value: float, way: str) -> tuple[ContactProblem, Array]:
         """State the stroke at a value, and find its impulses (6,) [N s] by law or way."""
-        if way in LAWS:
+        if way in COMPARED_LAWS:
             problem = self.problem(value, way)
-            return problem, problem.adaptive(TOLERANCE)[0]
+            return problem, problem.adaptive(LAWS_TOLERANCE)[0]
         problem = self.problem(value, 'bistiffness')  # the laws agree for one contact alone
         return problem, pairwise(problem) if way == 'pairwise' else newton(problem)
 
@@ -128,7 +128,7 @@ def discontinuities(
     found = []
     for i, bend in enumerate(bends):
         around = np.concatenate([bends[max(i - 4, 0) : max(i - 1, 0)], bends[i + 2 : i + 5]])
-        if bend > STEEP * np.median(around) + SMALLEST:
+        if bend > BEND_RATIO * np.median(around) + SMALLEST:
             discontinuity = _bracketed(outcome, float(x[i]), float(x[i + 1]), usual[i])
             found += [discontinuity] if discontinuity.size > SMALLEST else []
     return found

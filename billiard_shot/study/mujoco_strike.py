@@ -17,7 +17,7 @@ from billiard_shot.study.problem import Answer, ContactProblem
 
 DURATION = 1e-3  # s, of a contact: that of a leather tip
 LASTING = 12.0  # durations until all is over
-TIP = 0.005  # m, radius of the cue's tip
+TIP_RADIUS = 0.005  # m, radius of the cue's tip
 
 MODEL = """
 <mujoco>
@@ -87,7 +87,7 @@ def _description(problem: ContactProblem, step: float) -> str:
     surface, n = problem.model.surface, np.array(problem.stroke.normal)
     ratio = math.sqrt(float(problem.stiffness[0] / problem.stiffness[1]))
     c = np.array(problem.stroke.velocity) / problem.stroke.speed
-    place = np.array([0.0, 0.0, surface.radius]) + (surface.radius + TIP) * n
+    place = np.array([0.0, 0.0, surface.radius]) + (surface.radius + TIP_RADIUS) * n
 
     def text(vector: Array) -> str:
         return ' '.join(map(repr, vector.tolist()))
@@ -100,7 +100,7 @@ def _description(problem: ContactProblem, step: float) -> str:
         tip=text(place),
         axis=text(c),
         cue=problem.model.cue_mass,
-        size=TIP,
+        size=TIP_RADIUS,
         friction=problem.friction.tolist(),
         spring=(
             spring_of(float(problem.restitution[0]), DURATION),

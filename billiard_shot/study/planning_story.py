@@ -24,7 +24,7 @@ from billiard_shot.planning.search import (
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Scene
 
-STAGES = ('straight paths', 'combinations', 'one cushion', 'curves', 'two cushions')
+STAGE_NAMES = ('straight paths', 'combinations', 'one cushion', 'curves', 'two cushions')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +74,7 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
 
 def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Iterator[StoryStage]:
     # The search asks for a stage only if the stages before were not good enough.
-    for name, candidates in zip(STAGES, stage_candidates(problem, runner), strict=False):
+    for name, candidates in zip(STAGE_NAMES, stage_candidates(problem, runner), strict=False):
         outcomes = runner.evaluate(candidates.strokes[:CANDIDATES])
         if not len(outcomes.penalty):
             continue

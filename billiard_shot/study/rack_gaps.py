@@ -10,9 +10,9 @@ from billiard_shot.scene.rack import sites
 from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState
 
-ROWS = range(1, 6)  # balls in the rows of the triangle
-SPEED = 8.0  # m/s, of the cue ball
-SOON = 5e-3  # s: when speeds are read
+RACK_ROWS = range(1, 6)  # balls in the rows of the triangle
+BREAK_SPEED = 8.0  # m/s, of the cue ball
+READING_TIME = 5e-3  # s: when speeds are read
 
 
 def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
@@ -30,11 +30,11 @@ def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
     radius = scene.ball.radius
     rest = np.zeros(3)
     cue = np.array([-2.0 * radius - 1e-3, 0.0, radius])
-    states = {'cue': BallState(cue, np.array([SPEED, 0.0, 0.0]), rest)}
-    for number, site in enumerate(sites(ROWS, 0.0, 2.0 * radius + gap)):
+    states = {'cue': BallState(cue, np.array([BREAK_SPEED, 0.0, 0.0]), rest)}
+    for number, site in enumerate(sites(RACK_ROWS, 0.0, 2.0 * radius + gap)):
         states[str(number)] = BallState(np.array([*site, radius]), rest, rest)
     run = simulate(replace(scene, table=None, balls={}), states)
-    soon = list(run.at(SOON).values())[1:]
+    soon = list(run.at(READING_TIME).values())[1:]
     return np.array([np.linalg.norm(state.velocity) for state in soon])
 
 

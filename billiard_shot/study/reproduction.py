@@ -35,7 +35,7 @@ class Variant(Flag):
     GROWING_PEAK = 32
 
 
-MEANING: Mapping[Variant, str] = {
+VARIANT_MEANINGS: Mapping[Variant, str] = {
     Variant.INVERSE_RATIO: 'stiffness of tip over table 1/1.5',
     Variant.POISSON: "Poisson's law",
     Variant.NOT_REACTIVATED: 'the cue does not hit the ball again after it has left it',
@@ -132,7 +132,7 @@ class VariantStrike(ScipyStrike):
 
 def variant_label(variant: Variant) -> str:
     """Say what a variant changes."""
-    return '; '.join(MEANING[part] for part in variant) or 'as written'
+    return '; '.join(VARIANT_MEANINGS[part] for part in variant) or 'as written'
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState
 
-FINE = 1e-13  # m, for leaving out bounces
+BOUNCE_TOLERANCE = 1e-13  # m, for leaving out bounces
 
 
 def resting_place(
@@ -18,6 +18,6 @@ def resting_place(
     """Return the place (3,) [m] at which a ball from (0, 0, r) rests on an endless cloth."""
     start = np.array([0.0, 0.0, scene.ball.radius])
     ball = BallState(position=start, velocity=velocity, spin=spin)
-    return simulate(replace(scene, table=None), {'cue': ball}, tolerance=FINE).final_position[
-        'cue'
-    ]
+    return simulate(
+        replace(scene, table=None), {'cue': ball}, tolerance=BOUNCE_TOLERANCE
+    ).final_position['cue']

@@ -19,7 +19,7 @@ from billiard_shot.study.problem import ContactProblem
 
 OPEN = 1e-13  # approach slower than this is rounding
 MOST_CALLS = 20_000
-SLIDE, STICK = 0, 1
+SLIP_MODE, STICK_MODE = 0, 1
 
 
 EventFunction = Callable[[float, Array], float]
@@ -57,7 +57,7 @@ class ScipyStrike:
         self.still = 0.1 * rtol  # slip below it (relative to the approach speed) counts as zero
         self.onset = [False, False]
         self.active, self.restoring = [True, False], [False, False]
-        self.goal, self.mode = [0.0, 0.0], [SLIDE, SLIDE]
+        self.goal, self.mode = [0.0, 0.0], [SLIP_MODE, SLIP_MODE]
         self.direction = np.zeros((2, 2))
         state = np.zeros(8)
         self.settle(state)
@@ -93,7 +93,7 @@ class ScipyStrike:
             if not self.active[j]:
                 continue
             force[3 * j] = normal[j]
-            if self.mode[j] == STICK:
+            if self.mode[j] == STICK_MODE:
                 stuck += [3 * j + 1, 3 * j + 2]
                 continue
             slip = u[3 * j + 1 : 3 * j + 3]
@@ -141,7 +141,7 @@ class ScipyStrike:
                 add(('again', j), lambda t, s, n=n: self.velocity(s)[n], -1)
             else:
                 add(('turn', j), lambda t, s, n=n: self.velocity(s)[n], 1)
-            if self.mode[j] == STICK:
+            if self.mode[j] == STICK_MODE:
                 add(('slip', j), lambda t, s, j=j: self.margin(s, j), -1)
             else:
                 add(('stop', j), lambda t, s, j=j: self.slip(s, j) - self.still, -1)
@@ -177,7 +177,7 @@ class ScipyStrike:
         if name == 'slip':
             force = self.forces_at(self.k * state[:2], self.velocity(state))[3 * j + 1 : 3 * j + 3]
             self.u0[3 * j + 1 : 3 * j + 3] -= self.velocity(state)[3 * j + 1 : 3 * j + 3]
-            self.mode[j], self.direction[j] = SLIDE, -force / np.hypot(*force)
+            self.mode[j], self.direction[j] = SLIP_MODE, -force / np.hypot(*force)
             self.onset[j] = True
         elif name in ('join', 'end', 'stop'):
             self.settle(state)
@@ -194,7 +194,7 @@ class ScipyStrike:
             if self.active[j]:
                 force[3 * j] = normal[j]
                 if j not in still:
-                    self.mode[j] = SLIDE
+                    self.mode[j] = SLIP_MODE
                     slip = u[3 * j + 1 : 3 * j + 3]
                     force[3 * j + 1 : 3 * j + 3] = -self.mu[j] * normal[j] * slip / np.hypot(*slip)
         for _ in range(200):
@@ -214,7 +214,7 @@ class ScipyStrike:
             used = np.hypot(*force[3 * j + 1 : 3 * j + 3])
             acceleration = push[3 * j + 1 : 3 * j + 3]
             if used < self.mu[j] * normal[j] * (1.0 - 1e-9) or np.hypot(*acceleration) < 1e-12:
-                self.mode[j] = STICK
+                self.mode[j] = STICK_MODE
             else:
-                self.mode[j], self.onset[j] = SLIDE, True
+                self.mode[j], self.onset[j] = SLIP_MODE, True
                 self.direction[j] = acceleration / np.hypot(*acceleration)

@@ -14,10 +14,10 @@ from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.sample_strokes import sample_strokes
 from billiard_shot.table.motion import Motion
 
-TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # m
-FINEST = 1e-11  # m, tolerance of the shots that errors are measured against
+SHOT_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # m
+REFERENCE_TOLERANCE = 1e-11  # m, tolerance of the shots that errors are measured against
 OPENING = Stroke.from_offsets(a=0.0, b=0.1, elevation=0.08, azimuth=-0.106, speed=8.0)
-PLANNED, BALL = 'frozen_combination', '8'  # scene of the plan, and the ball that it pots
+PLANNED, POTTED_BALL = 'frozen_combination', '8'  # scene of the plan, and the ball that it pots
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Tolerance:
 
 
 def study_tolerances(
-    tolerances: Sequence[float] = TOLERANCES,
+    tolerances: Sequence[float] = SHOT_TOLERANCES,
     shots: int = 100,
     judged: int = 1000,
     repeats: int = 5,
@@ -78,9 +78,9 @@ def study_tolerances(
     """
     cloth, table, rack = Scene.load('pool'), Scene.load('pool_table'), Scene.load('eight_ball')
     strokes = sample_strokes(table, shots)
-    exact = _places(table, strokes, FINEST)
+    exact = _places(table, strokes, REFERENCE_TOLERANCE)
     scene = Scene.load(PLANNED)
-    best = plan(scene, {'pot': BALL}, budget=2000).best
+    best = plan(scene, {'pot': POTTED_BALL}, budget=2000).best
     assert best is not None
     rng = np.random.default_rng(1)
     noisy = [scene.noise.perturb(best.stroke, rng, scene.ball.radius) for _ in range(judged)]
@@ -97,7 +97,7 @@ def study_tolerances(
             batch = predict_batch(scene, normals, velocities, tolerance)
             judging = min(judging, process_time() - started)
         motion = batch.run.motion
-        reached = (motion[:, batch.run.names.index(BALL)] == Motion.POCKETED) & (
+        reached = (motion[:, batch.run.names.index(POTTED_BALL)] == Motion.POCKETED) & (
             motion[:, 0] == Motion.REST
         )
         yield Tolerance(

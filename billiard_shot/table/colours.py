@@ -27,12 +27,12 @@ MOTIONS = {
     Motion.SPIN: PURPLE,
 }
 
-CUE_BALL = '#fbfaf3'
+CUE_BALL_COLOUR = '#fbfaf3'
 # Pool balls 1 to 8; 9 to 15 have a stripe in the colours of 1 to 7.
 POOL = ('#f2bd1d', '#1c4fa1', '#d3222a', '#4c2a7a', '#f07d1a', '#14743f', '#7a1f2b', '#1b1b1b')
 NAMED = {
-    'cue': CUE_BALL,
-    'white': CUE_BALL,
+    'cue': CUE_BALL_COLOUR,
+    'white': CUE_BALL_COLOUR,
     'red': '#c5161d',
     'yellow': '#f5cf2b',
     'green': '#14743f',

@@ -1,11 +1,11 @@
 """The page of the safety states of the cue, made from their table."""
 
-from billiard_shot.cue.safety import Condition, Event, SAFE, State, TABLE
+from billiard_shot.cue.safety import Condition, SAFE, SafetyEvent, SafetyState, TABLE
 
 
 def page() -> str:
     """The page, in Markdown."""
-    rows: dict[tuple[Event, State, frozenset[Condition]], list[str]] = {}
+    rows: dict[tuple[SafetyEvent, SafetyState, frozenset[Condition]], list[str]] = {}
     for (before, event), (after, needed) in TABLE.items():
         rows.setdefault((event, after, needed), []).append(before.name)
     lines = [

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from billiard_shot.cue.clock import ClockWatch, RECOVERY, steady_time
+from billiard_shot.cue.clock import CLOCK_RECOVERY, ClockWatch, steady_time
 
 
 @pytest.fixture
@@ -41,17 +41,17 @@ def test_standing_still(clock):
 def test_jumping_back(clock):
     clock.update(90.0, 1.02)
     assert clock.problem(1.02) == 'ROS clock: jumped back by 11 s'
-    clock.update(90.0 + RECOVERY, 1.0 + RECOVERY)
-    assert 'jumped back' in clock.problem(1.0 + RECOVERY)
-    clock.update(90.1 + RECOVERY, 1.1 + RECOVERY)
-    assert clock.problem(1.1 + RECOVERY) == ''
+    clock.update(90.0 + CLOCK_RECOVERY, 1.0 + CLOCK_RECOVERY)
+    assert 'jumped back' in clock.problem(1.0 + CLOCK_RECOVERY)
+    clock.update(90.1 + CLOCK_RECOVERY, 1.1 + CLOCK_RECOVERY)
+    assert clock.problem(1.1 + CLOCK_RECOVERY) == ''
 
 
 def test_jumping_ahead(clock):
     clock.update(3701.0, 1.02)
     assert clock.problem(1.02) == 'ROS clock: jumped ahead by 3.6e+03 s'
-    clock.update(3701.1 + RECOVERY, 1.1 + RECOVERY)
-    assert clock.problem(1.1 + RECOVERY) == ''
+    clock.update(3701.1 + CLOCK_RECOVERY, 1.1 + CLOCK_RECOVERY)
+    assert clock.problem(1.1 + CLOCK_RECOVERY) == ''
 
 
 def test_corrections_pauses_and_the_first_time_are_no_jumps(clock):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.pictures.table import draw_shot, draw_trails, path_colours, REST, table_axes
-from billiard_shot.pictures.trails import ENDLESS, trails_of, trails_of_run
-from billiard_shot.table.colours import ball_colour, CUE_BALL, is_striped, OTHER, POOL
+from billiard_shot.pictures.table import draw_shot, draw_trails, PALE, path_colours, table_axes
+from billiard_shot.pictures.trails import ENDLESS_SHOWN, trails_of, trails_of_run
+from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.trajectory import EventKind
@@ -72,7 +72,7 @@ def test_endless_motion_is_shown_for_a_while():
     scene = Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}})
     run = simulate(scene, {'cue': BallState((0, 0, 0.028575), (1, 0, 0))})
     trails = trails_of_run(scene, run)
-    assert trails.until == run.balls['cue'].duration + ENDLESS
+    assert trails.until == run.balls['cue'].duration + ENDLESS_SHOWN
     assert trails.pieces('cue')[-1].times[-1] == trails.until
 
 
@@ -110,7 +110,7 @@ def _distance(point, a, b):
 
 
 def test_colours_of_balls():
-    assert ball_colour('cue') == CUE_BALL
+    assert ball_colour('cue') == CUE_BALL_COLOUR
     assert [ball_colour(str(n)) for n in range(1, 9)] == list(POOL)
     assert [ball_colour(str(n)) for n in range(9, 16)] == list(POOL[:7])
     assert [is_striped(name) for name in ('9', '15')] == [True, True]
@@ -146,7 +146,7 @@ def test_a_break_shows_what_matters():
         predict('eight_ball', Stroke.from_offsets(b=0.1, elevation_deg=5, azimuth_deg=-4, speed=8))
     )
     colours = path_colours(trails)
-    told = {name for name, colour in colours.items() if colour != REST}
+    told = {name for name, colour in colours.items() if colour != PALE}
     gone = {name for name in trails.balls if trails.end(name) is None}
     assert told == {'cue', trails.first_contact} | gone
     assert len(colours) > 10

@@ -13,9 +13,9 @@ from billiard_shot.cli import main
 pytest.importorskip('matplotlib')  # an extra
 
 from billiard_shot.pictures.cue_motion import cue_motion
-from billiard_shot.pictures.trails import GONE, trails_of
-from billiard_shot.pictures.video import image_times, images, RATE, STILL, write_video
-from billiard_shot.table.colours import ball_colour, CUE_BALL
+from billiard_shot.pictures.trails import OFF_CLOTH, trails_of
+from billiard_shot.pictures.video import END_SHOWN, image_times, images, RATE, write_video
+from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR
 from billiard_shot.table.outline import outline_of
 
 SCENE = Scene.load('frozen_combination')
@@ -46,11 +46,11 @@ def test_balls_are_drawn_where_they_are():
     for time, image in zip(times, images(SHOT, times), strict=True):
         for name, ball in trails.balls.items():
             state = ball.at(time)
-            if state.motion in GONE:
+            if state.motion in OFF_CLOTH:
                 continue
             shown = colour_at(image, SCENE, state.position[:2])
             if name == 'cue':
-                assert shown == pytest.approx(rgb(CUE_BALL), abs=6)
+                assert shown == pytest.approx(rgb(CUE_BALL_COLOUR), abs=6)
             elif trails.moved(name):
                 assert shown != colour_at(empty, SCENE, state.position[:2]), (name, time)
 
@@ -81,7 +81,7 @@ def test_video_begins_with_the_cue_and_ends_after_the_last_ball():
     times, trails = image_times(SHOT), trails_of(SHOT)
     motion = cue_motion(SHOT, trails)
     assert times[0] == -motion.time
-    assert trails.until + STILL <= times[-1] < trails.until + STILL + 1.01 / RATE
+    assert trails.until + END_SHOWN <= times[-1] < trails.until + END_SHOWN + 1.01 / RATE
     assert np.diff(times) == pytest.approx(1.0 / RATE)
     assert motion.way(times[0]) == pytest.approx(-motion.swing * motion.direction)
     assert motion.way(0.0) == pytest.approx(0.0)

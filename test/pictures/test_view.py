@@ -9,7 +9,7 @@ import pytest
 
 from billiard_shot import load_shot, predict, save_shot, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.pictures.orientations import orientations, product, rotation, STEP
+from billiard_shot.pictures.orientations import MAX_TURN, orientations, product, rotation
 from billiard_shot.pictures.view import page_of, view_data, write_page
 from billiard_shot.records import ROWS
 from billiard_shot.table.motion import SegmentRecord
@@ -64,7 +64,7 @@ def test_orientations_follow_the_spin(shot):
     times, turns = orientations(ball, ball.duration, ONE)
     assert np.linalg.norm(turns, axis=1) == pytest.approx(np.ones(len(turns)))
     cosines = np.abs((turns[1:] * turns[:-1]).sum(axis=1))
-    assert (2 * np.arccos(cosines.clip(max=1.0)) <= STEP + 1e-9).all()
+    assert (2 * np.arccos(cosines.clip(max=1.0)) <= MAX_TURN + 1e-9).all()
     fine = ONE
     worst = 0.0
     for a, b, turn in zip(times, times[1:], turns[1:], strict=False):
@@ -85,7 +85,7 @@ def test_turning_is_of_fourth_order():
     ball = Trajectory(rows)
 
     def end(step, monkey):
-        monkey.setattr('billiard_shot.pictures.orientations.STEP', step)
+        monkey.setattr('billiard_shot.pictures.orientations.MAX_TURN', step)
         return orientations(ball, 0.8, ONE)[1][-1]
 
     with pytest.MonkeyPatch.context() as monkey:
@@ -206,7 +206,7 @@ def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
             assert state['motion'] == truth.motion
             times, found = turns[name]
             before = found[max(np.searchsorted(times, at, 'right') - 1, 0)]
-            assert 2 * np.arccos(min(abs(before @ state['turn']), 1.0)) <= STEP + 1e-3
+            assert 2 * np.arccos(min(abs(before @ state['turn']), 1.0)) <= MAX_TURN + 1e-3
 
 
 @needs_browser

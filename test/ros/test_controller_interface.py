@@ -21,7 +21,7 @@ from waiting import PATIENCE, PatientCaller
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.controller_client import HORIZON
+from billiard_shot.ros.controller_client import COMMAND_HORIZON
 
 SPACE = '/controlled'
 NODES = {
@@ -87,13 +87,13 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
     cell.processes['cue_driver'].wait()
     killed = monotonic()
     cell.joints.clear()
-    cell.player.until(lambda: False, HORIZON + BRAKE + 1.0)
+    cell.player.until(lambda: False, COMMAND_HORIZON + BRAKE + 1.0)
     moved = [
         max(map(abs, each.velocity)) > 1e-6
         for each in cell.joints
         if len(each.name) == len(JOINTS)
     ]
-    assert monotonic() - killed > HORIZON + BRAKE
+    assert monotonic() - killed > COMMAND_HORIZON + BRAKE
     assert not any(moved[-20:]), 'at rest'
     cell.player.states.clear()
     cell.start('cue_driver')

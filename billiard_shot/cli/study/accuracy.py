@@ -16,7 +16,7 @@ from billiard_shot.shot.stroke_options import (
     strokes_given,
 )
 
-COLUMNS = (
+ACCURACY_COLUMNS = (
     Column('method'),
     Column('parameter'),
     Column('setting'),
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         for row in rows:
             row['at'] = f'{row["parameter"]} {row["setting"]:.0e}' if row['parameter'] else ''
             row['of'] = f'{row["answered"]} of {len(strokes)}'
-    print_rows(COLUMNS, rows, options, 'method')
+    print_rows(ACCURACY_COLUMNS, rows, options, 'method')
     if wants_text(options):
         _explain(accuracy.FLOOR)
         for finding in findings:

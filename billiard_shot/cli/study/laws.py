@@ -22,7 +22,7 @@ def _places(found: list[tuple[float, float]], values: int) -> str:
     return places or f'none found at these {values} values'
 
 
-SWEEPS = (
+LAW_SWEEPS = (
     Column('stroke'),
     Column('varied', 'varied'),
     Column('law', 'law'),
@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         discontinuities = {
             (sweep.name, way): laws.discontinuities(sweep.outcome(way), sweep.values)
             for sweep, way in progress(
-                [(sweep, way) for sweep in sweeps for way in laws.LAWS], 'discontinuities'
+                [(sweep, way) for sweep in sweeps for way in laws.COMPARED_LAWS], 'discontinuities'
             )
         }
         rows = []
@@ -115,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
             )
         if wants_text(options):
             print(f'stroke {name}, scene {about}\n')
-        print_rows(SWEEPS, rows, options)
+        print_rows(LAW_SWEEPS, rows, options)
         if options.picture:
             from billiard_shot.pictures.laws import draw_laws
 
@@ -142,7 +142,7 @@ def _around(scene: Scene, count: int, stroke: Stroke) -> tuple[int, list[tuple[s
     return len(sweeps), [
         (law, laws.wedges(sweep.problem(each.place, law)), each.size)
         for sweep in sweeps
-        for law in laws.LAWS
+        for law in laws.COMPARED_LAWS
         for each in laws.discontinuities(sweep.outcome(law), sweep.values)
     ]
 
@@ -152,7 +152,7 @@ def _count(scene: Scene, about: str, options: argparse.Namespace) -> int:
 
     strokes = laws.random_strokes(options.random, seed=1)
     searches = mapped(options, partial(_around, scene, options.count), strokes)
-    found = {law: [0, 0, 0.0] for law in laws.LAWS}
+    found = {law: [0, 0, 0.0] for law in laws.COMPARED_LAWS}
     sweeps = 0
     for number, discontinuities in progress(searches, 'discontinuities', len(strokes)):
         sweeps += number

@@ -12,7 +12,7 @@ from billiard_shot.study.measured.comparison import compare, Comparison, compari
 from billiard_shot.study.measured.published import SOURCES
 
 WIDTH = 80  # characters of a line
-LABEL = 40  # characters of the name of a row
+LABEL_WIDTH = 40  # characters of the name of a row
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def _as_table(group: Group) -> str:
     for row in group.rows:
         rows.append(
             (
-                _label(row, row.case == case).ljust(LABEL),
+                _label(row, row.case == case).ljust(LABEL_WIDTH),
                 _number(row.published, row.digits, 9),
                 _number(row.uncertainty, row.digits, 6),
                 _number(row.computed, row.digits, 8),

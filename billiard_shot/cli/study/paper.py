@@ -18,7 +18,7 @@ def _off(value: float) -> str:
     return '' if math.isnan(value) else f'{value:.1g}'
 
 
-COLUMNS = (
+PAPER_COLUMNS = (
     Column('shot'),
     Column('variant'),
     Column('velocity', '  velocity (m/s)', '  x y z', lambda vector: numbers(vector, 4)),
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
         for variant in variants:
             row = reproduce(name, variant)
             rows.append(_row(name, variant_label(variant), row.numbers, row.velocity, row.spin))
-    print_rows(COLUMNS, rows, options, 'title')
+    print_rows(PAPER_COLUMNS, rows, options, 'title')
     print_footer(FOOTER, options)
     return 0
 

@@ -11,7 +11,7 @@ from billiard_shot.cli.text_table import (
     print_footer,
     print_rows,
 )
-from billiard_shot.study.tolerances import cost_of_accuracy, study_tolerances, TOLERANCES
+from billiard_shot.study.tolerances import cost_of_accuracy, SHOT_TOLERANCES, study_tolerances
 
 
 def length(metres: float) -> str:
@@ -27,7 +27,7 @@ def duration(seconds: float) -> str:
     return f'{1e6 * seconds:.0f} us' if seconds < 1e-3 else f'{1e3 * seconds:.3g} ms'
 
 
-COLUMNS = (
+TOLERANCE_COLUMNS = (
     Column('tolerance', 'tolerance', '', length),
     Column('typical_error', 'typical', 'error', length),
     Column('largest_error', 'largest', 'error', length),
@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--count must be at least 1, got {options.count}')
     wait_for_machine_code()
     study = study_tolerances(shots=options.count, judged=10 * options.count)
-    studied = list(progress(study, 'tolerance', len(TOLERANCES)))
-    print_rows(COLUMNS, [asdict(each) for each in studied], options)
+    studied = list(progress(study, 'tolerance', len(SHOT_TOLERANCES)))
+    print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
     print_footer(
         f'Result: {cost_of_accuracy(studied)}. '
         'Errors are those of the place of rest, on a table without other balls. Processor times '

@@ -9,7 +9,7 @@ import numpy as np
 from billiard_shot.scene import BallBall, Scene
 from billiard_shot.study.measured import published, shots
 
-SPEED = 2.0  # m/s, of the cue ball in the 30 degree rule and in draw shots
+MEASURED_SPEED = 2.0  # m/s, of the cue ball in the 30 degree rule and in draw shots
 REBOUND_SPEEDS = 20  # of the RMS deviation
 SHOWN_REBOUNDS = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)  # m/s
 ROLLING_SPEED = 1.0  # m/s, of roll-outs
@@ -105,7 +105,7 @@ def collision_results(scene: Scene, ball_ball: BallBall) -> list[tuple[float, fl
     """Return object ball speed, cue ball speed [m/s] and cue ball direction [degrees] of all."""
     cloth = shots.endless(scene, ball_ball)
     results = []
-    for shot in published.COLLISIONS:
+    for shot in published.PUBLISHED_COLLISIONS:
         run = shots.collide_two(cloth, shot.speed, shot.cut, 1.0)
         cue_speed, direction = shots.after_slip(run, 'cue')
         results.append((shots.after_slip(run, 'object')[0], cue_speed, -direction))
@@ -121,7 +121,7 @@ def rms_errors(results: list[tuple[float, float, float]]) -> tuple[float, float,
             direction - shot.direction,
         )
         for shot, (object_speed, cue_speed, direction) in zip(
-            published.COLLISIONS, results, strict=True
+            published.PUBLISHED_COLLISIONS, results, strict=True
         )
     ]
     first, second, third = np.sqrt(np.mean(np.square(deviations), axis=0)).tolist()
@@ -133,7 +133,7 @@ def _collisions(scene: Scene) -> Group:
     results = collision_results(scene, mixed)
     rows = []
     for shot, (object_speed, cue_speed, direction) in zip(
-        published.COLLISIONS, results, strict=True
+        published.PUBLISHED_COLLISIONS, results, strict=True
     ):
         case, accuracy = f'{shot.speed:.3f} m/s, {shot.cut:.2f} deg', published.SPEED_ACCURACY
         rows += [
@@ -234,9 +234,9 @@ def _pool_cushions(scene: Scene) -> Group:
     low, high = published.POOL_RESTITUTION
     fewest, most = published.TABLE_LENGTHS
     least = replace(scene, cloth=replace(scene.cloth, rolling_resistance=published.LEAST_ROLLING))
-    case = f'squarely, {SPEED:g} m/s'
-    just_after = shots.rebound(scene, SPEED) / SPEED
-    after_slip = shots.kept_speeds(scene, SPEED, 0.0)[0]
+    case = f'squarely, {MEASURED_SPEED:g} m/s'
+    just_after = shots.rebound(scene, MEASURED_SPEED) / MEASURED_SPEED
+    after_slip = shots.kept_speeds(scene, MEASURED_SPEED, 0.0)[0]
     rows = [
         Comparison(case, 'just after', '', 0.5 * (low + high), just_after, 0.5 * (high - low), 2),
         Comparison(case, 'after slip', '', published.POOL_KEPT, after_slip, None, 2),
@@ -287,10 +287,10 @@ def _corner_five(scene: Scene) -> Group:
 
 def _deflections(name: str, scene: Scene) -> Group:
     fractions = np.linspace(0.25, 0.75, 51).tolist()
-    angles = [shots.deflection(scene, SPEED, fraction, 1.0) for fraction in fractions]
+    angles = [shots.deflection(scene, MEASURED_SPEED, fraction, 1.0) for fraction in fractions]
     low, high = published.DEFLECTION_RANGE
     return Group(
-        f'Deflection of a rolling cue ball by a resting ball, {SPEED:g} m/s. {name}.',
+        f'Deflection of a rolling cue ball by a resting ball, {MEASURED_SPEED:g} m/s. {name}.',
         ('30 degrees',),
         (
             Comparison('', 'half ball', 'deg', published.HALF_BALL_DEFLECTION, angles[25]),
@@ -301,10 +301,10 @@ def _deflections(name: str, scene: Scene) -> Group:
 
 
 def _draw(name: str, scene: Scene) -> Group:
-    ratio = shots.draw_for_right_angle(scene, SPEED)
+    ratio = shots.draw_for_right_angle(scene, MEASURED_SPEED)
     return Group(
-        f'Deflection of a cue ball with draw, {SPEED:g} m/s. Its backspin, {ratio:.3f} of a '
-        f"rolling ball's spin, is chosen for 90 deg at half ball. {name}.",
+        f'Deflection of a cue ball with draw, {MEASURED_SPEED:g} m/s. Its backspin, {ratio:.3f} '
+        f"of a rolling ball's spin, is chosen for 90 deg at half ball. {name}.",
         ('draw',),
         tuple(
             Comparison(
@@ -312,7 +312,7 @@ def _draw(name: str, scene: Scene) -> Group:
                 f'{fraction:g} ball',
                 'deg',
                 angle,
-                shots.deflection(scene, SPEED, fraction, -ratio),
+                shots.deflection(scene, MEASURED_SPEED, fraction, -ratio),
             )
             for fraction, angle in published.DRAW_DEFLECTION.items()
         ),

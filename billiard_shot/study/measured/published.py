@@ -43,7 +43,7 @@ class PublishedCollision:
     direction: float  # degrees, of the cue ball after slip, from the incoming direction
 
 
-COLLISIONS = (
+PUBLISHED_COLLISIONS = (
     PublishedCollision(1.539, 33.83, 0.816, 0.836, 35.96),
     PublishedCollision(1.032, 26.36, 0.520, 0.629, 33.20),
     PublishedCollision(1.364, 40.52, 0.925, 0.700, 30.50),

@@ -13,8 +13,8 @@ from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState, EventKind
 
 IDEAL = BallBall(restitution=1.0, friction_fast=0.0, friction_slow=0.0)
-NEAR = 1e-9  # m: from ball to ball before they meet, so that nothing changes on the way
-CUTS = np.arange(5.0, 85.25, 0.5)  # degrees, among which the largest throw is looked for
+START_GAP = 1e-9  # m: from ball to ball before they meet, so that nothing changes on the way
+CUT_ANGLES = np.arange(5.0, 85.25, 0.5)  # degrees, among which the largest throw is looked for
 SIGHTS = 0.09366  # m: diamonds behind the noses, 3 11/16 in (WPA)
 CORNER_FIVE_SPEED = 2.0  # m/s: between medium and fast (Alciatore)
 _NOTHING = np.zeros(3)
@@ -54,7 +54,9 @@ def collide_two(scene: Scene, speed: float, cut: float, spin_ratio: float) -> Ta
     centres = np.array([math.cos(angle), math.sin(angle), 0.0])
     place = np.array([0.0, 0.0, radius])
     spin = np.array([0.0, spin_ratio * speed / radius, 0.0])
-    cue = BallState(place - (2.0 * radius + NEAR) * centres, np.array([speed, 0.0, 0.0]), spin)
+    cue = BallState(
+        place - (2.0 * radius + START_GAP) * centres, np.array([speed, 0.0, 0.0]), spin
+    )
     return simulate(scene, {'cue': cue, 'object': BallState(place, _NOTHING, _NOTHING)})
 
 
@@ -88,9 +90,9 @@ def throw_angle(scene: Scene, speed: float, cut: float) -> float:
 
 def largest_throw(scene: Scene, speed: float) -> tuple[float, float]:
     """Return the largest throw of stun shots and the cut angle where it is [degrees]."""
-    throws = [throw_angle(scene, speed, cut) for cut in CUTS.tolist()]
+    throws = [throw_angle(scene, speed, cut) for cut in CUT_ANGLES.tolist()]
     best = int(np.argmax(throws))
-    return throws[best], float(CUTS[best])
+    return throws[best], float(CUT_ANGLES[best])
 
 
 def rebound(scene: Scene, speed: float) -> float:
