@@ -108,6 +108,20 @@ def test_files_are_checked_before_the_work(option, capsys, monkeypatch):
         assert text in err
 
 
+@pytest.mark.parametrize(
+    ('words', 'kinds'),
+    [
+        ('predict --speed 1 --picture a.xyz', '.png or .svg or .pdf or .jpg'),
+        ('plan pool_table --pot 8 --view a.png', '.html'),
+        ('view --speed 1 --output a.png', '.html'),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_before_the_work(words, kinds, capsys, tmp_path):
+    assert main(words.replace('a.', f'{tmp_path}/a.').split()) == 2
+    assert f'must be a file {kinds}, got {tmp_path}/a.' in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_all_mistakes_of_a_file(tmp_path, capsys):
     path = tmp_path / 'strokes.yaml'
     path.write_text("""

@@ -45,6 +45,7 @@ STUDIES = {
 }
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
 FILES = (*PICTURES, 'output', 'view', 'video')  # options that name a file to write
+DRAWN = ('.png', '.svg', '.pdf', '.jpg')  # files that pictures are written to
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -137,7 +138,7 @@ def _word(action: argparse.Action) -> str:
 
 
 def _check_files(options: argparse.Namespace) -> None:
-    """Raise ValueError if a file to write is a folder, or if its folder does not exist."""
+    """Raise ValueError if a file cannot be written: a folder, in no folder, of another kind."""
     for name in FILES:
         path = getattr(options, name, None)
         option = f'--{name.replace("_", "-")}'
@@ -145,6 +146,9 @@ def _check_files(options: argparse.Namespace) -> None:
             raise ValueError(f'{option} must be a file, not a folder, got {path}')
         if path and not path.absolute().parent.is_dir():
             raise ValueError(f'{option} must be in a folder that exists, got {path}')
+        kinds = DRAWN if name in PICTURES else ('.html',) if name == 'view' else ()
+        if path and kinds and path.suffix not in kinds:
+            raise ValueError(f'{option} must be a file {" or ".join(kinds)}, got {path}')
 
 
 def _discard_output() -> None:

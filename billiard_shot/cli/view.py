@@ -34,6 +34,8 @@ def run(options: argparse.Namespace) -> int:
     """Write pages or videos and print their paths; 1 if a stroke was refused, and so left out."""
     if options.video:
         require_encoder(options.video)  # before the work, not after it
+    elif options.output.suffix != '.html':
+        raise ValueError(f'--output must be a file .html, got {options.output}')
     shots = shots_of(options)
     for name, shot in shots.items():
         if shot.status.refused:
