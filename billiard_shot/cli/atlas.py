@@ -38,10 +38,10 @@ from billiard_shot.planning.atlas import (
     Map,
     start_file,
 )
-from billiard_shot.planning.atlas.request import NORMAL_BUDGET, NORMAL_GRID
+from billiard_shot.planning.atlas.request import LAYOUT_BUDGET, NORMAL_GRID
 from billiard_shot.table.run import POCKET_NAMES
 
-SURE_SUCCESS, EVEN_SUCCESS = 0.9, 0.5
+HIGH_SUCCESS, EVEN_SUCCESS = 0.9, 0.5
 
 
 def _percent(part: float) -> str:
@@ -54,7 +54,7 @@ ATLAS_COLUMNS = (
     Column('layouts', 'layouts'),
     Column('success', 'success', '(%, mean)', _percent),
     Column('half_width', '95 % CI', '(±, mean)', _percent),
-    Column('sure', f'>= {SURE_SUCCESS:.0%}', '(%)', _percent),
+    Column('sure', f'>= {HIGH_SUCCESS:.0%}', '(%)', _percent),
     Column('even', f'>= {EVEN_SUCCESS:.0%}', '(%)', _percent),
     Column('none', 'no stroke', '(%)', _percent),
 )
@@ -101,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help='one such position, may be repeated (m)',
     )
-    add_search_arguments(parser, NORMAL_BUDGET, ' for each layout')
+    add_search_arguments(parser, LAYOUT_BUDGET, ' for each layout')
     add_work_arguments(parser, os.cpu_count() or 1)
     output = parser.add_argument_group('output')
     add_format_arguments(parser)
@@ -177,7 +177,7 @@ def _row(each: Map) -> dict[str, Any]:
         'layouts': len(success),
         'success': each.mean,
         'half_width': each.mean_half_width,
-        'sure': (success >= SURE_SUCCESS).mean(),
+        'sure': (success >= HIGH_SUCCESS).mean(),
         'even': (success >= EVEN_SUCCESS).mean(),
         'none': (success == 0.0).mean(),
     }

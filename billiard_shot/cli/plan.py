@@ -29,8 +29,8 @@ from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
-from billiard_shot.planning.in_hand import PLACES
-from billiard_shot.planning.limits import BALLS
+from billiard_shot.planning.in_hand import IN_HAND_PLACES
+from billiard_shot.planning.limits import BALL_CONSTRAINTS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS
@@ -134,7 +134,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     more.add_argument(
         '--place',
-        choices=PLACES,
+        choices=IN_HAND_PLACES,
         help='for --pot and --break: the cue ball is in hand, and is put where it is best',
     )
     limits = parser.add_argument_group('limits that replace those of the scene')
@@ -257,7 +257,7 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _constraints(options: argparse.Namespace) -> dict[str, Any]:
-    names = (*BALLS, *asdict(Robot()))
+    names = (*BALL_CONSTRAINTS, *asdict(Robot()))
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 

@@ -8,7 +8,7 @@ from billiard_shot import load_shot, predict, Scene, Shot
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.yaml_file import read_yaml
-from billiard_shot.shot.predict import DEFAULT_TOLERANCE
+from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.stroke_options import (
     add_aim_arguments,
     add_stroke_arguments,
@@ -40,7 +40,7 @@ def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
         '--tolerance',
         type=float,
         metavar='M',
-        help=f'largest error of the trajectories, in metres (default: {DEFAULT_TOLERANCE:g})',
+        help=f'largest error of the trajectories, in metres (default: {DEFAULT_SHOT_TOLERANCE:g})',
     )
     add_aim_arguments(parser)
     add_stroke_arguments(parser)
@@ -88,7 +88,7 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
                 )
         return {path.stem: load_shot(path)}
     scene = Scene.load(scene_name(options))
-    tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
+    tolerance = DEFAULT_SHOT_TOLERANCE if options.tolerance is None else options.tolerance
     strokes = strokes_from_options(options, scene)
     work = partial(predict, scene, tolerance=tolerance)
     shots = mapped(options, work, list(strokes.values()))

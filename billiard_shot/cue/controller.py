@@ -27,7 +27,7 @@ from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
     decide,
-    LATCHED,
+    LATCHED_STATES,
     MOVING,
     SafetyDecision,
     SafetyEvent,
@@ -291,7 +291,7 @@ class Controller:
         self.interlock.take_over(before.interlock)
         self.joints.take_over(before.joints)
         self.position, self.velocity = before.position, before.velocity
-        if before.state in LATCHED:
+        if before.state in LATCHED_STATES:
             self.state, self.reason = before.state, before.reason
             self._stop()
 

@@ -26,8 +26,8 @@ FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue', 'tip'
 ACTUATOR = 'incline_actuator'
 """Frame that the actuator of the incline moves along x."""
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-AXES = (X, Y, Z, Z, Y, X)
+X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
 REVOLUTE = ('azimuth', 'incline')
 
 
@@ -177,7 +177,9 @@ def transforms(
                 (x, y, z, math.cos(0.5 * angle)),
             )
         )
-    found.append(Transform(frames[INCLINE], actuator_frame(frame), length * np.array(X), level))
+    found.append(
+        Transform(frames[INCLINE], actuator_frame(frame), length * np.array(X_AXIS), level)
+    )
     found.append(Transform(frames[-2], frames[-1], np.array(tip_offset(mechanism)), level))
     return tuple(found)
 

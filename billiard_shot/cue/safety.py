@@ -37,7 +37,7 @@ MOVING = (
 )
 """States in which the mechanism is commanded, so that a silent input is dangerous."""
 
-LATCHED = (SafetyState.ESTOP, SafetyState.FAULT)
+LATCHED_STATES = (SafetyState.ESTOP, SafetyState.FAULT)
 """States that last until they are cleared."""
 
 BEFORE_STROKE = (SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED)
@@ -91,7 +91,7 @@ _S, _E = SafetyState, SafetyEvent
 _STROKE = (_S.FIRING, _S.RETRACTING)
 _ALL = tuple(SafetyState)
 
-TABLE: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[Condition]]] = {
+TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[Condition]]] = {
     (_S.DISARMED, _E.AIM): (_S.AIMING, _GOAL),
     (_S.AIMING, _E.REACH): (_S.AIMED, SAFE),
     (_S.AIMED, _E.ARM): (_S.ARMED, _GOAL),
@@ -136,14 +136,14 @@ class SafetyDecision:
 
 def decide(state: SafetyState, event: SafetyEvent, conditions: Set[Condition]) -> SafetyDecision:
     """Look up an event in the table, given the conditions that hold."""
-    if (state, event) not in TABLE:
-        possible = [start.name for start, happening in TABLE if happening is event]
+    if (state, event) not in TRANSITIONS:
+        possible = [start.name for start, happening in TRANSITIONS if happening is event]
         return SafetyDecision(
             False,
             state,
             (f'{event}: not possible in state {state.name}, only in {", ".join(possible)}'),
         )
-    after, needed = TABLE[state, event]
+    after, needed = TRANSITIONS[state, event]
     missing = tuple(condition for condition in Condition if condition in needed - conditions)
     if missing:
         return SafetyDecision(False, state, f'{event}: needs: {"; ".join(missing)}', missing)

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 from billiard_shot.cue.kinematics import home
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism
-from billiard_shot.cue.model import actuator_frame, chain, frame_names, Joint, tip_offset, X
+from billiard_shot.cue.model import actuator_frame, chain, frame_names, Joint, tip_offset, X_AXIS
 
 ACTUATOR_MASS = 0.01
 """Mass of the part that the actuator moves in the model [kg]; simulators refuse a mass of 0."""
@@ -58,7 +58,7 @@ def _add_actuator(
     effort = incline.effort * incline.speed / axis.speed
     limits = axis.min, axis.max, axis.speed, effort
     part = replace(incline.part, mass=ACTUATOR_MASS)
-    joint = Joint(name, incline.parent, frame, False, X, *limits, part, (0.0, 0.0, 0.0))
+    joint = Joint(name, incline.parent, frame, False, X_AXIS, *limits, part, (0.0, 0.0, 0.0))
     _add_joint(robot, joint)
     _add_inertial(ET.SubElement(robot, 'link', name=frame), joint)
 

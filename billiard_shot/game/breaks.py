@@ -30,10 +30,10 @@ from billiard_shot.table.table_states import TableStates
 # Places of the cue ball: distances behind the head string and beside the long string, relative to
 # length and width. Points that are aimed at: sideways of the apex ball, in ball radii. Points of
 # contact of the tip: b, in ball radii. Speeds, relative to the largest one.
-BEHIND, BESIDE = (0.01, 0.12), (0.0, 0.15, 0.3, 0.44)
-AIMS, TIPS, SPEEDS = (-0.3, 0.0, 0.3), (-0.15, 0.1), (1.0, 0.85)
+PLACES_BEHIND, PLACES_BESIDE = (0.01, 0.12), (0.0, 0.15, 0.3, 0.44)
+AIMS, BREAK_TIPS, BREAK_SPEEDS = (-0.3, 0.0, 0.3), (-0.15, 0.1), (1.0, 0.85)
 # Racks that the best breaks so far are tried on, and how many breaks go on to the next round.
-ROUNDS = ((3, 24), (8, 8), (24, 3), (60, 1))
+BREAK_ROUNDS = ((3, 24), (8, 8), (24, 3), (60, 1))
 
 
 def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:
@@ -49,7 +49,7 @@ def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:
 def _search(scene: Scene, game: str) -> tuple[Place, Stroke]:
     strokes = break_strokes(scene, start(game, scene))
     found = np.zeros((len(strokes), 0))
-    for racks, best in ROUNDS:
+    for racks, best in BREAK_ROUNDS:
         seeds = range(found.shape[1], found.shape[1] + racks)
         batch = break_racks(scene, game, strokes, seeds)
         new = values(scene, 0, batch).reshape(len(strokes), racks)
@@ -65,11 +65,11 @@ def break_strokes(scene: Scene, state: State) -> Array:
     balls = (place for ball, place in state.balls.items() if ball != CUE_BALL)
     apex = min(balls, key=lambda place: place[0])
     found = []
-    for behind, beside in itertools.product(BEHIND, BESIDE):
+    for behind, beside in itertools.product(PLACES_BEHIND, PLACES_BESIDE):
         x, y = -(0.25 + behind) * state.length, beside * state.width
         rows = [
             (0.0, b, 0.0, math.atan2(apex[1] + aim * state.radius - y, apex[0] - x), speed)
-            for aim, b, speed in itertools.product(AIMS, TIPS, SPEEDS)
+            for aim, b, speed in itertools.product(AIMS, BREAK_TIPS, BREAK_SPEEDS)
         ]
         offsets = np.array(rows) * (1.0, 1.0, 1.0, 1.0, scene.robot.speed_max)
         offsets, playable = raised(scene_of(scene, state.with_cue_ball(x, y)), offsets)

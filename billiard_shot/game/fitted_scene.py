@@ -18,25 +18,25 @@ from billiard_shot.shot.stroke import Stroke
 
 # Places at rest do not tell how fast the balls were: with all frictions and the square of the
 # speed of the cue ball multiplied alike, they are the same. So no number of the cue is fitted.
-FITTED = (
+FITTED_PARAMETERS = (
     'contacts.ball_ball.restitution',
     'cloth.sliding_friction',
     'cloth.rolling_resistance',
     'table.cushion.restitution',
 )
-BALL = '1'
-SLOWEST, FASTEST, HIGHEST = 0.5, 2.0, 0.3  # m/s of the cue; of b in ball radii
+FIT_BALL = '1'
+SLOWEST_CUE, FASTEST_FIT, HIGHEST = 0.5, 2.0, 0.3  # m/s of the cue; of b in ball radii
 ASIDE = 2.0  # ball radii: largest distance of the aim from the middle of the ball
-WITHIN = 3.0  # factor by which a parameter may change
+MAX_FACTOR = 3.0  # factor by which a parameter may change
 USUAL = 0.05  # m: errors of places beyond it count less, because a ball met another on its way
-STEP = 0.01  # relative change of a parameter for a derivative: outcomes are not smooth
+PARAMETER_STEP = 0.01  # relative change of a parameter for a derivative: outcomes are not smooth
 
 
 def fitted_scene(
     scene: Scene,
     simulator: Simulator,
     shots: int = 60,
-    names: Sequence[str] = FITTED,
+    names: Sequence[str] = FITTED_PARAMETERS,
     seed: int = 1,
 ) -> Scene:
     """
@@ -80,15 +80,15 @@ def fitted_scene(
         played.append((tried.balls, stroke, seen))
     parameters = scene.parameters(names)
     begin = np.array([parameter.value for parameter in parameters])
-    low = np.maximum([parameter.low for parameter in parameters], begin / WITHIN)
-    high = np.minimum([parameter.high for parameter in parameters], begin * WITHIN)
+    low = np.maximum([parameter.low for parameter in parameters], begin / MAX_FACTOR)
+    high = np.minimum([parameter.high for parameter in parameters], begin * MAX_FACTOR)
 
     def errors(factors: NDArray[np.float64]) -> NDArray[np.float64]:
         model = exact.with_parameters(names, np.clip(factors * begin, low, high))
         found = np.zeros((shots, 2, 2))
         for error, (balls, stroke, seen) in zip(found, played, strict=True):
             places = simulated(replace(model, balls=balls), stroke, draw).places
-            for row, ball in zip(error, (CUE_BALL, BALL), strict=True):
+            for row, ball in zip(error, (CUE_BALL, FIT_BALL), strict=True):
                 if ball in places and ball in seen:  # else one of both was potted
                     row[:] = np.subtract(places[ball], seen[ball])
         return found.ravel()
@@ -99,7 +99,7 @@ def fitted_scene(
         bounds=(low / begin - 1e-9, high / begin + 1e-9),
         loss='soft_l1',
         f_scale=USUAL,
-        diff_step=STEP,
+        diff_step=PARAMETER_STEP,
         xtol=1e-4,
         ftol=1e-4,
     )
@@ -114,9 +114,9 @@ def _table(scene: Scene, seed: int, draw: np.random.Generator) -> dict[str, tupl
 
 def _stroke(scene: Scene, draw: np.random.Generator) -> Stroke:
     """Draw a stroke at or past the ball, with the cue as low as clearance allows."""
-    x, y = np.subtract(scene.balls[BALL], scene.balls[CUE_BALL])
+    x, y = np.subtract(scene.balls[FIT_BALL], scene.balls[CUE_BALL])
     aside = ASIDE * scene.ball.radius * draw.uniform(-1.0, 1.0) / np.hypot(x, y)
-    speed = draw.uniform(SLOWEST, FASTEST)
+    speed = draw.uniform(SLOWEST_CUE, FASTEST_FIT)
     offsets = [(0.0, draw.uniform(-HIGHEST, HIGHEST), 0.0, np.arctan2(y, x) + aside, speed)]
     lifted, playable = raised(scene, np.array(offsets))
     return Stroke.from_offsets(*(lifted[0] if playable[0] else offsets[0]))

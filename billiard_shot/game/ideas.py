@@ -27,8 +27,8 @@ from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
 
 FOLLOWED = 60  # pots whose end states are followed by a second shot
-TURNS = 3  # directions that have to pot; with fewer the guess is smaller
-NEAR = 4  # balls at which safeties are aimed
+MIN_POTTING_DIRECTIONS = 3  # directions that have to pot; with fewer the guess is smaller
+SAFETY_BALLS = 4  # balls at which safeties are aimed
 HEIGHT, FASTER = 0.1, 0.2  # standard deviations of variations: of b, and of the logarithm of speed
 INDIRECT = 1500  # simulated strokes of a search for combinations and cushions
 INDIRECT_CHANCE = 0.5  # chance of such a stroke, before it is tried with errors
@@ -122,7 +122,11 @@ def pots(
         chosen = best * turns + np.argmin(away[best], axis=1)
         first = value.ravel()[chosen]
         guess[best] += second_ply(scene, state.player, batch.take(chosen), first) - first
-    guess *= direct.chance[made.shot] * np.minimum(weight, TURNS) / TURNS
+    guess *= (
+        direct.chance[made.shot]
+        * np.minimum(weight, MIN_POTTING_DIRECTIONS)
+        / MIN_POTTING_DIRECTIONS
+    )
     offsets, playable = raised(scene, offsets)  # which are turned since
     return _ideas(position, offsets, calls, guess * playable)
 
@@ -160,7 +164,7 @@ def safeties(position: Position) -> list[Idea]:
         find_game(state.game).targets(state),
         key=lambda ball: np.hypot(state.balls[ball][0] - x, state.balls[ball][1] - y),
     )
-    offsets = np.concatenate([towards(scene, tuple(near[:NEAR])), all_round(scene)])
+    offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
     if not len(offsets):
         return []
     calls = [Call(safety=True)] * len(offsets)

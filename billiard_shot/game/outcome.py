@@ -15,7 +15,7 @@ from billiard_shot.table.trajectory import EventKind
 # A ball that lay within this distance of a nose was frozen to it [m]: its first contact with that
 # nose counts only if the ball has left the nose by more than this (WPA 8.4, driven to a rail).
 FROZEN = 1e-3
-SAMPLES = 33  # times at which the distance from such a nose is looked at
+NOSE_SAMPLES = 33  # times at which the distance from such a nose is looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +145,6 @@ def _was_driven(run: TableRun, event: TableEvent, scene: Scene) -> bool:
     start = half - sign * float(ball.at(0.0).position[axis])
     if start > nearest + FROZEN:
         return True
-    times = np.linspace(0.0, event.time, SAMPLES)
+    times = np.linspace(0.0, event.time, NOSE_SAMPLES)
     away = half - sign * ball.at(times).position[:, axis]
     return bool((away > nearest + FROZEN).any())

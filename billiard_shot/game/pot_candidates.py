@@ -12,9 +12,9 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import model_of
 
-SPEEDS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
+SPEED_FACTORS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
 # a and b, relative to the largest offset of the robot: stun, draw and follow, and side spin
-TIPS = (
+TIP_OFFSETS = (
     (0.0, 0.0),
     (0.0, 0.4),
     (0.0, 0.8),
@@ -26,7 +26,7 @@ TIPS = (
     (-0.5, 0.5),
 )
 # Changes of the direction of the ball [rad] that are tried for each stroke, because of throw.
-TURNS = np.radians([-3.0, -1.5, 0.0, 1.5, 3.0])
+AIM_CHANGES = np.radians([-3.0, -1.5, 0.0, 1.5, 3.0])
 
 
 class PotCandidates(NamedTuple):
@@ -47,7 +47,7 @@ class PotCandidates(NamedTuple):
 
 
 def pot_candidates(
-    scene: Scene, direct: DirectShots, which: NDArray[np.int64], *, tips: int = len(TIPS)
+    scene: Scene, direct: DirectShots, which: NDArray[np.int64], *, tips: int = len(TIP_OFFSETS)
 ) -> PotCandidates:
     """
     Make strokes of several speeds and spins of direct shots on one table.
@@ -65,7 +65,7 @@ def pot_candidates(
 
     """
     robot = scene.robot
-    grid = np.array([(a, b, factor) for a, b in TIPS[:tips] for factor in SPEEDS])
+    grid = np.array([(a, b, factor) for a, b in TIP_OFFSETS[:tips] for factor in SPEED_FACTORS])
     shot = np.repeat(which, len(grid))
     offsets = direct.offsets[shot].copy()
     a, b, factor = np.tile(grid, (len(which), 1)).T
@@ -78,6 +78,6 @@ def pot_candidates(
     motion = unit_speed_strikes(scene, model_of(scene), tips_used)[number.ravel()]
     offsets[:, 3] -= np.nan_to_num(np.arctan2(motion[:, 1], motion[:, 0]))
     turn = 2.0 * scene.ball.radius * np.cos(direct.cut[shot]) / direct.distance[shot]
-    many = np.repeat(offsets[:, np.newaxis], len(TURNS), axis=1)
-    many[:, :, 3] += turn[:, np.newaxis] * TURNS
+    many = np.repeat(offsets[:, np.newaxis], len(AIM_CHANGES), axis=1)
+    many[:, :, 3] += turn[:, np.newaxis] * AIM_CHANGES
     return PotCandidates(many, shot)

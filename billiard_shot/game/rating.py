@@ -12,7 +12,7 @@ from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.records import Array
 from billiard_shot.scene.player import with_errors
 
-ENDS = 8  # end states of a stroke whose next shots are followed
+FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed
 
 
 class Rated(NamedTuple):
@@ -72,7 +72,7 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
             pots = np.array([not idea.call.safety for idea in own])
-            some = kept & (np.cumsum(kept, axis=1) <= ENDS) & pots[:, np.newaxis]
+            some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS) & pots[:, np.newaxis]
             chosen = np.flatnonzero(some)
             first = value.ravel()[chosen]
             change = np.zeros(value.shape)

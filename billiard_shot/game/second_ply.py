@@ -18,13 +18,13 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
-SHOTS = 2  # direct shots of each end state that are followed
+FOLLOWED_SHOTS = 2  # direct shots of each end state that are followed
 # a, b [ball radii] and the speed relative to that of the direct shot
 STROKES = np.array(
     [(0.0, b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)]
     + [(0.25, 0.1, 1.0), (-0.25, 0.1, 1.0)]
 )
-LIFT = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
+LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
 
 
 class Followed(NamedTuple):
@@ -85,13 +85,13 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
     """Make ball states of strokes at the best direct shots of each table."""
     order = np.lexsort((-direct.chance, direct.table))
     rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
-    chosen = order[rank < SHOTS]
+    chosen = order[rank < FOLLOWED_SHOTS]
     shot = np.repeat(chosen, len(STROKES))
     row = direct.table[shot]
     a, b, factor = np.tile(STROKES, (len(chosen), 1)).T
     offsets = direct.offsets[shot]
     speed = np.minimum(offsets[:, 4] * factor, scene.robot.speed_max)
-    lifts = np.round(offsets[:, 2] / LIFT) * LIFT
+    lifts = np.round(offsets[:, 2] / LIFT_STEP) * LIFT_STEP
     different, number = np.unique(np.column_stack([a, b, lifts]), axis=0, return_inverse=True)
     motion = np.nan_to_num(unit_speed_strikes(scene, model_of(scene), different))[number.ravel()]
     motion[:, 3:] /= scene.ball.radius

@@ -13,7 +13,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place, Rack, racked
 
-APART = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
+SPOT_GAP = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
 
 
 def rack_of(layout: str, state: State, balls: tuple[str, ...]) -> dict[str, Place]:
@@ -85,4 +85,4 @@ def is_free(state: State, balls: Mapping[str, Place], place: Place) -> bool:
 
 
 def _reach(state: State, ball: str) -> float:
-    return 2.0 * state.radius + (APART if ball == CUE_BALL else 0.0)
+    return 2.0 * state.radius + (SPOT_GAP if ball == CUE_BALL else 0.0)

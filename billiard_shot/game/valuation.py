@@ -21,7 +21,7 @@ from billiard_shot.scene import Scene
 
 SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
 AFTER_SAFETY = 0.5  # the same for the other player's shot after a safety
-IN_HAND, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
+IN_HAND_CHANCE, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
 
 
 @lru_cache(maxsize=4096)
@@ -126,7 +126,9 @@ def value(ruling: Ruling, player: int, chance: Array) -> Array:
     if state.over:
         return np.full(len(chance), float(state.winner == player))
     if state.in_hand:
-        chance = np.full(len(chance), IN_HAND if state.in_hand == 'anywhere' else IN_KITCHEN)
+        chance = np.full(
+            len(chance), IN_HAND_CHANCE if state.in_hand == 'anywhere' else IN_KITCHEN
+        )
     own = at_table(chance, state)
     return own if state.player == player else 1.0 - own
 

@@ -1,7 +1,7 @@
 """Advance of the state to the end of a step, with the impulses and losses of the step."""
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -63,7 +63,9 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             c.friction_mode = SLIP if m.planar else CREEP
         y = evaluate(c.compression, order, x)
         c.compression[0] = max(y, 0.0) if c.normal_mode != INACTIVE else min(y, 0.0)
-        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= OPTIONS.rounding:
+        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
             c.velocity[0] = 0.0
-            if c.compression[0] >= -OPTIONS.rounding:  # a contact that nothing has reached yet
+            if (
+                c.compression[0] >= -METHOD_OPTIONS.rounding
+            ):  # a contact that nothing has reached yet
                 c.compression[0] = 0.0

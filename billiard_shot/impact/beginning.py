@@ -18,7 +18,7 @@ from billiard_shot.impact.moving_bodies import (
     place_contacts,
     release_open_contacts,
 )
-from billiard_shot.impact.options import negligible_speed, OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
 from billiard_shot.impact.state import (
     BodyState,
     COMPRESSION,
@@ -145,7 +145,7 @@ def begin_collision(
         mobility = max(mobility, ws.delassus[3 * j][3 * j])
         firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
-    tolerance = min(given.tolerance[number], OPTIONS.max_tolerance)
+    tolerance = min(given.tolerance[number], METHOD_OPTIONS.max_tolerance)
     reset_progress(p)
     if not approaches:
         return Model(law, exponent, tolerance, False, distances, bodies, False, inf), Units(
@@ -212,7 +212,7 @@ def start_contact(
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
     for values in (c.velocity, c.slip_1, c.slip_2):
-        if abs(values[0]) < OPTIONS.rounding:
+        if abs(values[0]) < METHOD_OPTIONS.rounding:
             values[0] = 0.0
         for k in range(1, len(values)):
             values[k] = 0.0

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     friction_at,
+    IMPLICIT_STAGES,
     INACTIVE,
     is_active,
     is_stiff,
     Model,
     slips,
-    STAGES,
     Workspace,
 )
 from billiard_shot.impact.taylor import fill_stick_forces, integrate_coefficients
@@ -31,7 +31,7 @@ from billiard_shot.records import Floats, OBJECTS, ROWS, Storage, Vector
 
 
 def tableau(
-    stages: int = STAGES,
+    stages: int = IMPLICIT_STAGES,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return Radau IIA nodes, integration matrix, and matrix from nodal values to monomials."""
     legendre = np.polynomial.legendre
@@ -64,15 +64,15 @@ def implicit_step(
     m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
 ) -> tuple[float, float]:
     """Collocate, with a shorter step until its error is allowed; return its length and error."""
-    while scale > OPTIONS.min_implicit_step:
+    while scale > METHOD_OPTIONS.min_implicit_step:
         error = collocate(m, contacts, ws, scale, tolerance)
         if error <= tolerance:
             return scale, error
         if error < inf:
-            shorter = OPTIONS.retry_margin * (tolerance / error) ** (1.0 / STAGES)
-            scale *= max(shorter, OPTIONS.min_retry)
+            shorter = METHOD_OPTIONS.retry_margin * (tolerance / error) ** (1.0 / IMPLICIT_STAGES)
+            scale *= max(shorter, METHOD_OPTIONS.min_retry)
         else:
-            scale *= OPTIONS.divergence_factor
+            scale *= METHOD_OPTIONS.divergence_factor
     return 0.0, 0.0
 
 
@@ -81,7 +81,7 @@ def collocate(
     m: Model, contacts: list[ContactState], ws: Workspace, scale: float, tolerance: float
 ) -> float:
     """
-    Fill the step's polynomials on x in [0, 1] like `taylor.expand`, with order STAGES.
+    Fill the step's polynomials on x in [0, 1] like `taylor.expand`, with order IMPLICIT_STAGES.
 
     Returns the estimated error of the velocities, infinity if the step must be shortened.
     """
@@ -99,7 +99,7 @@ def collocate(
         to_coefficients(ws, c.force)
         to_coefficients(ws, c.friction_1)
         to_coefficients(ws, c.friction_2)
-    for k in range(STAGES):
+    for k in range(IMPLICIT_STAGES):
         integrate_coefficients(contacts, ws, scale, k)
     if stiff == 1:  # several may share a constraint, which rounding must not violate
         align_slip_with_angle(contacts[ws.indices[0]], ws)
@@ -108,11 +108,21 @@ def collocate(
     error = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        last = max(abs(c.velocity[STAGES]), abs(c.slip_1[STAGES]), abs(c.slip_2[STAGES]))
-        before = max(
-            abs(c.velocity[STAGES - 1]), abs(c.slip_1[STAGES - 1]), abs(c.slip_2[STAGES - 1])
+        last = max(
+            abs(c.velocity[IMPLICIT_STAGES]),
+            abs(c.slip_1[IMPLICIT_STAGES]),
+            abs(c.slip_2[IMPLICIT_STAGES]),
         )
-        error = max(error, last * (STAGES / 3432.0), before * (0.05 * (STAGES - 1) / 924.0))
+        before = max(
+            abs(c.velocity[IMPLICIT_STAGES - 1]),
+            abs(c.slip_1[IMPLICIT_STAGES - 1]),
+            abs(c.slip_2[IMPLICIT_STAGES - 1]),
+        )
+        error = max(
+            error,
+            last * (IMPLICIT_STAGES / 3432.0),
+            before * (0.05 * (IMPLICIT_STAGES - 1) / 924.0),
+        )
     return error
 
 
@@ -120,9 +130,9 @@ def collocate(
 def to_coefficients(ws: Workspace, values: Floats) -> None:
     """Convert values at the stages to coefficients."""
     at_nodes = ws.residual
-    for i in range(STAGES):
+    for i in range(IMPLICIT_STAGES):
         at_nodes[i] = values[i]
-    for k in range(STAGES):
+    for k in range(IMPLICIT_STAGES):
         values[k] = stage_dot(ws.monomial[k], at_nodes)
 
 
@@ -130,7 +140,7 @@ def to_coefficients(ws: Workspace, values: Floats) -> None:
 def stage_dot(a: Vector, b: Vector) -> float:
     """Sum of products over the stages."""
     total = 0.0
-    for i in range(STAGES):
+    for i in range(IMPLICIT_STAGES):
         total += a[i] * b[i]
     return total
 
@@ -152,24 +162,26 @@ def solve_stages(
     """
     for j in range(len(contacts)):
         c = contacts[j]
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             c.node_velocity[i] = c.velocity[0]
             c.node_slip_1[i], c.node_slip_2[i] = c.slip_1[0], c.slip_2[0]
             sinking = c.compression_rate * scale * ws.stages[i] * c.velocity[0]
             c.node_compression[i] = c.compression[0] - sinking
             c.angle[i], c.cosine[i], c.sine[i] = 0.0, 0.0, 0.0
     last_moved, last_turned, before = 0.0, 0.0, inf
-    for iteration in range(OPTIONS.max_iterations):
+    for iteration in range(METHOD_OPTIONS.max_iterations):
         set_stage_forces(m, contacts, ws)
         moved = set_stage_motion(m, contacts, ws, scale)
         turned = newton_on_slip_angles(contacts, ws, scale, stiff)
         change, last = max(moved, turned), max(last_moved, last_turned)
-        if not change < inf or (iteration > 2 and change > OPTIONS.stalling * max(last, before)):
+        if not change < inf or (
+            iteration > 2 and change > METHOD_OPTIONS.stalling * max(last, before)
+        ):
             return False  # relative to two: after one small change the next may seem to grow
-        contraction = max(moved / max(last_moved, moved, 1e-300), OPTIONS.min_contraction)
+        contraction = max(moved / max(last_moved, moved, 1e-300), METHOD_OPTIONS.min_contraction)
         contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
-        share = OPTIONS.iteration_share * (1.0 / contraction - 1.0)
-        if change <= max(share, OPTIONS.min_iteration_share) * tolerance:
+        share = METHOD_OPTIONS.iteration_share * (1.0 / contraction - 1.0)
+        if change <= max(share, METHOD_OPTIONS.min_iteration_share) * tolerance:
             set_stage_forces(m, contacts, ws)
             set_stage_motion(m, contacts, ws, scale)
             return slips_forward(contacts, ws, stiff)
@@ -185,7 +197,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
         if c.normal_mode == INACTIVE:
             continue
         stiff, slipping = is_stiff(m, c), slips(c)
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             # Continued to y < 0, beyond the event that ends the step, to avoid a kink.
             y = c.node_compression[i]
             c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
@@ -203,7 +215,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
                     d_1, d_2 = slip_1 / size, slip_2 / size
                 rub = friction_at(c, size) * c.force[i]
                 c.friction_1[i], c.friction_2[i] = -rub * d_1, -rub * d_2
-    fill_stick_forces(contacts, ws, STAGES)
+    fill_stick_forces(contacts, ws, IMPLICIT_STAGES)
 
 
 @inner
@@ -220,18 +232,18 @@ def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scal
         c = contacts[j]
         stiff = is_active(c) and is_stiff(m, c)
         add_slopes(contacts, ws.reduced[3 * j], scale, slope)
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             value = c.velocity[0] + stage_dot(ws.integral[i], slope)
             change = max(change, abs(value - c.node_velocity[i]))
             c.node_velocity[i] = value
         add_slopes(contacts, ws.reduced[3 * j + 1], scale, slope)
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             value = c.slip_1[0] + stage_dot(ws.integral[i], slope)
             share = abs(c.cosine[i]) if stiff else 1.0
             change = max(change, share * abs(value - c.node_slip_1[i]))
             c.node_slip_1[i] = value
         add_slopes(contacts, ws.reduced[3 * j + 2], scale, slope)
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             value = c.slip_2[0] + stage_dot(ws.integral[i], slope)
             share = abs(c.sine[i]) if stiff else 1.0
             change = max(change, share * abs(value - c.node_slip_2[i]))
@@ -239,7 +251,7 @@ def set_stage_motion(m: Model, contacts: list[ContactState], ws: Workspace, scal
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c):
-            for i in range(STAGES):
+            for i in range(IMPLICIT_STAGES):
                 sinking = stage_dot(ws.integral[i], c.node_velocity)
                 c.node_compression[i] = c.compression[0] - scale * c.compression_rate * sinking
     return change
@@ -250,7 +262,7 @@ def add_slopes(
     contacts: list[ContactState], response: Vector, scale: float, slope: Floats
 ) -> None:
     """Write the accelerations of one contact velocity at the stages, times the scale."""
-    for i in range(STAGES):
+    for i in range(IMPLICIT_STAGES):
         slope[i] = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
@@ -265,7 +277,7 @@ def add_slopes(
 def add_times(factor: float, values: Vector, total: Floats) -> None:
     """Add values at the stages, times a factor."""
     if factor != 0.0:
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             total[i] += factor * values[i]
 
 
@@ -280,15 +292,15 @@ def newton_on_slip_angles(
     turned by a right angle. Returns the largest turn, or infinity if the matrix is singular.
     """
     matrix, residual = ws.newton, ws.residual
-    size = STAGES * stiff
+    size = IMPLICIT_STAGES * stiff
     for row in range(size):
-        j, i = ws.indices[row // STAGES], row % STAGES
+        j, i = ws.indices[row // IMPLICIT_STAGES], row % IMPLICIT_STAGES
         c = contacts[j]
         t_1, t_2 = -c.sine[i], c.cosine[i]
         residual[row] = c.node_slip_1[i] * t_1 + c.node_slip_2[i] * t_2
         row_1, row_2 = ws.reduced[3 * j + 1], ws.reduced[3 * j + 2]
         for column in range(size):
-            b, k = ws.indices[column // STAGES], column % STAGES
+            b, k = ws.indices[column // IMPLICIT_STAGES], column % IMPLICIT_STAGES
             d, x, y = contacts[b], 3 * b + 1, 3 * b + 2
             along_1 = t_1 * row_1[x] + t_2 * row_2[x]
             along_2 = t_1 * row_1[y] + t_2 * row_2[y]
@@ -299,10 +311,10 @@ def newton_on_slip_angles(
         return inf
     largest = 0.0
     for row in range(size):
-        if abs(residual[row]) > OPTIONS.min_turn:
+        if abs(residual[row]) > METHOD_OPTIONS.min_turn:
             largest = max(largest, abs(residual[row]))
-        c = contacts[ws.indices[row // STAGES]]
-        c.angle[row % STAGES] += min(max(residual[row], -1.0), 1.0)
+        c = contacts[ws.indices[row // IMPLICIT_STAGES]]
+        c.angle[row % IMPLICIT_STAGES] += min(max(residual[row], -1.0), 1.0)
     return largest
 
 
@@ -311,7 +323,7 @@ def slips_forward(contacts: list[ContactState], ws: Workspace, stiff: int) -> bo
     """Whether the slip is positive along its angle at all stages of the stiff contacts."""
     for n in range(stiff):
         c = contacts[ws.indices[n]]
-        for i in range(STAGES):
+        for i in range(IMPLICIT_STAGES):
             if not c.node_slip_1[i] * c.cosine[i] + c.node_slip_2[i] * c.sine[i] > 0.0:
                 return False
     return True
@@ -327,10 +339,10 @@ def align_slip_with_angle(c: ContactState, ws: Workspace) -> None:
     """
     d_1, d_2 = c.slip_dir_1, c.slip_dir_2
     aside = ws.residual
-    for i in range(STAGES):
+    for i in range(IMPLICIT_STAGES):
         size = c.node_slip_1[i] * c.cosine[i] + c.node_slip_2[i] * c.sine[i]
         aside[i] = size * sin(c.angle[i]) / ws.stages[i]
-    for k in range(STAGES):
+    for k in range(IMPLICIT_STAGES):
         along = c.slip_1[k + 1] * d_1 + c.slip_2[k + 1] * d_2
         across = stage_dot(ws.monomial[k], aside)
         c.slip_1[k + 1] = along * d_1 - across * d_2

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import POISSON
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -99,7 +99,7 @@ def first_event(
         if c.normal_mode == INACTIVE:
             continue
         if c.normal_mode == RESTITUTION:
-            margin = OPTIONS.end_margin * c.peak_compression
+            margin = METHOD_OPTIONS.end_margin * c.peak_compression
             goal = 0.0 if m.law == POISSON else c.restitution_end + margin
             x = first_root(c.compression, order, 1.0, goal, NOT_ZERO, end, work)
             if x != NO_ROOT:
@@ -167,10 +167,10 @@ def slip_root(
         p[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
         turning += abs(c.slip_2[k] * c.slip_dir_1 - c.slip_1[k] * c.slip_dir_2) * power
         power *= end
-    if m.planar or turning <= OPTIONS.planar_slip * m.tolerance:
+    if m.planar or turning <= METHOD_OPTIONS.planar_slip * m.tolerance:
         at_start = noise if c.friction_mode == SLIP_ONSET else NOT_ZERO
         return first_root(p, order, 1.0, 0.0, at_start, end, ws.polynomials), True
-    kept = OPTIONS.min_remaining_slip * slip_speed(c)
+    kept = METHOD_OPTIONS.min_remaining_slip * slip_speed(c)
     return first_root(p, order, 1.0, kept, NOT_ZERO, end, ws.polynomials), False
 
 

@@ -8,7 +8,7 @@ through zero slip needs a decision, which this module makes.
 from math import atan2, cos, sin, sqrt
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -87,7 +87,7 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
     for j in range(size):
         if is_active(contacts[j // 3]):
             for i in range(size):
-                least = OPTIONS.rounding * OPTIONS.rounding * w[i][i] * w[j][j]
+                least = METHOD_OPTIONS.rounding * METHOD_OPTIONS.rounding * w[i][i] * w[j][j]
                 if reduced[i][j] * reduced[i][j] <= least:
                     reduced[i][j] = 0.0
     for a in range(count):
@@ -203,7 +203,7 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
     largest = 0.0
     for i in range(3 * len(contacts)):
         largest = max(largest, abs(force[i]))
-    for _ in range(OPTIONS.max_friction_sweeps):
+    for _ in range(METHOD_OPTIONS.max_friction_sweeps):
         change = 0.0
         for j in range(len(contacts)):
             c = contacts[j]
@@ -232,7 +232,9 @@ def exceeds_cone(
     size = sqrt(ax * ax + ay * ay)
     used = sqrt(force[x] * force[x] + force[y] * force[y])
     rim = c.friction * force[3 * j]
-    exceeds = used >= rim * (1.0 - OPTIONS.cone_margin) and size > noise * (scale_x + scale_y)
+    exceeds = used >= rim * (1.0 - METHOD_OPTIONS.cone_margin) and size > noise * (
+        scale_x + scale_y
+    )
     return (True, ax / size, ay / size) if exceeds else (False, 0.0, 0.0)
 
 
@@ -242,7 +244,9 @@ def start_slip_onsets(contacts: list[ContactState], ws: Workspace, force: Floats
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            exceeds, along_1, along_2 = exceeds_cone(contacts, ws, force, j, OPTIONS.onset_noise)
+            exceeds, along_1, along_2 = exceeds_cone(
+                contacts, ws, force, j, METHOD_OPTIONS.onset_noise
+            )
             if exceeds:
                 c.friction_mode = SLIP_ONSET
                 c.slip_dir_1, c.slip_dir_2 = along_1, along_2
@@ -272,7 +276,7 @@ def yields_along(ws: Workspace, j: int, d: float, e: float) -> bool:
     """Whether a force along the tangent (d, e) of a contact moves it along that tangent."""
     x, y = 3 * j + 1, 3 * j + 2
     one, mixed, two = ws.reduced[x][x], ws.reduced[x][y], ws.reduced[y][y]
-    limit = OPTIONS.min_yield * max(ws.delassus[x][x], ws.delassus[y][y])
+    limit = METHOD_OPTIONS.min_yield * max(ws.delassus[x][x], ws.delassus[y][y])
     mean, half = 0.5 * (one + two), 0.5 * (one - two)
     if mean - sqrt(half * half + mixed * mixed) > limit:
         return True
@@ -297,7 +301,7 @@ def sticking_is_feasible(
         c = contacts[j]
         if is_active(c) and sticks(c):
             exceeds, _along_1, _along_2 = exceeds_cone(
-                contacts, ws, force, j, OPTIONS.division_noise
+                contacts, ws, force, j, METHOD_OPTIONS.division_noise
             )
             if exceeds:
                 return False

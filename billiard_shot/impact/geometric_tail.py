@@ -16,7 +16,7 @@ from math import sqrt
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import elastic_energy, POISSON
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     HISTORY,
@@ -32,7 +32,7 @@ from billiard_shot.records import Floats
 MAX_SECTIONS = (HISTORY - 1) // 2  # of a cycle
 
 # A contact's part of the history.
-VELOCITY, SLIP_1, SLIP_2, COMPRESSION, IMPULSE, IMPULSE_1, IMPULSE_2 = range(7)
+NORMAL_VELOCITY, SLIP_1, SLIP_2, SPRING_COMPRESSION, IMPULSE, IMPULSE_1, IMPULSE_2 = range(7)
 RESTITUTION_LOSS, FRICTION_LOSS, FINAL_SLIP, DURING = range(7, SECTION)
 
 
@@ -55,8 +55,12 @@ def record_section(contacts: list[ContactState], ws: Workspace, p: ImpactProgres
     x = ws.history[row]
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
-        x[n + VELOCITY], x[n + SLIP_1], x[n + SLIP_2] = c.velocity[0], c.slip_1[0], c.slip_2[0]
-        x[n + COMPRESSION] = c.compression[0]
+        x[n + NORMAL_VELOCITY], x[n + SLIP_1], x[n + SLIP_2] = (
+            c.velocity[0],
+            c.slip_1[0],
+            c.slip_2[0],
+        )
+        x[n + SPRING_COMPRESSION] = c.compression[0]
         x[n + IMPULSE], x[n + IMPULSE_1] = c.impulse, c.impulse_1
         x[n + IMPULSE_2] = c.impulse_2
         x[n + RESTITUTION_LOSS], x[n + FRICTION_LOSS] = c.restitution_loss, c.friction_loss
@@ -75,7 +79,7 @@ def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactPro
         first = ws.history[(row - 2 * sections) % HISTORY]
         size = amplitude(m, contacts, ws, before, first)
         ratio = amplitude(m, contacts, ws, last, before) / size if size > 0.0 else 1.0
-        if ratio < OPTIONS.max_tail_ratio and is_geometric(
+        if ratio < METHOD_OPTIONS.max_tail_ratio and is_geometric(
             m, contacts, ws, last, before, first, ratio
         ):
             add_cycles(contacts, last, before, first, ratio)
@@ -101,8 +105,8 @@ def amplitude(
     for j in range(len(contacts)):
         n = SECTION * j
         if now[n + IMPULSE] > before[n + IMPULSE]:
-            energy = elastic_energy(contacts[j].stiffness, now[n + COMPRESSION], m.exponent)
-            square += now[n + VELOCITY] * now[n + VELOCITY]
+            energy = elastic_energy(contacts[j].stiffness, now[n + SPRING_COMPRESSION], m.exponent)
+            square += now[n + NORMAL_VELOCITY] * now[n + NORMAL_VELOCITY]
             square += 2.0 * energy * ws.delassus[3 * j][3 * j]
     return sqrt(square)
 
@@ -119,22 +123,22 @@ def is_geometric(
     first: Floats, ratio: float,
 ) -> bool:  # fmt: skip
     """Whether the last two cycles differ by the ratio only, and so do the states after them."""
-    allowed = OPTIONS.tail_share * m.tolerance * (1.0 - ratio) * (1.0 - ratio)
+    allowed = METHOD_OPTIONS.tail_share * m.tolerance * (1.0 - ratio) * (1.0 - ratio)
     shrinking = ratio ** (2.0 / (m.exponent + 1.0))  # of compressions: energies go as ratio^2
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
         response = ws.delassus[3 * j][3 * j]
         if now[n + IMPULSE] > before[n + IMPULSE]:
-            off = abs(now[n + COMPRESSION] - shrinking * before[n + COMPRESSION])
+            off = abs(now[n + SPRING_COMPRESSION] - shrinking * before[n + SPRING_COMPRESSION])
             if not off * sqrt(c.stiffness * response) <= allowed:
                 return False
-            if not abs(now[n + VELOCITY] - ratio * before[n + VELOCITY]) <= allowed:
+            if not abs(now[n + NORMAL_VELOCITY] - ratio * before[n + NORMAL_VELOCITY]) <= allowed:
                 return False
-        elif limit(now[n + VELOCITY], before[n + VELOCITY], ratio) < 0.0:
+        elif limit(now[n + NORMAL_VELOCITY], before[n + NORMAL_VELOCITY], ratio) < 0.0:
             return False  # it will close
         for k in range(3):
             response = ws.delassus[3 * j + k][3 * j + k]
-            for row in (n + VELOCITY + k, n + IMPULSE + k):
+            for row in (n + NORMAL_VELOCITY + k, n + IMPULSE + k):
                 unit = 1.0 if row < n + IMPULSE else response
                 off = abs((now[row] - before[row]) - ratio * (before[row] - first[row]))
                 if not off * unit <= allowed + rounding.SUM * abs(now[row]) * unit:
@@ -143,7 +147,7 @@ def is_geometric(
         limit_1 = limit(slip_1, before[n + SLIP_1], ratio)
         limit_2 = limit(slip_2, before[n + SLIP_2], ratio)
         slip = sqrt(slip_1 * slip_1 + slip_2 * slip_2)
-        if slip_1 * limit_1 + slip_2 * limit_2 < -OPTIONS.tail_share * m.tolerance * slip:
+        if slip_1 * limit_1 + slip_2 * limit_2 < -METHOD_OPTIONS.tail_share * m.tolerance * slip:
             return False  # it will stop on the way
     return True
 
@@ -155,7 +159,7 @@ def add_cycles(
     """Set the state to the limit of a geometric sequence."""
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
-        c.velocity[0] = limit(now[n + VELOCITY], before[n + VELOCITY], ratio)
+        c.velocity[0] = limit(now[n + NORMAL_VELOCITY], before[n + NORMAL_VELOCITY], ratio)
         c.slip_1[0] = limit(now[n + SLIP_1], before[n + SLIP_1], ratio)
         c.slip_2[0] = limit(now[n + SLIP_2], before[n + SLIP_2], ratio)
         c.impulse = limit(now[n + IMPULSE], before[n + IMPULSE], ratio)

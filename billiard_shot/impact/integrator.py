@@ -41,13 +41,14 @@ from billiard_shot.impact.moving_bodies import (
     impulse_along,
     part,
 )
-from billiard_shot.impact.options import negligible_speed, OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
     FREE,
     ImpactProgress,
+    IMPLICIT_STAGES,
     INACTIVE,
     is_active,
     is_stiff,
@@ -59,7 +60,6 @@ from billiard_shot.impact.state import (
     SLIP,
     slip_speed,
     slips,
-    STAGES,
     STICK,
     stop_slip,
     Workspace,
@@ -102,11 +102,15 @@ def integrate(
             apply_event(m, contacts, ws, p, log, event)
         if is_over(contacts):
             return True
-        if p.time >= p.next_turn * (1.0 - OPTIONS.time_rounding):
+        if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
             turn_normals(m, contacts, ws)
             p.next_turn, p.modes_changed = p.time + m.interval, True
-        p.scale = min(next_scale(p, step), OPTIONS.max_step)
-        if p.events > OPTIONS.tail_after and not m.distances and ends_section(contacts, p, event):
+        p.scale = min(next_scale(p, step), METHOD_OPTIONS.max_step)
+        if (
+            p.events > METHOD_OPTIONS.tail_after
+            and not m.distances
+            and ends_section(contacts, p, event)
+        ):
             return False
     p.status = BUDGET_EXCEEDED
     return True
@@ -115,13 +119,16 @@ def integrate(
 @inner
 def steps_allowed(contacts: int) -> int:
     """Budget of steps of a collision."""
-    return max(OPTIONS.max_steps, OPTIONS.max_steps_per_contact * contacts)
+    return max(METHOD_OPTIONS.max_steps, METHOD_OPTIONS.max_steps_per_contact * contacts)
 
 
 @inner
 def is_time_to_rescale(p: ImpactProgress) -> bool:
     """Whether velocities may have grown unnoticed, because there was no event for a while."""
-    return p.steps_since_event % OPTIONS.rescale_interval == OPTIONS.rescale_interval - 1
+    return (
+        p.steps_since_event % METHOD_OPTIONS.rescale_interval
+        == METHOD_OPTIONS.rescale_interval - 1
+    )
 
 
 @inner
@@ -129,7 +136,7 @@ def ends_section(contacts: list[ContactState], p: ImpactProgress, event: ImpactE
     """Whether an event ends the compression of the contact that sections are counted by."""
     if event.kind != NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
         return False
-    if p.section < 0 or p.events - p.section_start > OPTIONS.max_section_events:
+    if p.section < 0 or p.events - p.section_start > METHOD_OPTIONS.max_section_events:
         p.section, p.sections = event.contact, 0
     if event.contact != p.section:
         return False
@@ -140,7 +147,7 @@ def ends_section(contacts: list[ContactState], p: ImpactProgress, event: ImpactE
 @inner
 def zero_slip(m: Model, p: ImpactProgress) -> float:
     """Slip below which a contact does not slip."""
-    return OPTIONS.zero_slip_share * m.tolerance * max(p.speed, 1.0)
+    return METHOD_OPTIONS.zero_slip_share * m.tolerance * max(p.speed, 1.0)
 
 
 @inner
@@ -157,7 +164,7 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     if p.modes_changed:
         for j in range(len(contacts)):
             c = contacts[j]
-            least = OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
+            least = METHOD_OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
             c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
 
 
@@ -189,30 +196,33 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
 def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> Step:
     """Fill the polynomials of the longest step within the tolerance; scale 0 if none is found."""
     stiff, redundant = prepare_contacts(m, contacts)
-    p.steps += 1 + OPTIONS.implicit_cost * stiff * stiff
+    p.steps += 1 + METHOD_OPTIONS.implicit_cost * stiff * stiff
     p.steps_since_event += 1
-    share = OPTIONS.step_share * m.tolerance * min(1.0, OPTIONS.nominal_steps / p.steps)
-    tolerance = max(share * min(p.speed, 1.0), OPTIONS.min_step_tolerance * p.speed)
+    share = (
+        METHOD_OPTIONS.step_share * m.tolerance * min(1.0, METHOD_OPTIONS.nominal_steps / p.steps)
+    )
+    tolerance = max(share * min(p.speed, 1.0), METHOD_OPTIONS.min_step_tolerance * p.speed)
     scale, length = p.scale, 1.0
     if stiff > 0:
         if p.stiff == 0:
-            scale *= OPTIONS.first_implicit_factor
-        order = STAGES
+            scale *= METHOD_OPTIONS.first_implicit_factor
+        order = IMPLICIT_STAGES
         tolerance = max(
-            OPTIONS.implicit_factor * tolerance, OPTIONS.min_implicit_tolerance * p.speed
+            METHOD_OPTIONS.implicit_factor * tolerance,
+            METHOD_OPTIONS.min_implicit_tolerance * p.speed,
         )
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
-        noise = max(OPTIONS.rounding, error / p.speed)
+        noise = max(METHOD_OPTIONS.rounding, error / p.speed)
     else:
         order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
-        error, noise = tolerance, max(OPTIONS.rounding, tolerance / p.speed)
+        error, noise = tolerance, max(METHOD_OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
         if m.interval < inf and some_turn(contacts):
             length = min(length, max(p.next_turn - p.time, 0.0) / scale)
         if redundant:
-            length = min(length, OPTIONS.max_redundant_step / scale)
+            length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
             expand_motion(m.bodies, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
@@ -285,7 +295,7 @@ def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> b
     x, y = 3 * j + 1, 3 * j + 2
     response = max(ws.reduced[x][x], ws.reduced[y][y])
     turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
-    return slip_speed(c) < OPTIONS.creeping_share * length * turning
+    return slip_speed(c) < METHOD_OPTIONS.creeping_share * length * turning
 
 
 @inner
@@ -320,10 +330,12 @@ def apply_event(
 def next_scale(p: ImpactProgress, step: Step) -> float:
     """Scale of the next step: as long as the tolerance allowed this one to be."""
     if p.stiff > 0:
-        longer = (step.tolerance / max(step.error, 1e-300)) ** (1.0 / STAGES)
-        growth = max(OPTIONS.implicit_margin * longer, OPTIONS.min_growth)
-        return step.scale * min(growth, OPTIONS.max_growth)
-    return step.scale * min(max(step.end, 1.0 / OPTIONS.max_rescale), OPTIONS.max_rescale)
+        longer = (step.tolerance / max(step.error, 1e-300)) ** (1.0 / IMPLICIT_STAGES)
+        growth = max(METHOD_OPTIONS.implicit_margin * longer, METHOD_OPTIONS.min_growth)
+        return step.scale * min(growth, METHOD_OPTIONS.max_growth)
+    return step.scale * min(
+        max(step.end, 1.0 / METHOD_OPTIONS.max_rescale), METHOD_OPTIONS.max_rescale
+    )
 
 
 @inner
@@ -363,7 +375,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             if c.velocity[0] < 0.0:
                 return False
             continue
-        if abs(c.velocity[0]) > OPTIONS.jam_speed or slips(c):
+        if abs(c.velocity[0]) > METHOD_OPTIONS.jam_speed or slips(c):
             return False
         push, size = 0.0, 0.0
         for k in range(len(contacts)):
@@ -375,7 +387,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
                 if slips(d):
                     friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
                     push, size = push + friction, size + abs(friction)
-        if abs(push) > OPTIONS.rounding * size:
+        if abs(push) > METHOD_OPTIONS.rounding * size:
             return False
     return True
 
@@ -392,8 +404,8 @@ def is_over(contacts: list[ContactState]) -> bool:
 @inner
 def closes(c: ContactState) -> bool:
     """Whether the bodies of an open contact touch and approach each other."""
-    approaches = c.velocity[0] < -OPTIONS.rounding and c.hold == FREE
-    return approaches and c.compression[0] > -OPTIONS.rounding
+    approaches = c.velocity[0] < -METHOD_OPTIONS.rounding and c.hold == FREE
+    return approaches and c.compression[0] > -METHOD_OPTIONS.rounding
 
 
 @inner

@@ -22,7 +22,7 @@ Spins are multiplied by the radius, so they are velocities.
 from math import sqrt
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     BodyState,
     ContactState,
@@ -33,7 +33,7 @@ from billiard_shot.impact.state import (
     is_active,
     PLANE,
     resists,
-    TIP,
+    TIP_BODY,
     Workspace,
 )
 from billiard_shot.numerics import rounding
@@ -42,7 +42,7 @@ from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Floats, Vector
 
-PLACE, VELOCITY, SPIN = 0, 3, 6  # rows of a body in `Workspace.motion`, three each
+PLACE_ROWS, VELOCITY_ROWS, SPIN_ROWS = 0, 3, 6  # rows of a body in `Workspace.motion`, three each
 
 
 @inner
@@ -53,8 +53,8 @@ def load_body(body: BodyState, ws: Workspace, b: int) -> None:
     copy.turning, copy.lost = body.turning, 0.0
     for k in range(3):
         copy.axis[k], copy.position[k] = body.axis[k], body.position[k]
-        motion[PLACE + k][0] = body.position[k]
-        motion[VELOCITY + k][0], motion[SPIN + k][0] = body.velocity[k], body.spin[k]
+        motion[PLACE_ROWS + k][0] = body.position[k]
+        motion[VELOCITY_ROWS + k][0], motion[SPIN_ROWS + k][0] = body.velocity[k], body.spin[k]
     if body.response == 0.0:
         for row in range(9):
             for k in range(1, len(motion[row])):
@@ -67,8 +67,8 @@ def store_body(body: BodyState, ws: Workspace, b: int) -> None:
     motion = ws.motion[b]
     body.lost = ws.bodies[b].lost
     for k in range(3):
-        body.position[k] = motion[PLACE + k][0]
-        body.velocity[k], body.spin[k] = motion[VELOCITY + k][0], motion[SPIN + k][0]
+        body.position[k] = motion[PLACE_ROWS + k][0]
+        body.velocity[k], body.spin[k] = motion[VELOCITY_ROWS + k][0], motion[SPIN_ROWS + k][0]
 
 
 @inner
@@ -109,7 +109,7 @@ def separation_coefficient(
 @inner
 def distance_of_centres(c: ContactState, ws: Workspace) -> float:
     """Distance of the centres of a contact's bodies, or of a ball from a fixed one."""
-    x, y, z = separation_coefficient(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
     return sqrt(x * x + y * y + z * z)
 
 
@@ -122,8 +122,8 @@ def change_units(
         motion, origin = ws.motion[b], ws.bodies[b].position
         for k in range(3):
             motion[k][0] /= length
-            motion[VELOCITY + k][0] /= speed
-            motion[SPIN + k][0] /= speed
+            motion[VELOCITY_ROWS + k][0] /= speed
+            motion[SPIN_ROWS + k][0] /= speed
             origin[k] /= length
     for j in range(len(contacts)):
         contacts[j].closing_distance /= length
@@ -161,7 +161,7 @@ def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Store the distance at which a contact ends, and closes again; clear its rows in W."""
     c = contacts[j]
     clear_rows(contacts, ws, j)
-    if ws.bodies[c.body_a].kind == TIP:
+    if ws.bodies[c.body_a].kind == TIP_BODY:
         swing_back(contacts, ws, j)
     else:
         c.closing_distance = distance_of_centres(c, ws)
@@ -177,21 +177,21 @@ def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     axis, origin = body.axis, body.position
     way, speed, energy = 0.0, 0.0, 0.0
     for k in range(3):
-        way += axis[k] * (motion[PLACE + k][0] - origin[k])
-        speed += axis[k] * motion[VELOCITY + k][0]
+        way += axis[k] * (motion[PLACE_ROWS + k][0] - origin[k])
+        speed += axis[k] * motion[VELOCITY_ROWS + k][0]
     for k in range(3):
-        across = motion[VELOCITY + k][0] - speed * axis[k]
+        across = motion[VELOCITY_ROWS + k][0] - speed * axis[k]
         energy += 0.5 * across * across
-        motion[PLACE + k][0] = origin[k] + way * axis[k]
-        motion[VELOCITY + k][0] = speed * axis[k]
+        motion[PLACE_ROWS + k][0] = origin[k] + way * axis[k]
+        motion[VELOCITY_ROWS + k][0] = speed * axis[k]
     body.lost += energy / body.across if body.across > 0.0 else 0.0
-    x, y, z = separation_coefficient(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
     ahead = x * axis[0] + y * axis[1] + z * axis[2]
     inside = x * x + y * y + z * z - c.reach * c.reach
     if inside < 0.0:
         back = ahead + sqrt(ahead * ahead - inside)
         for k in range(3):
-            motion[PLACE + k][0] -= back * axis[k]
+            motion[PLACE_ROWS + k][0] -= back * axis[k]
     c.closing_distance = c.reach
     measure(c, ws)
     if inside < 0.0:
@@ -235,14 +235,14 @@ def push_bodies(ws: Workspace, c: ContactState, impulses: Vector, at: int) -> No
         change = impulses[0] * n[k] + impulses[1] * t[k] + impulses[2] * s[k]
         turn = impulses[1] * s[k] - impulses[2] * t[k]
         along += change * one.axis[k]
-        a[VELOCITY + k][at] += one.across * change
-        b[VELOCITY + k][at] -= other.across * change
+        a[VELOCITY_ROWS + k][at] += one.across * change
+        b[VELOCITY_ROWS + k][at] -= other.across * change
         if rubs:  # both balls by -n x impulse
-            a[SPIN + k][at] -= one.turning * turn
-            b[SPIN + k][at] -= other.turning * turn
-    if one.kind == TIP:
+            a[SPIN_ROWS + k][at] -= one.turning * turn
+            b[SPIN_ROWS + k][at] -= other.turning * turn
+    if one.kind == TIP_BODY:
         for k in range(3):
-            a[VELOCITY + k][at] += (one.response - one.across) * along * one.axis[k]
+            a[VELOCITY_ROWS + k][at] += (one.response - one.across) * along * one.axis[k]
 
 
 @inner
@@ -258,7 +258,7 @@ def expand_motion(
     motion, impulses = ws.motion, ws.vector[0]
     for b in range(count):
         if ws.bodies[b].response > 0.0:
-            for row in range(VELOCITY, 9):
+            for row in range(VELOCITY_ROWS, 9):
                 for k in range(1, order + 1):
                     motion[b][row][k] = 0.0
     for j in range(len(contacts)):
@@ -275,7 +275,7 @@ def expand_motion(
         if ws.bodies[b].response > 0.0:
             for row in range(3):
                 for k in range(order):
-                    motion[b][row][k + 1] = scale * motion[b][VELOCITY + row][k] / (k + 1)
+                    motion[b][row][k + 1] = scale * motion[b][VELOCITY_ROWS + row][k] / (k + 1)
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
             expand_distance(contacts[j], ws, scale, order, length)
@@ -295,7 +295,7 @@ def expand_distance(
     farthest = 0.0  # largest distance that one body can move relative to the other
     power = 1.0
     for k in range(order + 1):
-        x, y, z = separation_coefficient(c, ws, PLACE, k)
+        x, y, z = separation_coefficient(c, ws, PLACE_ROWS, k)
         way[0][k], way[1][k], way[2][k] = x, y, z
         if k > 0:
             power *= length
@@ -335,17 +335,17 @@ def advance_motion(
 @inner
 def measure(c: ContactState, ws: Workspace) -> None:
     """Find the compression of an open contact, and the velocity at which it opens."""
-    x, y, z = separation_coefficient(c, ws, PLACE, 0)
-    u, v, w = separation_coefficient(c, ws, VELOCITY, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
+    u, v, w = separation_coefficient(c, ws, VELOCITY_ROWS, 0)
     closes_at = c.closing_distance
     c.compression[0] = 0.5 * (closes_at - (x * x + y * y + z * z) / closes_at)
     c.velocity[0] = (x * u + y * v + z * w) / closes_at
     if c.hold == HELD:
         return
     c.compression[0] = min(c.compression[0], 0.0)
-    if abs(c.velocity[0]) <= OPTIONS.rounding:
+    if abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
         c.velocity[0] = 0.0
-        if c.compression[0] >= -OPTIONS.rounding:  # nothing has reached it yet
+        if c.compression[0] >= -METHOD_OPTIONS.rounding:  # nothing has reached it yet
             c.compression[0] = 0.0
 
 
@@ -374,8 +374,8 @@ def take_normal(
     c.impulse_2 = dot(c.tangent_2, impulse)
     normal, first, second = velocity_of(c, ws)
     c.velocity[0] = normal
-    c.slip_1[0] = first if abs(first) > OPTIONS.rounding else 0.0
-    c.slip_2[0] = second if abs(second) > OPTIONS.rounding and not planar else 0.0
+    c.slip_1[0] = first if abs(first) > METHOD_OPTIONS.rounding else 0.0
+    c.slip_2[0] = second if abs(second) > METHOD_OPTIONS.rounding and not planar else 0.0
     for k in range(len(contacts)):
         if k == j or contacts[k].normal_mode != INACTIVE:
             couple(contacts, ws, j, k)
@@ -395,9 +395,9 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     The axes are those of a time `lead` later.
     """
     axes, direction = ws.polynomials, c.normal
-    x, y, z = separation_coefficient(c, ws, PLACE, 0)
+    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
     if lead > 0.0:
-        u, v, w = separation_coefficient(c, ws, VELOCITY, 0)
+        u, v, w = separation_coefficient(c, ws, VELOCITY_ROWS, 0)
         x, y, z = x + lead * u, y + lead * v, z + lead * w
     size = sqrt(x * x + y * y + z * z)
     direction[0], direction[1], direction[2] = x / size, y / size, z / size
@@ -412,8 +412,8 @@ def velocity_of(c: ContactState, ws: Workspace) -> tuple[float, float, float]:
     a, b, n, t, s = ws.motion[c.body_a], ws.motion[c.body_b], c.normal, c.tangent_1, c.tangent_2
     normal, first, second = 0.0, 0.0, 0.0
     for k in range(3):
-        approach = a[VELOCITY + k][0] - b[VELOCITY + k][0]
-        spin = a[SPIN + k][0] + b[SPIN + k][0]
+        approach = a[VELOCITY_ROWS + k][0] - b[VELOCITY_ROWS + k][0]
+        spin = a[SPIN_ROWS + k][0] + b[SPIN_ROWS + k][0]
         normal += n[k] * approach
         first += t[k] * approach - s[k] * spin
         second += s[k] * approach + t[k] * spin
@@ -466,7 +466,7 @@ def add_response(
     w[row + 2][column] += pull * dot(s, p)
     w[row + 2][column + 1] += pull * dot(s, q) - turn * dot(t, r)
     w[row + 2][column + 2] += pull * dot(s, r) + turn * dot(t, q)
-    if body.kind == TIP:
+    if body.kind == TIP_BODY:
         axis, stiff = body.axis, body.response - body.across
         along = dot(axis, p), dot(axis, q), dot(axis, r)
         for k in range(3):
@@ -485,9 +485,9 @@ def energy_of_bodies(ws: Workspace, count: int) -> float:
             continue
         square, along, spins = 0.0, 0.0, 0.0
         for k in range(3):
-            v, spin = motion[VELOCITY + k][0], motion[SPIN + k][0]
+            v, spin = motion[VELOCITY_ROWS + k][0], motion[SPIN_ROWS + k][0]
             square, spins, along = square + v * v, spins + spin * spin, along + v * body.axis[k]
-        if body.kind == TIP:
+        if body.kind == TIP_BODY:
             energy += 0.5 * along * along / body.response
             across = square - along * along
             energy += 0.5 * across / body.across if body.across > 0.0 else 0.0

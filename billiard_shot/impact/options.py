@@ -196,10 +196,10 @@ class Options(NamedTuple):
     min_imbalance: float = 1e-8
 
 
-OPTIONS = Options()
+METHOD_OPTIONS = Options()
 
 
 @inner
 def negligible_speed(tolerance: float) -> float:
     """Speed of a contact, relative to the largest one, below which its motion has died down."""
-    return max(OPTIONS.energy_floor * tolerance, 10.0 * OPTIONS.rounding)
+    return max(METHOD_OPTIONS.energy_floor * tolerance, 10.0 * METHOD_OPTIONS.rounding)

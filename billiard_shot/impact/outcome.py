@@ -13,7 +13,7 @@ from billiard_shot.impact.moving_bodies import (
     push_bodies,
     store_body,
 )
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     BodyState,
     components,
@@ -80,7 +80,7 @@ def finish(
     """Check the balance of energy of a collision, and write its results in SI units."""
     count = len(contacts)
     if (p.status == OK or p.status == INFINITE_SEQUENCE) and m.law != POISSON:
-        allowed = max(OPTIONS.imbalance * m.tolerance, OPTIONS.min_imbalance)
+        allowed = max(METHOD_OPTIONS.imbalance * m.tolerance, METHOD_OPTIONS.min_imbalance)
         if m.moves:
             imbalance = energy_imbalance_of_bodies(m, contacts, p.energy, ws)
         else:

@@ -10,12 +10,12 @@ from billiard_shot.compiled import inner
 from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
-STAGES = 8  # of an implicit step
+IMPLICIT_STAGES = 8  # of an implicit step
 HISTORY = 15  # sections of a sequence that are kept, see geometric_tail.py
 SECTION = 11  # numbers that a section has for each contact
 
 Series = Annotated[Any, MAX_COEFFICIENTS]
-Nodes = Annotated[Any, STAGES]
+Nodes = Annotated[Any, IMPLICIT_STAGES]
 
 
 class NormalMode(IntEnum):
@@ -63,7 +63,7 @@ class BodyKind(IntEnum):
 INACTIVE, COMPRESSION, RESTITUTION = map(int, NormalMode)
 FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP = map(int, FrictionMode)
 FREE, HELD, GONE = map(int, Hold)
-BALL, TIP, PLANE, EDGE = map(int, BodyKind)
+BALL_BODY, TIP_BODY, PLANE, EDGE = map(int, BodyKind)
 
 
 @record
@@ -214,14 +214,15 @@ class Workspace(NamedTuple):
     coupled: Any  # (N, N + 1) active contacts that accelerate a contact by `reduced`, then -1
     stick_gain: Any  # (3 N, 3 N) friction of sticking contacts per other force
     matrix: Any  # (3, 2 N, 2 N) scratch
-    newton: Any  # (STAGES N, STAGES N) scratch
-    residual: Any  # (STAGES N,) scratch
+    newton: Any  # (IMPLICIT_STAGES N, IMPLICIT_STAGES N) scratch
+    residual: Any  # (IMPLICIT_STAGES N,) scratch
     vector: Any  # (3, 3 N) scratch; row 2: velocities before the collision
     polynomials: Any  # (3, MAX_COEFFICIENTS) scratch
     indices: Any  # (2 N,) scratch
-    stages: Any  # (STAGES,) nodes of an implicit step
-    integral: Any  # (STAGES, STAGES) from values at the nodes to integrals at the nodes
-    monomial: Any  # (STAGES, STAGES) from values at the nodes to coefficients
+    stages: Any  # (IMPLICIT_STAGES,) nodes of an implicit step
+    # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to integrals at the nodes
+    integral: Any
+    monomial: Any  # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to coefficients
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
     bodies: Any  # 2 N + 2 BodyState, of moving_bodies.py
@@ -230,7 +231,7 @@ class Workspace(NamedTuple):
 
 def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
     """Allocate the workspace of N contacts; `tableau`: of collocation, in the storage."""
-    zeros, size, nodes = storage.zeros, 3 * count, STAGES * count
+    zeros, size, nodes = storage.zeros, 3 * count, IMPLICIT_STAGES * count
     delassus, reduced, stick_gain = zeros(3, size, size)
     stages, integral, monomial = tableau
     return Workspace(

@@ -8,7 +8,7 @@ Programming, vol. 2, section 4.7): a step of any order costs one pass of convolu
 from math import inf, sqrt
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     force_is_negligible,
@@ -46,7 +46,7 @@ def explicit_step(
         length = step_length(m, contacts, order, tolerance)
         if length > 0.0:
             return scale, length
-        scale /= OPTIONS.max_rescale
+        scale /= METHOD_OPTIONS.max_rescale
     return 0.0, 0.0
 
 
@@ -230,11 +230,11 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
             turning = max(turning, abs(c.dir_1[order - 1]), abs(c.dir_2[order - 1]))
     if not (last < 1e200 and before < 1e200):
         return 0.0
-    x = OPTIONS.max_rescale
+    x = METHOD_OPTIONS.max_rescale
     if last > 1e-300:
         x = min(x, (tolerance / last) ** (1.0 / order))
     if before > 1e-300:
         x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
     if 1e-300 < turning < inf:
-        x = min(x, (OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
-    return OPTIONS.explicit_margin * x
+        x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
+    return METHOD_OPTIONS.explicit_margin * x

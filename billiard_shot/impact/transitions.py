@@ -15,7 +15,7 @@ from billiard_shot.impact.events import (
 from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import elastic_energy, opening, POISSON
 from billiard_shot.impact.moving_bodies import free_tips, part, push_bodies, take_normal
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
@@ -126,7 +126,7 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
     """End a contact's compression, or start a recompression; `known` as for `activate`."""
     # Only the remaining impulse of another contact, or a new normal, changes a velocity at once.
     jumps = m.law == POISSON or m.interval < inf
-    if known or not jumps or abs(c.velocity[0]) <= OPTIONS.rounding:
+    if known or not jumps or abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
         c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
@@ -148,7 +148,7 @@ def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -
     restitution = c.restitution
     if c.softening > 0.0:
         energy = elastic_energy(c.stiffness, peak, exponent)
-        restitution = max(restitution / (1.0 + c.softening * energy), OPTIONS.min_softened)
+        restitution = max(restitution / (1.0 + c.softening * energy), METHOD_OPTIONS.min_softened)
     opens = opening(law, restitution, exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost

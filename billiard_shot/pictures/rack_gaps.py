@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.scene import Scene
-from billiard_shot.study.rack_gaps import BREAK_SPEED, break_speeds, without_duration
+from billiard_shot.study.rack_gaps import break_speeds, CUE_BALL_SPEED, without_duration
 
 GAPS = np.geomspace(1e-8, 3e-3, 34)  # m
 COLOUR = '#1b6b4a'
@@ -27,8 +27,8 @@ def draw_rack_gaps(path: Path) -> None:
         panel.semilogx(1e3 * GAPS, speeds, color=COLOUR, linewidth=0.9)
         panel.set_title(finding, fontsize='medium')
         panel.set_xlabel('gap between neighbours (mm)')
-        panel.set_ylim(0.0, 0.75 * BREAK_SPEED)
+        panel.set_ylim(0.0, 0.75 * CUE_BALL_SPEED)
         panel.grid(alpha=0.3)
     axes[0].set_ylabel('speeds of the 15 balls (m/s)')
-    figure.suptitle(f'A break of fifteen, cue ball {BREAK_SPEED:g} m/s, full on the head ball')
+    figure.suptitle(f'A break of fifteen, cue ball {CUE_BALL_SPEED:g} m/s, full on the head ball')
     save(figure, path)

@@ -40,12 +40,12 @@ from billiard_shot.table.words import ball_in_words
 
 CLOTH_COLOUR, CUSHION_COLOUR, WOOD_COLOUR, HOLE_COLOUR = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
 PICTURE_WIDTH = 9.0  # inches of a picture
-MOTION_NAMES = {Motion.ROLL: 'rolls', Motion.SLIDE: 'slides', Motion.FLIGHT: 'flies'}
+MOTION_VERBS = {Motion.ROLL: 'rolls', Motion.SLIDE: 'slides', Motion.FLIGHT: 'flies'}
 # As on the page of `view`.
 DASHES = {Motion.ROLL: '-', Motion.SLIDE: (0, (3.5, 1.2)), Motion.FLIGHT: (0, (1.0, 1.0))}
 # Colours of paths, that of the cue ball first. If more balls move, the rest is grey and thin.
 MOVING_COLOURS = BLACK, VERMILION, BLUE, PURPLE, ORANGE, GREEN
-PALE = '#9fb3a7'
+PALE_PATH = '#9fb3a7'
 MARKS = {  # marker, label
     EventKind.CUSHION: ('s', 'cushion'),
     EventKind.BALL: ('X', 'meets a ball'),
@@ -182,7 +182,7 @@ def path_colours(trails: Trails) -> dict[str, str]:
         return dict(zip(moving, MOVING_COLOURS, strict=False))
     gone = [name for name in moving if trails.end(name) is None]
     told = dict.fromkeys([CUE_BALL, *filter(None, [trails.first_contact]), *gone])
-    return dict.fromkeys(moving, PALE) | dict(zip(told, cycle(MOVING_COLOURS), strict=False))
+    return dict.fromkeys(moving, PALE_PATH) | dict(zip(told, cycle(MOVING_COLOURS), strict=False))
 
 
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
@@ -192,12 +192,12 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
     colours = path_colours(trails)
     styles: dict[str, Any] = {}  # that occur, for the legend
     for name, colour in colours.items():
-        pale = colour == PALE
+        pale = colour == PALE_PATH
         axes.plot([], [], color=colour, linewidth=1.5, label=_label(name, pale))
         for piece in trails.pieces(name):
-            if piece.motion not in MOTION_NAMES:
+            if piece.motion not in MOTION_VERBS:
                 continue  # it spins in place
-            styles[MOTION_NAMES[piece.motion]] = DASHES[piece.motion]
+            styles[MOTION_VERBS[piece.motion]] = DASHES[piece.motion]
             axes.plot(
                 piece.points[:, 0],
                 piece.points[:, 1],
@@ -208,12 +208,12 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
                 zorder=2.5 if pale else 3,
                 solid_capstyle='butt',
             )
-    for label in MOTION_NAMES.values():
+    for label in MOTION_VERBS.values():
         if label in styles:
             axes.plot([], [], linestyle=styles[label], color=GREY, linewidth=1.5, label=label)
     for mark in trails.marks:
-        colour = colours.get(mark.balls[0], PALE)
-        if mark.kind in MARKS and colour != PALE:
+        colour = colours.get(mark.balls[0], PALE_PATH)
+        if mark.kind in MARKS and colour != PALE_PATH:
             marker, label = MARKS[mark.kind]
             axes.plot(
                 *mark.position[:2],

@@ -15,7 +15,7 @@ from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,
-    PALE,
+    PALE_PATH,
     path_colours,
     shot_title,
     table_axes,
@@ -183,7 +183,7 @@ class _Moving:
         self.cue_motion = cue_motion(shot, trails)
         self.paths = {
             name: axes.plot(
-                [], [], color=colour, linewidth=0.6 if colour == PALE else 1.5, zorder=3
+                [], [], color=colour, linewidth=0.6 if colour == PALE_PATH else 1.5, zorder=3
             )[0]
             for name, colour in path_colours(trails).items()
         }

@@ -44,8 +44,8 @@ SCRIPTS = (
 YELLOW = '#f0e442'
 CUE_PATH, BALL_PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
 DRAWN_MOTIONS = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
-ACROSS, UP = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-CUE_LENGTH = 1.47  # m, if the scene does not give it
+ACROSS, UPWARD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+DRAWN_CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
 def page_of(shot: Shot, title: str = 'shot') -> str:
@@ -143,7 +143,7 @@ def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
     return {
         'tip': cue.tip.tolist(),
         'direction': cue.direction.tolist(),
-        'length': shot.scene.cue.length or CUE_LENGTH,
+        'length': shot.scene.cue.length or DRAWN_CUE_LENGTH,
         'swing': cue.swing,
         'time': cue.time,
         'after': cue.after,
@@ -193,7 +193,7 @@ def _first(number: int) -> NDArray[np.float64]:
     """Choose the first orientation of a ball: its number up, tilted to its own side."""
     around = 2.4 * number  # the golden angle: no two balls are tilted to the same side
     # the number, at +x with its head at +z, comes to +z with its head at +x
-    up = product(rotation(math.pi * UP), rotation(-0.5 * math.pi * ACROSS))
+    up = product(rotation(math.pi * UPWARD), rotation(-0.5 * math.pi * ACROSS))
     aside = rotation(0.6 * np.array([math.cos(around), math.sin(around), 0.0]))
     return product(aside, up)
 

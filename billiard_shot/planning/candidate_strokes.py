@@ -19,7 +19,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.values import whole
 
-NORMAL_BUDGET = 6_000  # simulated strokes
+CANDIDATE_BUDGET = 6_000  # simulated strokes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,7 +52,7 @@ def candidates(
     scene: SceneLike,
     target: Target | Mapping[str, Any],
     noise: str | Noise | Mapping[str, Any] | None = None,
-    budget: int = NORMAL_BUDGET,
+    budget: int = CANDIDATE_BUDGET,
     constraints: Mapping[str, Any] | Robot | None = None,
 ) -> CandidateStrokes:
     """

@@ -22,7 +22,7 @@ from billiard_shot.records import Array
 SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
 CUSHION_FACTOR = 3.0  # of the uncertainty of a route by cushions; of its cost, for each cushion
-SPEEDS = 5
+SPEEDS_PER_ROUTE = 5
 BREAK_SPEED = 0.7  # of the largest speed: slower breaks are not candidates
 # b of stun, draw and follow, then half of these; for offset_max 0.5
 HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)
@@ -141,7 +141,7 @@ def _speeds(problem: Problem, route: Route) -> Array:
     slowest = max(robot.speed_min, min(0.5, robot.speed_max))
     if isinstance(problem.target, Break):
         slowest = max(slowest, BREAK_SPEED * robot.speed_max)
-    return np.geomspace(slowest, robot.speed_max, SPEEDS)
+    return np.geomspace(slowest, robot.speed_max, SPEEDS_PER_ROUTE)
 
 
 def _reach(problem: Problem) -> float:

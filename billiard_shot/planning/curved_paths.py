@@ -30,14 +30,16 @@ from billiard_shot.table.trajectory import Trajectory
 
 SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset
 HEIGHT_FACTORS = (-0.8, -0.4, 0.0, 0.4, 0.8)
-ELEVATIONS = tuple(math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78))
-SPEEDS = 14
+CURVE_ELEVATIONS = tuple(
+    math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78)
+)
+SPEED_COUNT_OF_CURVES = 14
 # A path is approximated by lines: number for each of its first segments, number of these segments,
 # and number for all other segments together.
 LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
 MAX_SEGMENTS = 40  # of a path
-TOLERANCE = 1e-4  # m, of a path at 1 m/s
-SAMPLES = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
+CURVE_TOLERANCE = 1e-4  # m, of a path at 1 m/s
+PATH_POINTS = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
 MIN_CLEARANCE = 0.003  # m, of a path from other balls
 MAX_ARRIVAL_HEIGHT = 0.8  # ball radii above the cloth: a higher ball does not hit another one well
 
@@ -46,7 +48,7 @@ class StrikeLibrary(NamedTuple):
     """Strikes of a cue at 1 m/s along +x, and the paths of the ball on an endless cloth."""
 
     offsets: Array  # (n, 3) a, b and elevation
-    paths: Array  # (n, SAMPLES, 3) m relative to the start; z is 0 on the cloth
+    paths: Array  # (n, PATH_POINTS, 3) m relative to the start; z is 0 on the cloth
 
 
 def build_strike_library(problem: Problem) -> StrikeLibrary:
@@ -56,7 +58,7 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     offsets = np.array(
         [
             (robot.offset_max * side, robot.offset_max * height, elevation)
-            for elevation in ELEVATIONS
+            for elevation in CURVE_ELEVATIONS
             if low <= elevation <= high
             for height in HEIGHT_FACTORS
             for side in SIDE_FACTORS
@@ -68,19 +70,19 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     centre = np.array([0.0, 0.0, problem.radius])
     model = problem.model._replace(follows=False)  # double hits do not scale with the speed
     library = Strokes(model, normals, velocities, centre)
-    strikes = strike_batch(library, TOLERANCE)
-    run = run_recorded(table_task(library, strikes, ENDLESS, TOLERANCE))
+    strikes = strike_batch(library, CURVE_TOLERANCE)
+    run = run_recorded(table_task(library, strikes, ENDLESS, CURVE_TOLERANCE))
     ends = run.tables['segments']
     rests = (strikes.rows['status'] == Status.OK) & (run.tables['status'] == Status.OK)
     kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
     places = [path.at(_times(path)).position - centre for path in paths]
-    return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, SAMPLES, 3))
+    return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
 
 
 def _times(path: Trajectory) -> Array:
-    """Choose times of SAMPLES points, densely on the short, curved first segments."""
+    """Choose times of PATH_POINTS points, densely on the short, curved first segments."""
     starts = path.rows['time'][: DENSE_SEGMENTS + 1]
     ends = np.append(starts, np.full(DENSE_SEGMENTS + 1 - len(starts), path.duration))
     dense = np.interp(
@@ -102,7 +104,7 @@ def curved_candidates(
     robot = problem.limits.robot
     slowest = min(max(0.6, robot.speed_min), robot.speed_max)
     found, spreads = [np.empty((0, 5))], [np.empty(0)]
-    for speed in np.geomspace(slowest, robot.speed_max, SPEEDS):
+    for speed in np.geomspace(slowest, robot.speed_max, SPEED_COUNT_OF_CURVES):
         if not goes_on():
             break
         paths = strikes.paths * speed**2
@@ -127,7 +129,7 @@ def _turn_through(
     problem: Problem, paths: Array, point: Waypoint
 ) -> tuple[Array, NDArray[np.bool_], Array, float]:
     """
-    Turn paths (n, SAMPLES, 3) so that they go through a waypoint.
+    Turn paths (n, PATH_POINTS, 3) so that they go through a waypoint.
 
     Returns azimuths (n,), whether the path reaches the waypoint clear of other balls and cushions
     (n,), cosines of the cut (n,), and the distance [m].
@@ -147,7 +149,7 @@ def _turn_through(
     azimuth = math.atan2(ahead[1], ahead[0]) - np.arctan2(there[:, 1], there[:, 0])
     sine, cosine = np.sin(azimuth), np.cos(azimuth)
     # the path up to the waypoint, in the frame of the table
-    reached = np.arange(SAMPLES) <= before[:, np.newaxis]
+    reached = np.arange(PATH_POINTS) <= before[:, np.newaxis]
     points = np.where(reached[..., np.newaxis], paths, there[:, np.newaxis])
     x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
     y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]

@@ -17,19 +17,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.planning.pocket_openings import ANGLES, SPEEDS, STEP, STEPS
+from billiard_shot.planning.pocket_openings import ANGLE_STEP, ANGLE_STEPS, ANGLES, HOLE_SPEEDS
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion_models import HAN
 from billiard_shot.table.geometry import lay_out, PackedTable, PocketGeometry, TableNumbers
-from billiard_shot.table.params import AUTO, BallClothParams, TableParams
+from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
 
-ABSENT, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
+NO_BALL, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
 POCKETS, CORNERS = 6, 4
-LIFTS, LIFT = 25, math.radians(2.5)  # elevations of `PlayerRecord.strikes`, and their step
+ELEVATION_COUNT, ELEVATION_STEP = (
+    25,
+    math.radians(2.5),
+)  # elevations of `PlayerRecord.strikes`, and their step
 OUT = -10.0  # rad: a bound of an interval without directions
 
 
@@ -52,7 +55,8 @@ class DirectShot:
 class PlayerRecord(NamedTuple):
     """Strokes and errors of a player."""
 
-    # (LIFTS, 5) of strokes at 1 m/s along +x, at elevations in steps of LIFT: velocity along the
+    # (ELEVATION_COUNT, 5) of strokes at 1 m/s along +x, at elevations in steps of
+    # ELEVATION_STEP: velocity along the
     # stroke, and surface speed of the spin along it [m/s]; changes per a, in ball radii: of the
     # velocity across, of that when the ball rolls, and of the surface speed of the spin about the
     # vertical.
@@ -75,13 +79,13 @@ class Seen(NamedTuple):
     params: BallClothParams
     numbers: TableNumbers
     places: Floats  # (balls, 2) m
-    kinds: Any  # (balls,) ints: ABSENT, PRESENT or LEGAL
+    kinds: Any  # (balls,) ints: NO_BALL, PRESENT or LEGAL
 
 
 @inner
 def edge_of(openings: Floats, pocket: int, angle: float, speed: float, end: int) -> float:
     """Interpolate an end of the opening of a pocket [m], see `openings_of`."""
-    x = angle / STEP + STEPS
+    x = angle / ANGLE_STEP + ANGLE_STEPS
     if not 0.0 <= x <= ANGLES - 1:
         return 0.0
     y = min(max(math.log2(speed / SPEED_0), 0.0), SPEED_COUNT - 1.0)
@@ -93,7 +97,7 @@ def edge_of(openings: Floats, pocket: int, angle: float, speed: float, end: int)
     return a * (1.0 - x) + b * x
 
 
-SPEED_0, SPEED_COUNT = float(SPEEDS[0]), len(SPEEDS)
+SPEED_0, SPEED_COUNT = float(HOLE_SPEEDS[0]), len(HOLE_SPEEDS)
 
 
 @inner
@@ -138,7 +142,7 @@ def free_part(
     diameter = 2.0 * seen.params.radius
     along_x, along_y = math.cos(ahead), math.sin(ahead)
     for k in range(len(seen.kinds)):
-        if k in (besides, besides_too) or seen.kinds[k] == ABSENT:
+        if k in (besides, besides_too) or seen.kinds[k] == NO_BALL:
             continue
         u, v = seen.places[k][0] - x, seen.places[k][1] - y
         along, aside = u * along_x + v * along_y, v * along_x - u * along_y
@@ -253,7 +257,7 @@ def needed_elevation(
     for k in range(len(seen.kinds)):
         u, v = seen.places[k][0] - x, seen.places[k][1] - y
         along = u * back_x + v * back_y
-        if seen.kinds[k] == ABSENT or along <= radius or along > length + radius:
+        if seen.kinds[k] == NO_BALL or along <= radius or along > length + radius:
             continue
         aside = v * back_x - u * back_y
         reach = radius + ferrule + (BUTT - ferrule) * along / length
@@ -306,7 +310,7 @@ def side_error(
 @inner
 def interpolated_strike(player: PlayerRecord, elevation: float, column: int) -> float:
     """Interpolate a column of `PlayerRecord.strikes`."""
-    x = min(max(elevation / LIFT, 0.0), LIFTS - 1.001)
+    x = min(max(elevation / ELEVATION_STEP, 0.0), ELEVATION_COUNT - 1.001)
     i = int(x)
     x -= i
     return player.strikes[i][column] * (1.0 - x) + player.strikes[i + 1][column] * x
@@ -425,7 +429,7 @@ def rate_shot(
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
     five, two = (1.0,) * 5, (1.0,) * 2
     table = TableParams(9.0, 9.0, True, HAN, *(1.0,) * 8, five, five, two, two, *(1.0,) * 7)
     return (
@@ -433,7 +437,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.array(np.zeros((1, 1, 2))),
         storage.array(np.zeros((1, 1), np.int64)),
         0,
-        PlayerRecord(storage.zeros(LIFTS, 5), *(1.0,) * 10),
+        PlayerRecord(storage.zeros(ELEVATION_COUNT, 5), *(1.0,) * 10),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),
         storage.array(np.zeros(POCKETS)),
         storage.records(DirectShot, 1),
@@ -460,7 +464,7 @@ def find_direct_shots(
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints
-        ABSENT, PRESENT or LEGAL.
+        NO_BALL, PRESENT or LEGAL.
     cue : int
         The cue ball.
     player : Player
@@ -479,7 +483,7 @@ def find_direct_shots(
     """
     found = 0
     for t in range(len(places)):
-        if kinds[t][cue] == ABSENT:
+        if kinds[t][cue] == NO_BALL:
             continue
         seen = Seen(layout.params, layout.numbers[0], places[t], kinds[t])
         for ball in range(len(kinds[t])):

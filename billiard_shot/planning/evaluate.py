@@ -41,7 +41,7 @@ from billiard_shot.table.simulate import (
 )
 from billiard_shot.table.simulation_state import BallRule
 
-TOLERANCE = 1e-3  # m, of trajectories
+TRIAL_TOLERANCE = 1e-3  # m, of trajectories
 # m: while the search compares strokes, trajectories may err by the displacement that the standard
 # error of the azimuth causes over this distance
 ORDINARY_PATH = 2.0
@@ -52,7 +52,7 @@ INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
 # still fall by chance, which only the trials of finished plans count.
 SOUGHT_CUSHIONS = 2
 
-Value = Callable[[TableBatch], Any]  # of n outcomes: (n,) numbers from 0 to 1
+ValueFunction = Callable[[TableBatch], Any]  # of n outcomes: (n,) numbers from 0 to 1
 
 
 class Outcomes(NamedTuple):
@@ -62,7 +62,7 @@ class Outcomes(NamedTuple):
     # (n,) 0 if the target was reached; below 1 if only the last step is missing, then about the
     # remaining distance in m; one more for every earlier step that is missing
     penalty: Array
-    value: Array  # (n,) from 0 to 1: that of `Value`; without one, 1 if the target was reached
+    value: Array  # (n,) from 0 to 1: of `ValueFunction`; without one, 1 if the target was reached
 
     def take(self, which: NDArray[np.int64]) -> 'Outcomes':
         """Select some of the outcomes."""
@@ -77,7 +77,7 @@ def evaluate_strokes(
     *,
     to_the_end: bool = True,
     coarse: bool = False,
-    value: Value | None = None,
+    value: ValueFunction | None = None,
 ) -> Outcomes:
     """
     Simulate strokes and find their penalties.
@@ -116,7 +116,7 @@ def evaluate_strokes(
     return Outcomes(success, penalty, np.where(usable, _values(problem, recording, value), 0.0))
 
 
-def _values(problem: Problem, recording: BatchRecording, value: Value) -> Array:
+def _values(problem: Problem, recording: BatchRecording, value: ValueFunction) -> Array:
     """Ask for the values (n,) of recorded tables, and check them."""
     count = len(recording.tables)
     values = as_floats(value(batch_of(recording, problem.names)))
@@ -204,7 +204,7 @@ def start_strokes(
     """Strike the ball with each of the strokes (n, 5)."""
     scene, model, count = problem.scene, problem.model, len(strokes)
     centre, others = np.array([*problem.cue_ball, problem.radius]), others_in(scene)
-    around, tolerance = surroundings_of(scene), TOLERANCE
+    around, tolerance = surroundings_of(scene), TRIAL_TOLERANCE
     if coarse:
         tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
     mapped = mapped or all_solved(count)

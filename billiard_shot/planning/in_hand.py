@@ -15,13 +15,16 @@ from billiard_shot.scene.table import Table
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
 
-PLACES = 'anywhere', 'kitchen'
+IN_HAND_PLACES = 'anywhere', 'kitchen'
 TRIED = 1500  # places that are rated
-APART = 0.15  # m, at least, between the places that are chosen
+PLACE_SPACING = 0.15  # m, at least, between the places that are chosen
 NEAREST = 0.15  # m to the ball: from nearer the cue may hit the cue ball twice
 ALIKE = 0.01  # chance: among places that differ by less, the one with the shortest ways is better
 HEAD_STRING = -0.25  # table lengths: x of the head string; the kitchen is behind it
-BEHIND, BESIDE = 0.02, 0.4  # of breaks: table lengths from the head string; table widths, at most
+BREAK_BEHIND, BREAK_BESIDE = (
+    0.02,
+    0.4,
+)  # of breaks: table lengths from the head string; table widths, at most
 
 
 def places_in_hand(
@@ -42,16 +45,16 @@ def places_in_hand(
     place : str
         `anywhere` on the table, or in the `kitchen`: behind the head string.
     count : int
-        Largest number of places; they are at least `APART` from each other.
+        Largest number of places; they are at least `PLACE_SPACING` from each other.
 
     Raises
     ------
     ValueError
-        If `place` is none of `PLACES`, or the target is neither a pot nor a break.
+        If `place` is none of `IN_HAND_PLACES`, or the target is neither a pot nor a break.
 
     """
-    if place not in PLACES:
-        raise ValueError(f'place must be {" or ".join(PLACES)}, got {place!r}')
+    if place not in IN_HAND_PLACES:
+        raise ValueError(f'place must be {" or ".join(IN_HAND_PLACES)}, got {place!r}')
     if not isinstance(target, Pot | Break) or scene.table is None:
         raise ValueError(f'place needs a target that pots a ball or breaks, got {target!r}')
     others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
@@ -79,7 +82,7 @@ def places_in_hand(
     chosen: list[tuple[float, float]] = []
     for k in order[: int(wanted.sum())].tolist():
         x, y = free[found.table[k]].tolist()
-        if all(math.dist((x, y), other) >= APART for other in chosen):
+        if all(math.dist((x, y), other) >= PLACE_SPACING for other in chosen):
             chosen.append((x, y))
         if len(chosen) == count:
             break
@@ -88,7 +91,7 @@ def places_in_hand(
 
 def _along_head_string(table: Table, count: int) -> Array:
     """List places (n, 2) [m] a little behind the head string, from its middle to the side."""
-    x, y = (HEAD_STRING - BEHIND) * table.length, BESIDE * table.width
+    x, y = (HEAD_STRING - BREAK_BEHIND) * table.length, BREAK_BESIDE * table.width
     return np.column_stack([np.full(count, x), np.linspace(0.0, y, count)])
 
 

@@ -25,21 +25,21 @@ from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.stroke import SPEEDS, Stroke
+from billiard_shot.shot.stroke import SPEED_RANGE, Stroke
 
 # Elevations of the first guesses [rad]; their offsets are those of a tip that sticks.
-ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
+START_ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
 GUESSES = 3  # first guesses that are refined
 # If no guess leads to an exact solution: number of quasi-random starts, and how many of them are
 # refined briefly and thoroughly.
 STARTS, PURSUED, FINISHED = 1024, 24, 4
 BRIEF, THOROUGH = 8, 40  # evaluations of a refinement
-APART = 0.1  # radii and rad, between starts
+START_SPACING = 0.1  # radii and rad, between starts
 RIM = 0.75  # largest a and b: farther out every tip slips
 BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
-SLOWEST = SPEEDS[0]  # m/s, of a stroke
+SLOWEST_STROKE = SPEED_RANGE[0]  # m/s, of a stroke
 EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
-STEP = 1e-6  # of the difference quotients, in radii and rad
+QUOTIENT_STEP = 1e-6  # of the difference quotients, in radii and rad
 
 
 class Inverse(NamedTuple):
@@ -87,7 +87,7 @@ def invert_strike(
     problem = _Problem(scene, model._replace(follows=False), _wanted(scene, velocity, spin))
     found = problem.solve()
     azimuth, speed = problem.project(found[np.newaxis])[1:]
-    if speed[0] <= SLOWEST:
+    if speed[0] <= SLOWEST_STROKE:
         raise ValueError(
             f'velocity must be one to which, with the spin {spin!r}, a stroke comes nearer than '
             f'a ball at rest, got {velocity!r} (m/s)'
@@ -113,7 +113,7 @@ class _Problem(NamedTuple):
         azimuth = np.angle(turn)
         upright = motion[:, [2, 5]] @ self.wanted[[2, 5]]
         speed = (np.abs(turn) + upright) / (motion**2).sum(axis=1)
-        speed = np.where(speed > SLOWEST, speed, SLOWEST)  # NaN: no stroke
+        speed = np.where(speed > SLOWEST_STROKE, speed, SLOWEST_STROKE)  # NaN: no stroke
         turned = level * (speed * np.exp(1j * azimuth))[:, np.newaxis]
         errors = speed[:, np.newaxis] * motion - self.wanted
         errors[:, [0, 3]] = turned.real - self.wanted[[0, 3]]
@@ -122,11 +122,11 @@ class _Problem(NamedTuple):
         return errors, azimuth, speed
 
     def best_of(self, starts: Array, count: int) -> Array:
-        """Select the `count` best of the starts (n, 3) that are `APART` from each other."""
+        """Select the `count` best of the starts (n, 3), `START_SPACING` from each other."""
         sizes = np.linalg.norm(self.project(starts)[0], axis=1)
         chosen: list[Array] = []
         for start in starts[np.argsort(sizes, kind='stable')]:
-            if all(np.abs(start - other).max() > APART for other in chosen):
+            if all(np.abs(start - other).max() > START_SPACING for other in chosen):
                 chosen.append(start)
             if len(chosen) == count:
                 break
@@ -138,7 +138,7 @@ class _Problem(NamedTuple):
 
     def slopes(self, x: Array) -> Array:
         """Approximate the derivatives (6, 3) by differences towards the middle of the bounds."""
-        step = np.where(x < 0.5 * np.add(*BOUNDS), STEP, -STEP)
+        step = np.where(x < 0.5 * np.add(*BOUNDS), QUOTIENT_STEP, -QUOTIENT_STEP)
         errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
         rise: Array = (errors[1:] - errors[0]).T / step
         return rise
@@ -196,7 +196,7 @@ def _guesses(scene: Scene, wanted: Array) -> Array:
     heading = math.atan2(wanted[1], wanted[0])
     arm = ball.inertia / (ball.mass * ball.radius**2)
     guesses = [(0.0, 0.0, math.atan2(max(-wanted[2], 0.0), along))]
-    for elevation in ELEVATIONS:
+    for elevation in START_ELEVATIONS:
         level = np.array([math.cos(heading), math.sin(heading), 0.0])
         right = np.array([math.sin(heading), -math.cos(heading), 0.0])
         c = math.cos(elevation) * level - math.sin(elevation) * np.array([0.0, 0.0, 1.0])

@@ -17,9 +17,9 @@ from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import check_type, one_or_many
-from billiard_shot.shot.refusals import COARSE, FINE, first_free
+from billiard_shot.shot.refusals import COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP, first_free
 
-BALLS = ('first_contact', 'keep')  # constraints that name balls
+BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # Clearance of a planned cue, in standard deviations of its errors.
 MARGIN_SIGMAS = 3.5
@@ -98,11 +98,11 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
     check_type('constraints', constraints, Mapping)
     data = dict(constraints)
     mistakes: list[Mistake] = []
-    chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALLS}
+    chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALL_CONSTRAINTS}
     known = asdict(scene.robot)
     for key in data:
         if key not in known:
-            mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALLS])))
+            mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALL_CONSTRAINTS])))
     robot = scene.robot
     try:
         robot = read(Robot, {**known, **{key: data[key] for key in data if key in known}})
@@ -134,12 +134,12 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     # with errors, a level cue may point up
     low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
     need = low.copy()
-    for step in (COARSE, FINE):
+    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
         need = first_free(scene, strokes, need, step, highest, limits.elevation_margin)
-        if step == COARSE:
-            need = np.maximum(need - COARSE + FINE, low)
+        if step == COARSE_ELEVATION_STEP:
+            need = np.maximum(need - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, low)
     found = strokes.copy()
-    found[:, ELEVATION] = np.where(need > low, need + FINE, need)
+    found[:, ELEVATION] = np.where(need > low, need + FINE_ELEVATION_STEP, need)
     found[~(found[:, ELEVATION] <= highest + 1e-12)] = np.nan
     return found
 

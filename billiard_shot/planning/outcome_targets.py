@@ -3,7 +3,7 @@
 import numpy as np
 
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.score import distance_penalty, STEP
+from billiard_shot.planning.score import distance_penalty, PENALTY_STEP
 from billiard_shot.planning.shots import shots
 from billiard_shot.planning.targets import ANY, Break, Safe
 from billiard_shot.records import Array
@@ -27,12 +27,12 @@ def penalties_at_rest(problem: Problem, outcomes: TableBatch, fouls: Array) -> A
     match problem.target:
         case Break(_, pots):
             fallen = _fallen(problem, outcomes)
-            missing: Array = STEP * np.maximum(pots - fallen, 0)
+            missing: Array = PENALTY_STEP * np.maximum(pots - fallen, 0)
             return missing
         case Safe(_, against, chance):
             penalties = np.zeros(len(fouls))
             quiet = ~outcomes.to_cushion.any(axis=1) & (_fallen(problem, outcomes) == 0)
-            penalties[quiet] = STEP
+            penalties[quiet] = PENALTY_STEP
             legal = np.flatnonzero((fouls == 0.0) & ~quiet)
             wanted = None if ANY in against else against
             left = outcomes.states.take(legal)

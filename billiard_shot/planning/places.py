@@ -15,7 +15,7 @@ from billiard_shot.records import Array
 from billiard_shot.shot.model import tip_reach
 from billiard_shot.table.simulate import TableTask
 
-NEAR = 12.0
+NEAR_SIGMAS = 12.0
 """Balls that are farther apart than this number of standard deviations never overlap."""
 
 
@@ -36,7 +36,7 @@ def draw_places(problem: Problem, draw: np.random.Generator, count: int) -> Arra
     near = [
         (i, k)
         for i, k in combinations(range(len(believed)), 2)
-        if np.hypot(*(believed[i] - believed[k])) < apart + NEAR * sigma
+        if np.hypot(*(believed[i] - believed[k])) < apart + NEAR_SIGMAS * sigma
     ]
     for i, k in near:
         way = places[:, k] - places[:, i]

@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 from billiard_shot import machine_code
-from billiard_shot.planning.evaluate import Value
+from billiard_shot.planning.evaluate import ValueFunction
 from billiard_shot.planning.explain import why_not_straight
 from billiard_shot.planning.in_hand import places_in_hand
 from billiard_shot.planning.limits import check_clearance, Limits, limits_of
@@ -44,7 +44,7 @@ def plan(
     executor: Executor | SupportsSubmit | None = None,
     time_limit: float | None = None,
     place: str | None = None,
-    value: Value | None = None,
+    value: ValueFunction | None = None,
 ) -> PlanResult:
     """
     Find the stroke most likely to reach a target, given execution noise, limits and obstacles.
@@ -171,7 +171,7 @@ def _plan_from(
     cancel: Callable[[], bool] | None,
     executor: Executor | SupportsSubmit | None,
     time_limit: float | None,
-    value: Value | None,
+    value: ValueFunction | None,
 ) -> PlanResult:
     """Search for strokes at the cue ball where the scene has it, see `plan`."""
     begin = perf_counter()

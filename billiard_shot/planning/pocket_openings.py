@@ -19,13 +19,17 @@ from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulate import run_many, TableTask
 
-KINDS = 0, 4  # a corner pocket and a side pocket, whose openings are those of all six
-# Angles [rad] from the axis of a pocket into it; counter-clockwise. Multiples of `STEP`.
-STEP, STEPS = math.radians(5.0), 18
-ANGLES = 2 * STEPS + 1
-SPEEDS = np.array([0.3, 0.6, 1.2, 2.4, 4.8])  # m/s at the hole, as a factor of two
+POCKET_KINDS = 0, 4  # a corner pocket and a side pocket, whose openings are those of all six
+# Angles [rad] from the axis of a pocket into it; counter-clockwise. Multiples of `ANGLE_STEP`.
+ANGLE_STEP, ANGLE_STEPS = math.radians(5.0), 18
+ANGLES = 2 * ANGLE_STEPS + 1
+HOLE_SPEEDS = np.array([0.3, 0.6, 1.2, 2.4, 4.8])  # m/s at the hole, as a factor of two
 WAY = 0.25  # m that the ball rolls to the hole
-WIDEST, COARSE, HALVINGS = 0.1, 21, 5  # m: largest distance; lines; halvings of their spacing
+WIDEST, COARSE_LINES_OF_OPENING, HALVINGS = (
+    0.1,
+    21,
+    5,
+)  # m: largest distance; lines; halvings of their spacing
 
 
 @lru_cache(maxsize=8)
@@ -36,21 +40,21 @@ def openings_of(params: BallClothParams, table: TableParams) -> Array:
     Returns
     -------
     (2, ANGLES, speeds, 2) float array
-        Of `KINDS`: the two ends of the opening, to the left of the middle of the hole as seen
-        along the path [m]; both 0 if no ball falls. Not to be changed.
+        Of `POCKET_KINDS`: the two ends of the opening, to the left of the middle of the hole as
+        seen along the path [m]; both 0 if no ball falls. Not to be changed.
 
     """
-    angles = STEP * (np.arange(ANGLES) - STEPS)
-    grid = np.stack(np.meshgrid(angles, SPEEDS, indexing='ij'), axis=-1).reshape(-1, 2)
-    found = [_openings(params, table, pocket, grid) for pocket in KINDS]
-    openings = np.array(found).reshape(len(KINDS), ANGLES, len(SPEEDS), 2)
+    angles = ANGLE_STEP * (np.arange(ANGLES) - ANGLE_STEPS)
+    grid = np.stack(np.meshgrid(angles, HOLE_SPEEDS, indexing='ij'), axis=-1).reshape(-1, 2)
+    found = [_openings(params, table, pocket, grid) for pocket in POCKET_KINDS]
+    openings = np.array(found).reshape(len(POCKET_KINDS), ANGLES, len(HOLE_SPEEDS), 2)
     openings.flags.writeable = False
     return openings
 
 
 def _openings(params: BallClothParams, table: TableParams, pocket: int, grid: Array) -> Array:
     """Find the openings (n, 2) of a pocket for n angles and speeds."""
-    lines = np.linspace(-WIDEST, WIDEST, COARSE)
+    lines = np.linspace(-WIDEST, WIDEST, COARSE_LINES_OF_OPENING)
     many = np.repeat(grid, len(lines), axis=0)
     falls = _falls(params, table, pocket, many, np.tile(lines, len(grid)))
     runs = [_longest_run(row) for row in falls.reshape(len(grid), len(lines))]
@@ -86,12 +90,14 @@ def _falls(
     starts['spin'][:, 0, 0] = -velocity[:, 1] / params.radius
     starts['spin'][:, 0, 1] = velocity[:, 0] / params.radius
     starts['absent'][:, 0] = (np.abs(begin) > half).any(axis=1)
-    played = run_many(TableTask(params, table, starts, TOLERANCE, TOLERANCE), ('1',))
+    played = run_many(
+        TableTask(params, table, starts, OPENING_TOLERANCE, OPENING_TOLERANCE), ('1',)
+    )
     falls: NDArray[np.bool_] = played.pocket[:, 0] == pocket
     return falls
 
 
-TOLERANCE = 2e-3  # m, of these simulations
+OPENING_TOLERANCE = 2e-3  # m, of these simulations
 
 
 def axis_angle(pocket: int) -> float:

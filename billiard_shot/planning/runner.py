@@ -16,7 +16,7 @@ from billiard_shot.planning.evaluate import (
     evaluate_strokes,
     Outcomes,
     reaching_speed,
-    Value,
+    ValueFunction,
 )
 from billiard_shot.planning.mapped_starts import all_solved, Mapped
 from billiard_shot.planning.places import as_struck
@@ -26,7 +26,7 @@ from billiard_shot.records import Array
 
 T = TypeVar('T')
 
-RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
+FINAL_RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
@@ -65,10 +65,10 @@ class Runner:
         progress: Callable[[Progress], object] | None,
         cancel: Callable[[], bool] | None,
         time_limit: float | None = None,
-        value: Value | None = None,
+        value: ValueFunction | None = None,
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
-        self.reserved = round(RESERVE * budget)
+        self.reserved = round(FINAL_RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
@@ -99,12 +99,12 @@ class Runner:
     @property
     def _time_left(self) -> float:
         """Seconds, without the reserved share while strokes are reserved."""
-        return self._time_until(1.0 - RESERVE if self.reserved else 1.0)
+        return self._time_until(1.0 - FINAL_RESERVE if self.reserved else 1.0)
 
     @property
     def late(self) -> bool:
         """Whether only the reserved share of the time limit is left, or less."""
-        return self._time_until(1.0 - RESERVE) < 0.0
+        return self._time_until(1.0 - FINAL_RESERVE) < 0.0
 
     def _time_until(self, share: float) -> float:
         """Seconds until a share of the time limit has passed."""

@@ -1,9 +1,9 @@
 """
 Penalties of simulated strokes: how far they are from reaching the target.
 
-Each missing step towards the target costs `STEP`. The remaining distance [m] is added; it is less
-than a step, so that a stroke that misses fewer steps has the smaller penalty. Paths are
-approximated by straight lines, `PIECES` to a segment.
+Each missing step towards the target costs `PENALTY_STEP`. The remaining distance [m] is added; it
+is less than a step, so that a stroke that misses fewer steps has the smaller penalty. Paths are
+approximated by straight lines, `PENALTY_PIECES` to a segment.
 """
 
 from enum import IntEnum
@@ -16,20 +16,20 @@ from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import (
     BALL,
     CLUSTER,
+    LEFT_TABLE,
     NOTHING,
-    OFF_TABLE,
     POCKETED,
     RELEASE,
     SegmentRecord,
 )
 from billiard_shot.table.simulation_state import BallRule
 
-STEP = 1.0
+PENALTY_STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
 NO_SUCCESS = 1e-6  # m: smallest penalty of a target that was not reached
-PIECES = 6
+PENALTY_PIECES = 6
 POCKETS = 6
-FAR = 1e3  # m: stands for "no distance"
+NO_DISTANCE = 1e3  # m: stands for "no distance"
 
 
 class Kind(IntEnum):
@@ -46,7 +46,7 @@ class Kind(IntEnum):
     FOULS = 8  # only fouls count here; outcome_targets.py adds the rest
 
 
-REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, Kind)
+TO_REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, Kind)
 
 
 @record
@@ -118,8 +118,8 @@ def nearest(segment: SegmentRecord, lasting: float, x: float, y: float) -> float
     least = px * px + py * py
     if lasting <= 0.0:
         return math.sqrt(least)
-    for i in range(1, PIECES + 1):
-        t = lasting * i / PIECES
+    for i in range(1, PENALTY_PIECES + 1):
+        t = lasting * i / PENALTY_PIECES
         qx = p[0] - x + t * (v[0] + 0.5 * t * a[0])
         qy = p[1] - y + t * (v[1] + 0.5 * t * a[1])
         least = min(least, piece_distance(px, py, qx, qy))
@@ -133,8 +133,8 @@ def crosses(segment: SegmentRecord, lasting: float, goal: Goal) -> bool:
     p, v, a = segment.position, segment.velocity, segment.acceleration
     lx, ly = goal.u - goal.x, goal.v - goal.y
     px, py = p[0] - goal.x, p[1] - goal.y
-    for i in range(1, PIECES + 1):
-        t = lasting * i / PIECES
+    for i in range(1, PENALTY_PIECES + 1):
+        t = lasting * i / PENALTY_PIECES
         qx = p[0] - goal.x + t * (v[0] + 0.5 * t * a[0])
         qy = p[1] - goal.y + t * (v[1] + 0.5 * t * a[1])
         one, two = lx * py - ly * px, lx * qy - ly * qx
@@ -159,7 +159,7 @@ def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first
         return True
     for i in range(len(rules)):
         motion = balls[first + i].motion
-        if motion == OFF_TABLE or (motion == POCKETED and rules[i].must_stay):
+        if motion == LEFT_TABLE or (motion == POCKETED and rules[i].must_stay):
             return True
     met = balls[first].first_contact
     if met == NOTHING:
@@ -190,7 +190,7 @@ def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
     for i in range(len(places)):
         if runs.balls[part.first + i].first_contact != NOTHING and may_fall(sought, i):
             met = True
-    least = FAR
+    least = NO_DISTANCE
     for k in range(part.begin, part.end):
         segment = runs.segments[k]
         lasting = runs.ends[k] - segment.time
@@ -206,7 +206,7 @@ def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
             elif not met and own != i and may_fall(sought, i):
                 gap = nearest(segment, lasting, places[i][0], places[i][1])
                 least = min(least, gap - 2.0 * sought.goals[0].ball_radius)
-    return distance_penalty(least) if met else STEP + distance_penalty(least)
+    return distance_penalty(least) if met else PENALTY_STEP + distance_penalty(least)
 
 
 @inner
@@ -214,16 +214,16 @@ def hit_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
     """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
     goal, segments = sought.goals[0], runs.segments
     x, y = sought.places[goal.ball][0], sought.places[goal.ball][1]
-    extra = 0.0 if goal.kind == HIT else STEP
+    extra = 0.0 if goal.kind == HIT else PENALTY_STEP
     if runs.balls[part.first].first_contact != goal.ball:
-        least = FAR
+        least = NO_DISTANCE
         for k in range(part.begin, part.end):
             if segments[k].ball == 0:
                 if has_hit(segments[k]):
                     break
                 least = min(least, nearest(segments[k], runs.ends[k] - segments[k].time, x, y))
         gap = least - 2.0 * goal.ball_radius
-        return STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
+        return PENALTY_STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
     if goal.kind == HIT:
         return 0.0
     if goal.kind == HIT_DIRECTION:
@@ -277,7 +277,7 @@ def path_penalty(goal: Goal, runs: Runs, part: RunPart) -> float:
     x, y = goal.x, goal.y
     if goal.kind == GATE:
         x, y = 0.5 * (goal.x + goal.u), 0.5 * (goal.y + goal.v)
-    least = FAR
+    least = NO_DISTANCE
     for k in range(part.begin, part.end):
         segment = runs.segments[k]
         if segment.ball == 0:
@@ -342,7 +342,7 @@ def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
         x, y = place[0] - goal.x, place[1] - goal.y
         away = math.sqrt(x * x + y * y) - goal.radius
         pots = goal.kind == POT or goal.kind == POT_AND_LEAVE
-        if goal.kind == REST:
+        if goal.kind == TO_REST:
             penalty = distance_penalty(away)
         elif goal.kind == FOULS:
             penalty = 0.0
@@ -353,12 +353,12 @@ def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
             if pots:
                 penalty = pot_penalty(sought, runs, part)
                 if goal.kind == POT_AND_LEAVE:
-                    penalty += STEP
+                    penalty += PENALTY_STEP
             elif goal.kind == PASS or goal.kind == GATE:
                 penalty = path_penalty(goal, runs, part)
             else:
                 penalty = hit_penalty(sought, runs, part)
         if is_foul(sought, table, runs.balls, part.first):
-            penalty += STEP
+            penalty += PENALTY_STEP
         penalties[number] = penalty
         begin = part.end

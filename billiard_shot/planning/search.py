@@ -38,12 +38,12 @@ CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share 
 MAX_ROUTES = 24  # of each kind of route
 CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
 REFINED = 40  # candidates of a stage that are refined
-RACERS, FINALISTS = 8, 4  # strokes that race; strokes that get held-out trials
+RACERS, FINAL_STROKES = 8, 4  # strokes that race; strokes that get held-out trials
 RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 # Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
-ROUNDS, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
+ROUNDS_IF_GOOD, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 # Success probabilities below which these are tried: combinations; routes by one cushion; curved
 # paths; routes by more cushions, and random strokes.
@@ -121,7 +121,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             winners.append(float(best.value[0]))
             samples = int(best.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            rounds = ROUNDS if max(winners) >= DETOURS_BELOW else HARD_ROUNDS
+            rounds = ROUNDS_IF_GOOD if max(winners) >= DETOURS_BELOW else HARD_ROUNDS
             converged = sure or (number + 1 >= rounds and _agree(winners, samples))
             if converged or runner.left <= 0:
                 break
@@ -131,7 +131,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
         return Found(finalists, nearest, cancelled=False, converged=converged)
     except StoppedError:
         best = best_of(found)
-        best = best.take(_distinct(problem, best.strokes)[:FINALISTS])
+        best = best.take(_distinct(problem, best.strokes)[:FINAL_STROKES])
         finalists = [
             Finalist(stroke, round(success * n), n, value, _standard_error(value, n))
             for stroke, success, value, n in zip(
@@ -265,7 +265,7 @@ def run_race(
     """Let the best strokes race, then evaluate the finalists on held-out trials."""
     strokes = population.strokes[population.value > 0.0]
     strokes = strokes[_distinct(problem, strokes)[:RACERS]]
-    held_out = round(effort * (WINNER_TRIALS + (FINALISTS - 1) * OTHER_TRIALS))
+    held_out = round(effort * (WINNER_TRIALS + (FINAL_STROKES - 1) * OTHER_TRIALS))
     runner.reserved = min(held_out, runner.left // 2)
     wins, trials = np.zeros(len(strokes)), 0
     for _ in range(MAX_RACES):
@@ -284,11 +284,11 @@ def run_race(
         racing = _still_racing(wins, trials)
         if racing == 1:
             break
-        if racing >= FINALISTS:
+        if racing >= FINAL_STROKES:
             strokes, wins = strokes[:racing], wins[:racing]
     runner.reserved = 0
     found = []
-    for place, stroke in enumerate(strokes[:FINALISTS]):
+    for place, stroke in enumerate(strokes[:FINAL_STROKES]):
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
         noise = sample_execution_noise(problem, draws, count)

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.planning.direct_shots import (
-    ABSENT,
     DirectShot,
+    ELEVATION_COUNT,
+    ELEVATION_STEP,
     find_direct_shots,
     LEGAL,
-    LIFT,
-    LIFTS,
+    NO_BALL,
     PlayerRecord,
     POCKETS,
     PRESENT,
@@ -39,9 +39,9 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
 from billiard_shot.table.table_states import ManyStates, table_states
 
-SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
+UNSCALED_SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
-TOLERANCE = 1e-4  # m, of these strokes
+UNSCALED_TOLERANCE = 1e-4  # m, of these strokes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,12 +165,12 @@ def shots(
     if CUE_BALL not in tables.names:
         got = ', '.join(tables.names)
         raise ValueError(f'states must have the ball {CUE_BALL!r}, got {got}')
-    kinds = np.where(tables.present, PRESENT, ABSENT)
+    kinds = np.where(tables.present, PRESENT, NO_BALL)
     kinds[tables.present & _legal(tables.names, kinds.shape, legal)] = LEGAL
     cue = tables.names.index(CUE_BALL)
     kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
     places = np.where(tables.present[..., np.newaxis], tables.position[..., :2], 0.0)
-    kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = ABSENT
+    kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
     if len(tables) > INTERPRETED_AT_MOST:
         machine_code.require()
     player = _player(scene, noise_of(scene, noise))
@@ -233,7 +233,7 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
     robot = limits.robot
     strikes = strikes_of(model_of(scene))
     playable = np.isfinite(strikes).all(axis=1)
-    steepest = LIFT * (int(np.argmin(np.append(playable, False))) - 1)
+    steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
     return PlayerRecord(
@@ -254,17 +254,20 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
 @lru_cache(maxsize=8)
 def strikes_of(model: StrikeModel) -> Array:
     """Solve the strokes of `PlayerRecord.strikes`; NaN where they cannot be played."""
-    strokes = np.zeros((3, LIFTS, 5))
-    strokes[..., 2] = LIFT * np.arange(LIFTS)
-    strokes[..., 4] = SPEED
+    strokes = np.zeros((3, ELEVATION_COUNT, 5))
+    strokes[..., 2] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
+    strokes[..., 4] = UNSCALED_SPEED
     strokes[1, :, 0], strokes[2, :, 0] = -OFFSET, OFFSET
     surface = model.surface
     centre = np.array([0.0, 0.0, surface.radius])
     vectors = vectors_of(strokes.reshape(-1, 5))
-    solved = strike_batch(Strokes(model, *vectors, centre), TOLERANCE).rows
-    motions = np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1) / SPEED
+    solved = strike_batch(Strokes(model, *vectors, centre), UNSCALED_TOLERANCE).rows
+    motions = (
+        np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1)
+        / UNSCALED_SPEED
+    )
     motions[solved['status'] >= Status.MISS] = np.nan
-    middle, right, left = motions.reshape(3, LIFTS, 6)
+    middle, right, left = motions.reshape(3, ELEVATION_COUNT, 6)
     change = (left - right) / (2.0 * OFFSET)
     # a ball that rolls has the angular momentum about its lowest point that it had before
     share = surface.inertia / (surface.inertia + surface.mass * surface.radius**2)

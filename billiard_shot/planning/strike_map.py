@@ -30,14 +30,14 @@ from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
 SIZES = np.array([0.1, 0.1, 0.04])  # of a cell: a and b (ball radii), elevation (rad)
-FITTED, HELD_OUT = 40, 14  # exact strikes in a cell
+FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
 # because the density of a normal error is at most 0.4.
-SHARE, STRICT_SHARE = 0.2, 0.02
+DEVIATION_SHARE, STRICT_SHARE = 0.2, 0.02
 USUAL_SPEED = 2.0  # m/s
-TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
+CELL_TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
 EXPONENTS = np.array(
     [
         (i, j, k)
@@ -100,11 +100,11 @@ class Maps:
         strokes : (n, 5) float array
             Strokes whose `missing` cells are all fitted.
         strict : bool
-            Whether errors must be within `STRICT_SHARE`, not only within `SHARE`.
+            Whether errors must be within `STRICT_SHARE`, not only within `DEVIATION_SHARE`.
 
         """
         number = np.full(len(strokes), SOLVED)
-        bounds = self.bounds * (STRICT_SHARE / SHARE if strict else 1.0)
+        bounds = self.bounds * (STRICT_SHARE / DEVIATION_SHARE if strict else 1.0)
         which = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
         cells, owner, _ = _cells_of(strokes[which])
         good = [
@@ -142,25 +142,25 @@ def bounds_of(sigmas: Array) -> Array:
 
     """
     along, spin = sigmas[4] / USUAL_SPEED, 2.5 * min(sigmas[0], sigmas[1])
-    return SHARE * np.array([along, sigmas[3], along, spin, spin, spin, along])
+    return DEVIATION_SHARE * np.array([along, sigmas[3], along, spin, spin, spin, along])
 
 
 def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
     draw = np.random.default_rng([index + 1000 for index in cell])
-    places = draw.uniform(-1.0, 1.0, (FITTED + HELD_OUT, 3))
+    places = draw.uniform(-1.0, 1.0, (FITTED_STRIKES + HELD_OUT, 3))
     strokes = np.zeros((len(places), 5))
     strokes[:, :3] = (np.array(cell) + 0.5 + 0.5 * places) * SIZES
     strokes[:, 4] = 1.0
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
-    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), TOLERANCE).rows
+    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).rows
     if (strikes['status'] != Status.OK).any() or (strikes['hits'] > 1).any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['cue_speed']])
     terms = terms_of(places)
-    found = np.linalg.lstsq(terms[:FITTED], exact[:FITTED], rcond=None)[0]
-    errors = np.abs(terms[FITTED:] @ found - exact[FITTED:])
+    found = np.linalg.lstsq(terms[:FITTED_STRIKES], exact[:FITTED_STRIKES], rcond=None)[0]
+    errors = np.abs(terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:])
     errors[:, 3:6] *= radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
 

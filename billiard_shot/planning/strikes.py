@@ -11,7 +11,7 @@ from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
 # Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.
-TOLERANCE = 1e-11  # m
+STRIKE_TOLERANCE = 1e-11  # m
 
 
 def wrapped(angles: Array) -> Array:
@@ -50,7 +50,7 @@ def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
     """
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
-    strikes = strike_batch(Strokes(model, normals, velocities, centre), TOLERANCE).rows
+    strikes = strike_batch(Strokes(model, normals, velocities, centre), STRIKE_TOLERANCE).rows
     result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
     result[strikes['status'] >= Status.MISS] = np.nan
     return result

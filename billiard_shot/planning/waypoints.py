@@ -20,7 +20,7 @@ from billiard_shot.records import Array
 
 MIN_CUT_COSINE = math.cos(math.radians(82.0))  # of the cuts that are tried
 SLACK = 0.95  # of two radii: smallest distance of a path from balls beside it
-NEAR = 0.2  # radii: a ball closer to the ghost ball counts as lying there
+NEAR_GHOST_BALL = 0.2  # radii: a ball closer to the ghost ball counts as lying there
 HIT_DIRECTIONS = 12  # directions that are tried if a ball only has to be hit
 
 
@@ -76,7 +76,7 @@ def _pushed_by(problem: Problem, wanted: Waypoint) -> Iterator[Waypoint]:
         if other == ball or not problem.may_meet(other):
             continue
         distance = float(np.hypot(*(ghost - there)))
-        line = _unit(ghost - there) if distance > NEAR * problem.radius else push
+        line = _unit(ghost - there) if distance > NEAR_GHOST_BALL * problem.radius else push
         cut = float(line @ push)
         if cut > MIN_CUT_COSINE and is_clear(problem, np.array([there, ghost]), (0, other, ball)):
             yield Waypoint(

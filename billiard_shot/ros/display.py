@@ -21,7 +21,7 @@ from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 LAST_SECOND = 2**31 - 1
 """Largest second that fits into a stamp; later times of extreme shots are clipped to it."""
 
-CUE_COLOUR, DRAWN_CUE_LENGTH, DRAWN_CUE_RADIUS = '#c8955c', 0.5, 0.0065
+CUE_PAINT, MARKER_CUE_LENGTH, DRAWN_CUE_RADIUS = '#c8955c', 0.5, 0.0065
 """Colour of the cue; its length and radius [m] if the scene does not give its shape."""
 
 FAINT = 0.3
@@ -71,7 +71,7 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
                 text,
                 _ends(shot)[1],
                 2 * shot.scene.ball.radius,
-                markers.colour(CUE_COLOUR, opacity),
+                markers.colour(CUE_PAINT, opacity),
             )
         )
     return markers.array_of(shown, header)
@@ -81,7 +81,7 @@ def _shot(shot: Shot, opacity: float) -> list[Marker]:
     radius = shot.scene.ball.radius
     cue = shot.scene.cue
     radii = (cue.ferrule_radius, BUTT) if cue.length else (DRAWN_CUE_RADIUS, DRAWN_CUE_RADIUS)
-    shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE_COLOUR, opacity))]
+    shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE_PAINT, opacity))]
     trails = trails_of(shot)
     for name in trails.balls:
         pieces = trails.pieces(name)
@@ -111,4 +111,4 @@ def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     along = np.array(shot.stroke.velocity) / shot.stroke.speed
     centre = shot.position
     tip = centre + shot.scene.ball.radius * np.array(shot.stroke.normal)
-    return tip, tip - (shot.scene.cue.length or DRAWN_CUE_LENGTH) * along
+    return tip, tip - (shot.scene.cue.length or MARKER_CUE_LENGTH) * along

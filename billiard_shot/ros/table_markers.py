@@ -15,7 +15,13 @@ from billiard_shot.scene import Scene
 from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.outline import outline_of
 
-CLOTH, CUSHION, WOOD, HOLE, TEXT = '#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff'
+CLOTH_PAINT, CUSHION_PAINT, WOOD_PAINT, HOLE_PAINT, TEXT = (
+    '#2f7d5b',
+    '#236349',
+    '#6f4426',
+    '#111111',
+    '#ffffff',
+)
 STEEL = '#a9b3bd'
 SHAFT = 0.01  # m, shown radius of the mechanical cue
 THICKNESS = 0.03  # m, of the bed
@@ -29,23 +35,27 @@ def table_markers(scene: Scene, header: Header) -> MarkerArray:
     """Bed, cushions, rails and pockets; for a scene without a table, a square of cloth."""
     if scene.table is None:
         half = np.full(2, 0.5 * CLOTH_SIZE)
-        return markers.array_of([_slab('bed', half, 0.0, CLOTH)], header)
+        return markers.array_of([_slab('bed', half, 0.0, CLOTH_PAINT)], header)
     outline = outline_of(scene)
     shown = [
-        _slab('bed', outline.back, 0.0, CLOTH),
-        _slab('frame', outline.frame, -MARKER_LIFT, WOOD),
-        markers.prisms('cushions', outline.cushions, 0.0, outline.height, markers.colour(CUSHION)),
+        _slab('bed', outline.back, 0.0, CLOTH_PAINT),
+        _slab('frame', outline.frame, -MARKER_LIFT, WOOD_PAINT),
+        markers.prisms(
+            'cushions', outline.cushions, 0.0, outline.height, markers.colour(CUSHION_PAINT)
+        ),
         markers.prisms(
             'rails',
             [_rail(cushion, outline.back, outline.frame) for cushion in outline.cushions],
             0.0,
             outline.height,
-            markers.colour(WOOD),
+            markers.colour(WOOD_PAINT),
         ),
     ]
     for x, y, radius in outline.holes.tolist():
         shown.append(
-            markers.disc('pockets', (x, y, 0.0), radius, 2 * MARKER_LIFT, markers.colour(HOLE))
+            markers.disc(
+                'pockets', (x, y, 0.0), radius, 2 * MARKER_LIFT, markers.colour(HOLE_PAINT)
+            )
         )
     return markers.array_of(shown, header)
 

@@ -15,7 +15,7 @@ from billiard_shot.shot.model import StrikeModel
 # the roll that follows keeps 2/7.
 AMPLIFICATION = 4.0
 HOPS = 0.25  # share of the tolerance for hops that are left out
-FINEST, COARSEST = 1e-13, 1e-4  # of what the impact can be asked for
+FINEST_IMPACT, COARSEST_IMPACT = 1e-13, 1e-4  # of what the impact can be asked for
 
 
 @inner
@@ -23,8 +23,8 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
     """
     Accuracy of the impact, relative to the cue's speed, for a tolerance [m] of the trajectory.
 
-    With it the error is at most half the tolerance, unless `FINEST` is not fine enough: a ball
-    leaves at less than twice the speed of the cue.
+    With it the error is at most half the tolerance, unless `FINEST_IMPACT` is not fine enough: a
+    ball leaves at less than twice the speed of the cue.
     """
     ball = model.surface
     lasting = 0.0
@@ -35,8 +35,10 @@ def strike_tolerance(model: StrikeModel, speed: float, tolerance: float) -> floa
     if ball.cloth_restitution < 1.0:
         lasting += 2.0 / (1.0 - ball.cloth_restitution)
     duration = 2.0 * speed * lasting / ball.gravity
-    accuracy = 0.5 * tolerance / (AMPLIFICATION * speed * duration) if duration > 0.0 else FINEST
-    return min(max(accuracy, FINEST), COARSEST)
+    accuracy = (
+        0.5 * tolerance / (AMPLIFICATION * speed * duration) if duration > 0.0 else FINEST_IMPACT
+    )
+    return min(max(accuracy, FINEST_IMPACT), COARSEST_IMPACT)
 
 
 @inner

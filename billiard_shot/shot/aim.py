@@ -17,12 +17,12 @@ from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 
-Target = str | Sequence[float]  # a ball, or x and y of a point [m]
+AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 
 
 def aimed_stroke(
     scene: Scene,
-    target: Target,
+    target: AimTarget,
     speed: float,
     cut: float,
     pocket: str | None,
@@ -44,7 +44,7 @@ def aimed_stroke(
     return stroke
 
 
-def azimuth_at(scene: Scene, target: Target, cut: float = 0.0) -> float:
+def azimuth_at(scene: Scene, target: AimTarget, cut: float = 0.0) -> float:
     """
     Find the direction in which the cue ball meets a ball at a cut angle [rad], -pi to pi.
 
@@ -76,7 +76,7 @@ def azimuth_at(scene: Scene, target: Target, cut: float = 0.0) -> float:
     return math.remainder(_heading(away) + math.asin(min(max(sine, -1.0), 1.0)), math.tau)
 
 
-def cut_for_pocket(scene: Scene, target: Target, pocket: str) -> float:
+def cut_for_pocket(scene: Scene, target: AimTarget, pocket: str) -> float:
     """
     Find the cut angle [rad] that sends a ball to the middle of a pocket, without throw.
 

@@ -15,8 +15,8 @@ from billiard_shot.shot.stroke import stroke_at
 from billiard_shot.status import Status
 from billiard_shot.table.effects import report, table_on
 
-STEP = 1e-4  # in radii, radians and parts of the speed
-TOLERANCE = 1e-9  # m
+DIFFERENCE_STEP = 1e-4  # in radii, radians and parts of the speed
+ANALYSIS_TOLERANCE = 1e-9  # m
 
 
 def effects_of(shot: Shot) -> tuple[Effect, ...]:
@@ -49,14 +49,14 @@ def sensitivity_of(shot: Shot) -> NDArray[np.float64]:
         return np.zeros((2, 5))
     model = model_of(shot.scene)
     base = np.array(shot.stroke.touching(model.tip_curvature).offsets)
-    steps = np.full(5, STEP)
+    steps = np.full(5, DIFFERENCE_STEP)
     steps[4] *= base[4]
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     near = [stroke_at(*(base + change)) for change in changes]
     normals, velocities = np.array([s.normal for s in near]), np.array([s.velocity for s in near])
     scene = shot.scene
     strokes = Strokes(model, normals, velocities, shot.position, surroundings_of(scene))
-    ends = play_many(strokes, table_on(scene), others_in(scene), TOLERANCE)
+    ends = play_many(strokes, table_on(scene), others_in(scene), ANALYSIS_TOLERANCE)
     played, places = ends.status < Status.MISS, ends.run.balls['position'][:, 0]
     rest = np.where(played[:, np.newaxis], places, places[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)

@@ -17,8 +17,10 @@ from billiard_shot.status import Status
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables
 
-CLOSE = 10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump
-COARSEST = 1e-6  # tolerance of a strike
+NEAR_A_JUMP = (
+    10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump
+)
+COARSEST_STRIKE = 1e-6  # tolerance of a strike
 SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
 
 
@@ -45,14 +47,14 @@ def discontinuities_of_law(
     found = np.zeros(len(strikes))
     if model.law != ENERGETIC:  # the others have next to none
         return found
-    near = strikes['discontinuity_margin'] < SUSPECT * CLOSE * COARSEST
+    near = strikes['discontinuity_margin'] < SUSPECT * NEAR_A_JUMP * COARSEST_STRIKE
     if not near.any():
         return found
     speeds = np.linalg.norm(strokes.velocities, axis=1)
     near &= (strikes['status'] < Status.MISS) & (strikes['phases'] > 1)
     for i in np.flatnonzero(near):
-        accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST)
-        change = CLOSE * accuracy
+        accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST_STRIKE)
+        change = NEAR_A_JUMP * accuracy
         if strikes['discontinuity_margin'][i] > SUSPECT * change:
             continue
         tip, table = model.stiffness

@@ -13,7 +13,7 @@ from billiard_shot.table.cue import CueParams, TIP_DURATION
 from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams, TableParams
 
-TIP, TABLE = 0, 1  # the contacts: cue on ball, ball on table
+TIP_CONTACT, CLOTH_CONTACT = 0, 1  # the contacts: cue on ball, ball on table
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has in TIP_DURATION
 
@@ -25,12 +25,12 @@ class StrikeModel(NamedTuple):
     inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided
     ferrule_radius: float  # m, half of the thickness of the cue at its tip
     tip_curvature: float  # radius of a rounded tip, in radii of the ball
-    friction: tuple[float, float]  # of TIP and TABLE, like the next two
+    friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next two
     restitution: tuple[float, float]
     stiffness: tuple[float, float]  # only the ratio matters
     law: int
     exponent: float
-    table: bool  # whether the contact TABLE takes part
+    table: bool  # whether CLOTH_CONTACT takes part
     follows: bool  # whether the cue goes on after the strike, and may hit the ball again
     surface: BallClothParams  # the ball's own numbers are here
 
@@ -52,7 +52,10 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
     unit = 1.0
     if moves:
         effective = 1.0 / (1.0 / model.cue_mass + 1.0 / ball.mass)
-        unit = stiffness_of(2.0 * effective, TIP_DURATION, model.exponent) / model.stiffness[TIP]
+        unit = (
+            stiffness_of(2.0 * effective, TIP_DURATION, model.exponent)
+            / model.stiffness[TIP_CONTACT]
+        )
 
     def stiffness(mass: float, duration: float, ratio: float) -> float:
         timed = moves and duration > 0.0
@@ -63,12 +66,12 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         response=1.0 / model.cue_mass,
         across=model.inverse_end_mass,
         reach=tip_reach(model),
-        friction=model.friction[TIP],
-        restitution=model.restitution[TIP],
-        stiffness=unit * model.stiffness[TIP],
-        cloth_friction=model.friction[TABLE],
-        cloth_restitution=model.restitution[TABLE],
-        cloth_stiffness=unit * model.stiffness[TABLE],
+        friction=model.friction[TIP_CONTACT],
+        restitution=model.restitution[TIP_CONTACT],
+        stiffness=unit * model.stiffness[TIP_CONTACT],
+        cloth_friction=model.friction[CLOTH_CONTACT],
+        cloth_restitution=model.restitution[CLOTH_CONTACT],
+        cloth_stiffness=unit * model.stiffness[CLOTH_CONTACT],
         ball_stiffness=stiffness(ball.mass, table.ball_duration, table.ball_stiffness),
         nose_stiffness=stiffness(2.0 * ball.mass, table.cushion_duration, table.cushion_stiffness),
         neighbour_reach=REACH if takes_time else table.contact_gap,
@@ -99,7 +102,7 @@ def strike_model(scene: Scene) -> StrikeModel:
 
 
 def contact_properties(model: StrikeModel) -> Properties:
-    """Collect what the impact solver needs to know of the contacts TIP and TABLE."""
+    """Collect what the impact solver takes of TIP_CONTACT and CLOTH_CONTACT."""
     return Properties(
         model.friction, model.restitution, model.stiffness, model.law, model.exponent
     )

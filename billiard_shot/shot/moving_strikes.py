@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from billiard_shot.records import Array, ROWS
 from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.model import cue_params, tip_reach
-from billiard_shot.shot.strike import MISCUE_SLIP, PHASES, strike_status, Strikes, Strokes
+from billiard_shot.shot.strike import MISCUE_SLIP, PHASE_ROOM, strike_status, Strikes, Strokes
 from billiard_shot.status import MISS
 from billiard_shot.table.cue import CueRecord, TIP_DURATION
 from billiard_shot.table.flight import bounce
 from billiard_shot.table.motion import BallRecord, start_ball
-from billiard_shot.table.params import BallClothParams, OFF, TableParams
+from billiard_shot.table.params import BallClothParams, GATE_OFF, TableParams
 from billiard_shot.table.simulate import BatchRecording, run_tables, run_with_events, TableTask
 
-TOLERANCE = 1e-9  # of an impact with the cue, relative to its largest approach speed
+IMPACT_TOLERANCE = 1e-9  # of an impact with the cue, relative to its largest approach speed
 FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
@@ -67,11 +67,13 @@ def with_moving_bodies(
     cues['axis'] = strokes.velocities[which] / speeds[which, np.newaxis]
     cues['speed'], cues['strikes'] = speeds[which], True
     accuracy = [strike_tolerance(model, speed, tolerance) for speed in cues['speed'].tolist()]
-    cues['tolerance'] = np.where(near[which], TOLERANCE, np.minimum(accuracy, TOLERANCE))
+    cues['tolerance'] = np.where(
+        near[which], IMPACT_TOLERANCE, np.minimum(accuracy, IMPACT_TOLERANCE)
+    )
     starts = done.starts[which]
     starts['velocity'] = starts['spin'] = 0.0
     task = TableTask(model.surface, table, starts, tolerance, cue=cue, cues=cues, until=0.0)
-    run = run_with_events(task, PHASES) if recorded else run_tables(task)
+    run = run_with_events(task, PHASE_ROOM) if recorded else run_tables(task)
     others = run.cues['others']
     down = ~others & (run.balls['velocity'][:, 0, 2] < 0.0) & model.table
     for i in np.flatnonzero(down):
@@ -140,7 +142,7 @@ def nearest_distance(radius: float, table: TableParams, places: Array) -> float:
         return inf
     first, others = places[0, 0], places[0, 1:]
     nearest = inf
-    if len(others) and table.pair_gate != OFF:
+    if len(others) and table.pair_gate != GATE_OFF:
         nearest = float(np.linalg.norm(others - first, axis=1).min()) - 2.0 * radius
     x, y, z = first.tolist()
     away = min(0.5 * table.length - abs(x), 0.5 * table.width - abs(y))

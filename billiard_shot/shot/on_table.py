@@ -11,7 +11,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.model import cue_params
-from billiard_shot.shot.moving_strikes import TOLERANCE
+from billiard_shot.shot.moving_strikes import IMPACT_TOLERANCE
 from billiard_shot.shot.strike import Strikes, Strokes
 from billiard_shot.status import Status
 from billiard_shot.table.cue import CueRecord, follow_through_time
@@ -84,7 +84,10 @@ def _following_cues(strokes: Strokes, strikes: Strikes) -> NDArray[np.void]:
     rows = strikes.rows
     played, speeds = rows['status'] < Status.MISS, rows['cue_speed'].tolist()
     cues: NDArray[np.void] = ROWS.records(CueRecord, len(rows))
-    cues['tip'], cues['tolerance'] = strikes.starts['position'][:, 0] + rows['tip'], TOLERANCE
+    cues['tip'], cues['tolerance'] = (
+        strikes.starts['position'][:, 0] + rows['tip'],
+        IMPACT_TOLERANCE,
+    )
     axes = strokes.velocities[played]
     cues['axis'][played] = axes / np.sqrt((axes * axes).sum(axis=1))[:, np.newaxis]
     cues['speed'] = speeds

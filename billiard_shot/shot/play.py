@@ -29,7 +29,7 @@ from billiard_shot.table.simulate import (
 )
 
 # Cushions magnify errors, that of a hop ten times: half of the tolerance is set aside for that.
-HOPS_BEFORE_CUSHIONS, CUSHIONS = 0.1 * HOPS, 0.5
+HOPS_BEFORE_CUSHIONS, CUSHION_SHARE = 0.1 * HOPS, 0.5
 # Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
 # share of what this changed.
 FINER, LEFT = 1e-3, 0.05
@@ -124,7 +124,7 @@ def _play(
     rows, ball = strikes.rows, run.balls[:, 0]
     gap[rows['together']] = 0.0
     error = rows['drift'] * ball['time']
-    error += ball['left_out'] if endless else np.where(error > 0.0, CUSHIONS * tolerance, 0.0)
+    error += ball['left_out'] if endless else np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
     return Played(strikes, run, rows['status'].copy(), error, gap)
 
 

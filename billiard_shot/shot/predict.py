@@ -30,13 +30,13 @@ from billiard_shot.table.effects import table_on
 from billiard_shot.table.simulate import batch_of, INTERPRETED_AT_MOST, run_of, TableBatch
 from billiard_shot.table.words import count_in_words
 
-DEFAULT_TOLERANCE = 1e-4  # m
+DEFAULT_SHOT_TOLERANCE = 1e-4  # m
 
 
 def predict(
     scene: SceneLike,
     stroke: Stroke,
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float = DEFAULT_SHOT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> Shot:
     """
@@ -138,7 +138,7 @@ def predict_batch(
     scene: SceneLike,
     normals: ArrayLike | None = None,
     velocities: ArrayLike | None = None,
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float = DEFAULT_SHOT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
     *,
     offsets: ArrayLike | None = None,

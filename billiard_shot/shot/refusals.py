@@ -15,8 +15,11 @@ from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
 NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
-COARSE, FINE = math.radians(4.0), math.radians(0.25)  # steps of the elevations that are tried
-ELEVATION = 2  # column of offsets
+COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = (
+    math.radians(4.0),
+    math.radians(0.25),
+)  # steps of the elevations that are tried
+ELEVATION_OFFSET = 2  # column of offsets
 
 
 def refusals_in(
@@ -74,15 +77,17 @@ def lowest_elevation(
     place = None if position is None else as_floats(position)
     if place is not None and place.shape != (3,):
         raise ValueError(f'position must be of shape (3,), got {place.shape}')
-    strokes[:, ELEVATION] = 0.0
+    strokes[:, ELEVATION_OFFSET] = 0.0
     strokes = playable_offsets(strokes)
-    highest = 0.5 * math.pi - FINE
+    highest = 0.5 * math.pi - FINE_ELEVATION_STEP
     begin = np.zeros(len(strokes))
-    coarse = first_free(scene, strokes, begin, COARSE, highest, position=place)
-    begin = np.maximum(coarse - COARSE + FINE, 0.0)
-    strokes[:, ELEVATION] = first_free(scene, strokes, begin, FINE, highest, position=place)
+    coarse = first_free(scene, strokes, begin, COARSE_ELEVATION_STEP, highest, position=place)
+    begin = np.maximum(coarse - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, 0.0)
+    strokes[:, ELEVATION_OFFSET] = first_free(
+        scene, strokes, begin, FINE_ELEVATION_STEP, highest, position=place
+    )
     playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
-    return np.where(playable, strokes[:, ELEVATION], np.inf)
+    return np.where(playable, strokes[:, ELEVATION_OFFSET], np.inf)
 
 
 def first_free(
@@ -121,7 +126,7 @@ def first_free(
     open_ = np.flatnonzero(~np.isnan(tried))
     while len(open_):
         trial = strokes[open_]
-        trial[:, ELEVATION] = np.maximum(tried[open_] - margin, 0.0)
+        trial[:, ELEVATION_OFFSET] = np.maximum(tried[open_] - margin, 0.0)
         free = ~np.isin(refusals_in(scene, *vectors_of(trial), position), NO_ROOM)
         found[open_[free]] = tried[open_[free]]
         tried[open_] += step

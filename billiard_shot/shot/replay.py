@@ -26,7 +26,7 @@ from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import EventRecord
 
-FORMAT, VERSION = 'billiard_shot shot', 1
+REPLAY_FORMAT, VERSION = 'billiard_shot shot', 1
 
 
 def to_json(shot: Shot) -> str:
@@ -50,8 +50,8 @@ def from_json(text: str) -> Shot:
         data = json.loads(text, object_hook=_special)
     except (json.JSONDecodeError, RecursionError) as error:
         raise ValueError(f'shot must be JSON: {error}') from None
-    if not isinstance(data, dict) or data.get('format') != FORMAT:
-        raise ValueError(f'format must be {FORMAT!r}: this is not a shot')
+    if not isinstance(data, dict) or data.get('format') != REPLAY_FORMAT:
+        raise ValueError(f'format must be {REPLAY_FORMAT!r}: this is not a shot')
     if data.get('version') != VERSION:
         raise ValueError(f'version must be {VERSION}, got {data.get("version")!r}')
     try:
@@ -113,7 +113,7 @@ def load_shot(path: str | Path) -> Shot:
 def _record(shot: Shot) -> dict[str, Any]:
     stroke, run = shot.stroke, shot.run
     return {
-        'format': FORMAT,
+        'format': REPLAY_FORMAT,
         'version': VERSION,
         'message': shot.message,  # for people, not read back
         'scene': shot.scene.to_dict(derived=True),

@@ -22,9 +22,9 @@ from billiard_shot.table.words import ball_in_words, moment_in_words, place_in_w
 if TYPE_CHECKING:
     from billiard_shot.shot.shot import Shot
 
-WIDTH = 80  # characters of a line
+STORY_WIDTH = 80  # characters of a line
 LABEL = 16  # characters of the name of a fact
-FASTEST = 30.0  # m/s; no cue is as fast
+FASTEST_CUE = 30.0  # m/s; no cue is as fast
 
 
 def sentence(shot: Shot) -> str:
@@ -58,7 +58,7 @@ def facts(shot: Shot) -> dict[str, str]:
         'spin': f'{_spin_in_words(shot)} rad/s',
         'spin x, y, z': f'{_vector(shot.spin, 1)} rad/s',
     }
-    if speed > FASTEST:
+    if speed > FASTEST_CUE:
         listed['warning'] = f'no cue reaches {speed:.3g} m/s; breaks have up to 15 m/s'
     if len(shot.run.names) > 1:
         listed['first contact'] = (
@@ -76,7 +76,9 @@ def facts(shot: Shot) -> dict[str, str]:
 
 def as_text(shot: Shot) -> str:
     """Write status, sentence and facts, in lines of at most 80 characters."""
-    lines = textwrap.wrap(f'{shot.status.name}: {sentence(shot)}', WIDTH, subsequent_indent='    ')
+    lines = textwrap.wrap(
+        f'{shot.status.name}: {sentence(shot)}', STORY_WIDTH, subsequent_indent='    '
+    )
     return '\n'.join([*lines, *(wrapped_fact(*fact) for fact in facts(shot).items())])
 
 
@@ -84,7 +86,7 @@ def wrapped_fact(name: str, text: str) -> str:
     """Write a fact below its sentence, in lines of at most 80 characters."""
     return textwrap.fill(
         text,
-        WIDTH,
+        STORY_WIDTH,
         initial_indent=f'  {name:{LABEL}}',
         subsequent_indent=' ' * (2 + LABEL),
         break_on_hyphens=False,

@@ -29,7 +29,7 @@ from billiard_shot.status import (
     NEGATIVE_ELEVATION,
     OK,
 )
-from billiard_shot.table.params import AUTO, BallClothParams
+from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.run import EventLog
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
@@ -39,7 +39,7 @@ ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by roun
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
-PHASES = 16  # of a strike that is recorded: room at first, most have fewer
+PHASE_ROOM = 16  # of a strike that is recorded: room at first, most have fewer
 
 
 @record
@@ -249,7 +249,7 @@ EXAMPLE_MODEL = StrikeModel(
     exponent=1.0,
     table=True,
     follows=True,
-    surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=AUTO),
+    surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=GATE_AUTO),
 )  # for the examples; of no ball in particular
 
 

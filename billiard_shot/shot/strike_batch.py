@@ -11,7 +11,7 @@ from billiard_shot.shot.model import contact_properties
 from billiard_shot.shot.moving_strikes import with_moving_bodies
 from billiard_shot.shot.strike import (
     finish_strikes,
-    PHASES,
+    PHASE_ROOM,
     prepare_strikes,
     Strike,
     Strikes,
@@ -25,7 +25,7 @@ from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import EventLog
 from billiard_shot.table.simulation_state import EventRecord
 
-AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
+STROKES_AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 NO_BALLS = np.zeros((0, 3))
 NO_EVENTS = EventLog(ROWS.records(EventRecord, 0), np.zeros((0, 2), np.int64))
 
@@ -56,10 +56,12 @@ def strike_batch(
 
     """
     storage = solve_collisions.current().storage
-    parts = [slice(i, i + AT_ONCE) for i in range(0, len(strokes.normals), AT_ONCE)]
+    parts = [
+        slice(i, i + STROKES_AT_ONCE) for i in range(0, len(strokes.normals), STROKES_AT_ONCE)
+    ]
     rows, log = [ROWS.records(Strike, 0)], ROWS.records(PhaseLog, 0).reshape(-1, 2)
     for part in parts:
-        each, log = _strike(storage, strokes.some(part), tolerance, PHASES if recorded else 0)
+        each, log = _strike(storage, strokes.some(part), tolerance, PHASE_ROOM if recorded else 0)
         rows.append(each)
     strikes = rows[-1] if len(parts) == 1 else np.concatenate(rows)
     starts = starts_of(strokes.position, others, len(strikes))

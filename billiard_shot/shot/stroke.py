@@ -17,7 +17,7 @@ from billiard_shot.scene.values import as_float, LARGEST, positive
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
-SPEEDS = 1.0 / LARGEST, LARGEST  # m/s
+SPEED_RANGE = 1.0 / LARGEST, LARGEST  # m/s
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -119,7 +119,9 @@ class Stroke:
         elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         azimuth = _angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
-            raise ValueError(f'speed is missing; it must be {SPEEDS[0]:g} to {SPEEDS[1]:g} (m/s)')
+            raise ValueError(
+                f'speed is missing; it must be {SPEED_RANGE[0]:g} to {SPEED_RANGE[1]:g} (m/s)'
+            )
         _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
 
@@ -342,7 +344,7 @@ def playable_offsets(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
     _, _, elevation, azimuth, speed = offsets.T
     playable = np.isfinite(offsets).all(axis=1)
     playable &= (np.abs(elevation) <= 0.5 * math.pi) & (np.abs(azimuth) <= 2.0 * math.pi)
-    playable &= (speed >= SPEEDS[0]) & (speed <= SPEEDS[1])
+    playable &= (speed >= SPEED_RANGE[0]) & (speed <= SPEED_RANGE[1])
     return np.where(playable[:, np.newaxis], offsets, np.nan)
 
 
@@ -360,7 +362,7 @@ def playable_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     with np.errstate(over='ignore'):
         speeds = np.sqrt((rows**2).sum(axis=1, keepdims=True))
     playable: NDArray[np.float64] = np.where(
-        (speeds >= SPEEDS[0]) & (speeds <= SPEEDS[1]), rows, np.nan
+        (speeds >= SPEED_RANGE[0]) & (speeds <= SPEED_RANGE[1]), rows, np.nan
     )
     return playable
 
@@ -396,7 +398,7 @@ def _angle(
 
 
 def _check_speed(name: str, value: object, speed: float, what: str = '') -> None:
-    low, high = SPEEDS
+    low, high = SPEED_RANGE
     # the length of a vector is rounded
     if not low * (1.0 - rounding.SUM) <= speed <= high * (1.0 + rounding.SUM):
         raise refused(value, f'{what}{low:g} to {high:g}', name, 'm/s')

@@ -13,7 +13,7 @@ from billiard_shot.study.problem import ContactProblem
 
 APPROACH = 1e-12  # of the approach speed: slower than this, contacts are at rest
 MAX_CLASSICAL_ROUNDS = 1000
-MAX_SWEEPS = 10_000
+MAX_FRICTION_SWEEPS = 10_000
 
 
 class NoEndError(Exception):
@@ -58,7 +58,7 @@ def newton(problem: ContactProblem) -> Array:
     w, u = problem.response, problem.velocity
     target = np.minimum(u[::3], 0.0) * problem.restitution
     impulse = np.zeros(6)
-    for _ in range(MAX_SWEEPS):
+    for _ in range(MAX_FRICTION_SWEEPS):
         before = impulse.copy()
         for j in (0, 1):
             n, x, y = 3 * j, 3 * j + 1, 3 * j + 2

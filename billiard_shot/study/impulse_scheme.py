@@ -34,7 +34,7 @@ MAX_IMPULSE_STEPS = 20_000_000
 MAX_STATES = 10_000
 CURVE_ROWS = 2_000
 STEEPEST = 10.0  # largest growth of a secondary impulse at once, in steps
-OPEN, COMPRESSING, RESTORING = 0, 1, 2
+NOT_ACTIVE_YET, COMPRESSING, RESTORING = 0, 1, 2
 ACTIVE_STATE_NAMES = (
     '',
     'S3',
@@ -333,7 +333,7 @@ def increments(
     """
     follow = 1 - lead
     slope = 0.0
-    if phase[follow] != OPEN and not (phase[lead] == RESTORING and energy[lead] <= 0.0):
+    if phase[follow] != NOT_ACTIVE_YET and not (phase[lead] == RESTORING and energy[lead] <= 0.0):
         if energy[follow] > 0.0 and energy[lead] > 0.0:
             firmness = stiffness[follow] * energy[follow] / (stiffness[lead] * energy[lead])
             slope = np.sqrt(firmness)
@@ -359,7 +359,7 @@ def joins(
     joined = False
     for j in range(2):
         n = 3 * j
-        if phase[j] == OPEN and u[n] <= 0.0:
+        if phase[j] == NOT_ACTIVE_YET and u[n] <= 0.0:
             change = 0.0
             for i in range(6):
                 change += response[n, i] * push[i]
@@ -456,11 +456,15 @@ def integrate_impulse(
     for steps in range(MAX_IMPULSE_STEPS):
         if states == log.shape[0]:
             return BUDGET_EXCEEDED, states, steps, rows
-        if phase[lead] == OPEN or (phase[1 - lead] == RESTORING and energy[1 - lead] <= 0.0):
+        if phase[lead] == NOT_ACTIVE_YET or (
+            phase[1 - lead] == RESTORING and energy[1 - lead] <= 0.0
+        ):
             lead = 1 - lead
-        if phase[lead] == OPEN:
+        if phase[lead] == NOT_ACTIVE_YET:
             return status, states, steps, rows
-        active = (1 if phase[0] != OPEN else 0) + (2 if phase[1] != OPEN else 0)
+        active = (1 if phase[0] != NOT_ACTIVE_YET else 0) + (
+            2 if phase[1] != NOT_ACTIVE_YET else 0
+        )
         increments(response, u, friction, stiffness, phase, energy, lead, step, push)
         if joins(phase, u, response, push, impulse, memory):
             if not idle:  # no state ends where nothing has happened yet
@@ -491,7 +495,7 @@ def integrate_impulse(
             if ended & (1 + j) != 0:
                 if law == POISSON and energy[j] < 0.0:
                     status = NEGATIVE_ENERGY
-                phase[j] = OPEN
+                phase[j] = NOT_ACTIVE_YET
                 energy[j] = 0.0
         if ended != 0:
             push[:] = 0.0

@@ -11,7 +11,7 @@ from billiard_shot.table.simulate import simulate
 from billiard_shot.table.trajectory import BallState
 
 RACK_ROWS = range(1, 6)  # balls in the rows of the triangle
-BREAK_SPEED = 8.0  # m/s, of the cue ball
+CUE_BALL_SPEED = 8.0  # m/s, of the cue ball
 READING_TIME = 5e-3  # s: when speeds are read
 
 
@@ -30,7 +30,7 @@ def break_speeds(scene: Scene, gap: float) -> NDArray[np.float64]:
     radius = scene.ball.radius
     rest = np.zeros(3)
     cue = np.array([-2.0 * radius - 1e-3, 0.0, radius])
-    states = {'cue': BallState(cue, np.array([BREAK_SPEED, 0.0, 0.0]), rest)}
+    states = {'cue': BallState(cue, np.array([CUE_BALL_SPEED, 0.0, 0.0]), rest)}
     for number, site in enumerate(sites(RACK_ROWS, 0.0, 2.0 * radius + gap)):
         states[str(number)] = BallState(np.array([*site, radius]), rest, rest)
     run = simulate(replace(scene, table=None, balls={}), states)

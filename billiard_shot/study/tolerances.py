@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.plan import plan
 from billiard_shot.scene import Scene
-from billiard_shot.shot.predict import DEFAULT_TOLERANCE, predict, predict_batch
+from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE, predict, predict_batch
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.sample_strokes import sample_strokes
 from billiard_shot.table.motion import Motion
@@ -114,7 +114,7 @@ def study_tolerances(
 
 def cost_of_accuracy(studied: Sequence[Tolerance]) -> str:
     """Say how much longer a shot within the last tolerance takes than one within the default."""
-    usual = min(studied, key=lambda each: abs(np.log(each.tolerance / DEFAULT_TOLERANCE)))
+    usual = min(studied, key=lambda each: abs(np.log(each.tolerance / DEFAULT_SHOT_TOLERANCE)))
     finest = studied[-1]
     return (
         f'a shot within {1e9 * finest.tolerance:g} nm takes {finest.shot / usual.shot:.1f} times '

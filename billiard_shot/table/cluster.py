@@ -25,7 +25,7 @@ from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
-from billiard_shot.table.gather import CLOTH, ImpactRoom, TIP
+from billiard_shot.table.gather import CLOTH_CONTACT, ImpactRoom, TIP_CONTACT
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
     BALL,
@@ -51,10 +51,10 @@ from billiard_shot.table.simulation_state import (
 MOST_CONTACTS = 6  # per ball: twelve balls around each one
 MOST_EDGES = 7  # of a ball in the mouth of a pocket, with the cloth; of at most three balls
 MAX_SWEEPS = 100
-CLEARANCE = 1e-7  # m, to which balls are set apart
-LONGEST = 10e-3  # s: then the cloth would have slowed sliding balls by 0.02 m/s
+SEPARATION_GAP = 1e-7  # m, to which balls are set apart
+LONGEST_IMPACT = 10e-3  # s: then the cloth would have slowed sliding balls by 0.02 m/s
 MAX_HITS = 8  # of the cue: then it is taken away
-STILL = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
+STILL_SPEED = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 
 
 def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
@@ -126,7 +126,7 @@ def settle(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
     fastest = 0.0
     for k in range(p.members):
         fastest = max(fastest, dot(bodies[k].velocity, bodies[k].velocity))
-    still = STILL * sqrt(fastest)
+    still = STILL_SPEED * sqrt(fastest)
     for k in range(p.members):
         body = bodies[k]
         for i in range(3):
@@ -141,7 +141,7 @@ def settle(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
     if p.other == THE_CUE:
         height = max(bodies[0].position[2], radius)
         if table.cue.on_cloth:
-            height = max(radius - room.results.contacts[CLOTH].length, radius)
+            height = max(radius - room.results.contacts[CLOTH_CONTACT].length, radius)
         shift_ball(p, room, 0, 0.0, 0.0, height - bodies[0].position[2])
 
 
@@ -178,7 +178,7 @@ def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
                 square = x * x + y * y + z * z
                 if square < 4.0 * radius * radius:
                     size = sqrt(square)
-                    share, apart = 0.5 * (2.0 * radius + CLEARANCE - size) / size, False
+                    share, apart = 0.5 * (2.0 * radius + SEPARATION_GAP - size) / size, False
                     x, y, z = share * x, share * y, share * z
                     shift_ball(p, room, a, x, y, max(z, radius - one[2]))
                     shift_ball(p, room, b, -x, -y, max(-z, radius - other[2]))
@@ -200,7 +200,7 @@ def leave_edge(table: TableModel, p: RunProgress, room: ImpactRoom, contact: int
     inside = sqrt(max(radius * radius - up * up, 0.0)) - away
     if inside <= 0.5 * rounding.PLACE:
         return False
-    inside += CLEARANCE
+    inside += SEPARATION_GAP
     shift_ball(p, room, member, inside * x, inside * y, 0.0)
     return True
 
@@ -251,7 +251,7 @@ def leave_impact(
         for k in range(3):
             ball.velocity[k], ball.spin[k] = ball.exit_velocity[k], ball.exit_spin[k]
         return
-    lies = ball.position[2] == params.radius and z <= params.radius + CLEARANCE
+    lies = ball.position[2] == params.radius and z <= params.radius + SEPARATION_GAP
     ball.motion = SLIDE if lies else FLIGHT
     ball.acceleration[0], ball.acceleration[1] = 0.0, 0.0
     ball.acceleration[2] = 0.0 if lies else -params.gravity
@@ -279,7 +279,7 @@ def conclude(
     if apart and not p.strikes:
         moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
         lasting = max(outcome.duration - (p.time - p.begin), 0.0) if moves else 0.0
-        lasting = lasting if lasting <= LONGEST else 0.0
+        lasting = lasting if lasting <= LONGEST_IMPACT else 0.0
     unsolved = status in (BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED)
     if unsolved and not with_cue:
         p.unsolved = status
@@ -368,12 +368,12 @@ def begin_after_strike(table: TableModel, s: Simulation, room: ImpactRoom, moved
 @inner
 def note_strike(p: RunProgress, room: ImpactRoom, cue: CueRecord, status: int) -> None:
     """Write what the impact did with which a run begins."""
-    outcome, tip = room.results.outcomes[0], room.results.contacts[TIP]
+    outcome, tip = room.results.outcomes[0], room.results.contacts[TIP_CONTACT]
     cue.status, cue.phases, cue.steps = status, outcome.phases, outcome.steps
     cue.hits, cue.first_slip, cue.others = max(tip.closings, 1), tip.first_slip, False
     for j in range(p.contacts):
         result = room.results.contacts[j]
-        if j > CLOTH:
+        if j > CLOTH_CONTACT:
             cue.others = cue.others or result.closings > 0
         else:
             cue.losses[2 * j] = result.restitution_loss
@@ -398,7 +398,7 @@ def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float)
         for k in range(3):
             cue.tip[k] = s.cue.position[k]
         return
-    p.cue_hits += max(room.results.contacts[TIP].closings, 1)
+    p.cue_hits += max(room.results.contacts[TIP_CONTACT].closings, 1)
     if p.cue_hits >= MAX_HITS:
         s.cue.end = p.time
 

@@ -19,10 +19,10 @@ from billiard_shot.table.rebound import ALONG, follow, Rebound, VX, VY, VZ, WX, 
 from billiard_shot.table.rebound_table import interpolate_rebound
 from billiard_shot.table.rolling_boundary import approach_to_nose, beside_nose, crossing_time
 
-FAR = 1e300  # height that a contact without duration does not change
+UNREACHED_HEIGHT = 1e300  # height that a contact without duration does not change
 GRIP = 1e3  # coefficient of a friction that lets nothing slip
 # The error of a step relative to the ball's speed, at most and at least; and per tolerance [m].
-COARSEST, FINEST, SHARE = 5e-5, 1e-11, 0.02
+COARSEST_STEP, FINEST_STEP, STEP_SHARE = 5e-5, 1e-11, 0.02
 IN_THE_AIR = 0.01  # of it for a ball that flies, whose later rebounds enlarge what errs
 
 
@@ -96,7 +96,7 @@ def collide_compliant(
     length, height = speed * period, ball.position[2] - radius
     r.held = height <= 0.0 and v[2] <= 0.0
     state[Y] = 0.0
-    state[Z] = max(height, 0.0) / length if length > 0.0 else FAR
+    state[Z] = max(height, 0.0) / length if length > 0.0 else UNREACHED_HEIGHT
     if r.held:
         state[Z] = 0.0
     state[ALONG] = 0.0
@@ -110,11 +110,11 @@ def collide_compliant(
     r.tangential_stiffness = n.cushion_frequency_ratio**2 / (1.0 + r.turn)
     r.cloth_friction = min(params.sliding_friction, GRIP)
     r.bounce_restitution, r.bounce_friction = params.cloth_restitution, params.cloth_friction
-    error = min(COARSEST, SHARE * n.tolerance)
+    error = min(COARSEST_STEP, STEP_SHARE * n.tolerance)
     if not r.held:
         error *= IN_THE_AIR
     solved = r.held and len(table.rebounds) > 0 and interpolate_rebound(table.rebounds, r)
-    solved = solved or follow(r, max(error, FINEST))
+    solved = solved or follow(r, max(error, FINEST_STEP))
     ball.exit_velocity[0] = -speed * (q * state[VX] + p * state[VY])
     ball.exit_velocity[1] = speed * (p * state[VX] - q * state[VY])
     ball.exit_velocity[2] = speed * state[VZ]

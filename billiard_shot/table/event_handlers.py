@@ -32,18 +32,18 @@ from billiard_shot.table.motion import (
     CUSHION,
     FLIGHT,
     IMPACT,
+    LEFT_TABLE,
     NOTHING,
-    OFF,
-    OFF_TABLE,
     OWN,
     POCKET,
     POCKETED,
     RELEASE,
     START,
     stop_ball,
+    WENT_OFF,
 )
-from billiard_shot.table.params import AUTO, BallClothParams
-from billiard_shot.table.params import OFF as NEVER
+from billiard_shot.table.params import BallClothParams, GATE_AUTO
+from billiard_shot.table.params import GATE_OFF as NEVER
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS, HOLES, OUTSIDE
 from billiard_shot.table.segments import end_segment, start_segment
 from billiard_shot.table.simulation_state import (
@@ -62,7 +62,7 @@ from billiard_shot.table.simulation_state import (
 # Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
 # height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
 HOP_AT_CUSHION = 5e-5
-APART = 1e-6  # m, between bodies that met slowly: so far they are set apart
+SLOW_SEPARATION = 1e-6  # m, between bodies that met slowly: so far they are set apart
 
 
 @inner
@@ -78,7 +78,9 @@ def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: f
     up = ball.velocity[2]
     if ball.position[2] > params.radius or up == 0.0:
         return 0.0
-    small = params.flight_gate == AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
+    small = (
+        params.flight_gate == GATE_AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
+    )
     if small or params.flight_gate == NEVER:
         ball.velocity[2] = 0.0
         return up if small else 0.0
@@ -166,8 +168,8 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
         return
     before = energy_of(table.params, ball)
     if motion == FLIGHT and not table.numbers.endless and lands_off_table(table, ball):
-        stop_ball(ball, OFF_TABLE)
-        cause = OFF
+        stop_ball(ball, LEFT_TABLE)
+        cause = WENT_OFF
     else:
         end_segment(table.params, ball)
     after = energy_of(table.params, ball)
@@ -214,7 +216,7 @@ def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) 
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
     slow = approach <= MIN_APPROACH_SPEED
     # In the edge by rounding, or pressed in by its motion, or another ball ended its contact.
-    if lies and (slow or abs(shift) <= APART):
+    if lies and (slow or abs(shift) <= SLOW_SEPARATION):
         ball.position[0] += p
         ball.position[1] += q
     if slow:
@@ -222,7 +224,7 @@ def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) 
             collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
             if lies:
                 ball.velocity[2] = 0.0  # the cloth holds it
-        separate(table, s, ball, 2.0 * APART, x, y, 0.0)
+        separate(table, s, ball, 2.0 * SLOW_SEPARATION, x, y, 0.0)
     elif feature < FACINGS and n.cushion_duration > 0.0:
         ball.nose = feature
     else:
@@ -269,8 +271,8 @@ def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     advance_free(table, ball, ball.boundary_time)
     before, motion = energy_of(params, ball), ball.motion
     if feature == OUTSIDE:
-        cause, feature = OFF, NOTHING
-        stop_ball(ball, OFF_TABLE)
+        cause, feature = WENT_OFF, NOTHING
+        stop_ball(ball, LEFT_TABLE)
     elif feature >= HOLES:
         cause, feature = POCKET, feature - HOLES
         ball.pocket = feature
@@ -299,7 +301,7 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
     if approach > 0.0:  # else they part: one has just left another impact
         collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
     if slow:
-        space = APART - distance + 2.0 * params.radius
+        space = SLOW_SEPARATION - distance + 2.0 * params.radius
         separate(table, s, a, space, x, y, z)
         separate(table, s, b, space, -x, -y, -z)
     if a.first_contact == NOTHING:

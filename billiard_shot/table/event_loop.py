@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats, record, Storage, Vector3
-from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OK
-from billiard_shot.status import OFF_TABLE as TABLE_OFF
+from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OFF_TABLE, OK
 from billiard_shot.table.cluster import conclude, room_for
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.event_handlers import (
@@ -35,8 +34,8 @@ from billiard_shot.table.motion import (
     CLUSTER,
     CUE,
     FLIGHT,
+    LEFT_TABLE,
     NOTHING,
-    OFF_TABLE,
     POCKETED,
     RELEASE,
     REST,
@@ -44,7 +43,7 @@ from billiard_shot.table.motion import (
     start_ball,
     stop_ball,
 )
-from billiard_shot.table.params import AUTO, BallClothParams
+from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.simulation_state import (
     log_segment,
     note_meeting,
@@ -127,7 +126,7 @@ def is_decided(s: Simulation) -> bool:
     missed, pending = False, False
     for i in range(len(s.balls)):
         ball, rule = s.balls[i], s.rules[i]
-        if ball.motion == OFF_TABLE or (ball.motion == POCKETED and rule.must_stay):
+        if ball.motion == LEFT_TABLE or (ball.motion == POCKETED and rule.must_stay):
             return True
         if rule.sought > 0 and ball.first_contact != NOTHING:
             over = ball.motion == REST or ball.cushions > rule.sought
@@ -138,8 +137,8 @@ def is_decided(s: Simulation) -> bool:
 @inner
 def ending(params: BallClothParams, ball: BallRecord) -> int:
     """Status of a ball in its last segment: OK, OFF_TABLE, NEVER_RESTS or BUDGET_EXCEEDED."""
-    if ball.motion == OFF_TABLE:
-        return TABLE_OFF
+    if ball.motion == LEFT_TABLE:
+        return OFF_TABLE
     if ball.motion == FLIGHT and params.cloth_restitution < 1.0:
         return BUDGET_EXCEEDED
     return OK if ball.motion == REST or ball.motion > FLIGHT else NEVER_RESTS
@@ -162,8 +161,8 @@ def stop_all(s: Simulation, time: float) -> int:
     status = OK
     for i in range(len(s.balls)):
         ball = s.balls[i]
-        if ball.motion == OFF_TABLE:
-            status = TABLE_OFF
+        if ball.motion == LEFT_TABLE:
+            status = OFF_TABLE
         elif ball.motion != REST and ball.motion <= FLIGHT:
             advance_ball(ball, time)
             ball.cause = RELEASE  # which is no event if the motion goes on
@@ -293,7 +292,7 @@ def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0, AUTO, AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (

@@ -13,7 +13,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cloth import rolling_share, slip_of, speed_of
 from billiard_shot.table.motion import BallRecord, FLIGHT
-from billiard_shot.table.params import BallClothParams, OFF, ON
+from billiard_shot.table.params import BallClothParams, GATE_OFF, GATE_ON
 
 MAX_BOUNCES = 1000  # more than it takes at restitution 0.99
 LYING = 1e-9  # relative to the radius: height above the cloth that is only rounding
@@ -61,7 +61,7 @@ def take_off(params: BallClothParams, ball: BallRecord, tolerance: float) -> tup
     if above <= LYING * params.radius:
         above = 0.0
         ball.position[2] = params.radius
-        if ball.velocity[2] <= least or (params.flight_gate == OFF and ball.bounces == 0):
+        if ball.velocity[2] <= least or (params.flight_gate == GATE_OFF and ball.bounces == 0):
             ball.velocity[2] = 0.0
             return False, 0.0
     ball.motion = FLIGHT
@@ -72,7 +72,9 @@ def take_off(params: BallClothParams, ball: BallRecord, tolerance: float) -> tup
         ball.velocity[2] = 0.0
         ball.end = math.inf
         return True, 0.0
-    resolved = params.bounce_gate == ON or (params.flight_gate == ON and ball.bounces == 0)
+    resolved = params.bounce_gate == GATE_ON or (
+        params.flight_gate == GATE_ON and ball.bounces == 0
+    )
     if above == 0.0 and not resolved:
         error = lumped_bounce_error(params, ball, up)
         if error <= tolerance:

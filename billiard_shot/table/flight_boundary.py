@@ -25,8 +25,8 @@ from billiard_shot.table.rolling_boundary import (
     OUTSIDE,
 )
 
-MAX_STEPS = 2000
-NEAR = 1e-12  # m
+MAX_FLIGHT_STEPS = 2000
+NEAR_EDGE = 1e-12  # m
 SKIP = 1e-5  # s: how long a ball that just left an edge is not looked at
 
 
@@ -95,7 +95,7 @@ def reach_edge(table: TableModel, ball: BallRecord, feature: int, end: float) ->
         t = reach_line(table, ball, feature, end)
         if t > end or projects_onto_edge(table, feature, px + vx * t, py + vy * t):
             return t
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_FLIGHT_STEPS):
         x, y = px + vx * t, py + vy * t
         z = pz + (climb + 0.5 * az * t) * t - height
         nx, ny, away = edge_at(table, feature, x, y)
@@ -109,7 +109,7 @@ def reach_edge(table: TableModel, ball: BallRecord, feature: int, end: float) ->
                 return t
             t += SKIP
         else:
-            t += max(gap - NEAR, 0.5 * NEAR) / fastest
+            t += max(gap - NEAR_EDGE, 0.5 * NEAR_EDGE) / fastest
         if t > end:
             break
     return math.inf

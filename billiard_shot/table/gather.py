@@ -7,7 +7,8 @@ impact of balls alone a cushion takes no part: its contact is so long that balls
 after the other.
 
 Bodies are the balls, then tip and cloth, then edges of cushions and, beside these, the cloth under
-other balls. The contacts of the cue are TIP and CLOTH; those of balls and edges come after them.
+other balls. The contacts of the cue are TIP_CONTACT and
+CLOTH_CONTACT; those of balls and edges come after them.
 """
 
 from math import sqrt
@@ -17,8 +18,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import ContactProperties
 from billiard_shot.impact.kernel import Scratch
 from billiard_shot.impact.outcome import Results
-from billiard_shot.impact.state import BALL, BodyState, EDGE, PLANE
-from billiard_shot.impact.state import TIP as TIP_BODY
+from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE, TIP_BODY
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.table.ball_collision import friction_of_balls
@@ -27,14 +27,17 @@ from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import BallRecord, FLIGHT, IMPACT, NOTHING
-from billiard_shot.table.params import BallClothParams, OFF
+from billiard_shot.table.params import BallClothParams, GATE_OFF
 from billiard_shot.table.rolling_boundary import FACINGS, HOLES
 from billiard_shot.table.simulation_state import position_at, Simulation
 
-TIP, CLOTH = 0, 1  # contacts of an impact with the cue: tip and ball 0, ball 0 and cloth
-TOLERANCE = 1e-7  # of an impact of balls, relative to the approach
+TIP_CONTACT, CLOTH_CONTACT = (
+    0,
+    1,
+)  # contacts of an impact with the cue: tip and ball 0, ball 0 and cloth
+BALL_IMPACT_TOLERANCE = 1e-7  # of an impact of balls, relative to the approach
 UNLIMITED = 1_000_000  # closings of a contact
-FAR = 1.0  # m, to the cloth where it takes no part
+FAR_FROM_CLOTH = 1.0  # m, to the cloth where it takes no part
 
 
 class ImpactRoom(NamedTuple):
@@ -60,7 +63,7 @@ def gather(
     then act at once.
     """
     p = s.progress
-    p.begin, p.tolerance = p.time, TOLERANCE
+    p.begin, p.tolerance = p.time, BALL_IMPACT_TOLERANCE
     with_cue, ball = p.other == THE_CUE, s.balls[p.ball]
     if with_cue:
         p.tolerance = cues[number].tolerance
@@ -90,7 +93,7 @@ def find_members(table: TableModel, s: Simulation, members: Any) -> int:
     reach = 2.0 * table.params.radius + p.reach
     for i in range(count):
         members[i] = 1 if i in (p.ball, p.other) else 0
-    grows = table.numbers.pair_gate != OFF
+    grows = table.numbers.pair_gate != GATE_OFF
     while grows:
         grows = False
         for i in range(count):
@@ -116,7 +119,7 @@ def find_members(table: TableModel, s: Simulation, members: Any) -> int:
 def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: BodyState) -> None:
     """Write a ball of a time as a body, free of any cushion."""
     dt = time - ball.time
-    body.kind, body.turning = BALL, params.radius * params.radius / params.inertia
+    body.kind, body.turning = BALL_BODY, params.radius * params.radius / params.inertia
     body.response = body.across = 1.0 / params.mass
     body.position[0], body.position[1], body.position[2] = position_at(ball, time)
     for k in range(3):
@@ -160,7 +163,7 @@ def add_cue(table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom) 
     ball, tip, cloth = room.bodies[0], room.bodies[p.bodies], room.bodies[p.bodies + 1]
     write_fixed(tip, TIP_BODY, cue.axis[0], cue.axis[1], cue.axis[2])
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
-    cloth.position[2] = 0.0 if q.on_cloth else -FAR
+    cloth.position[2] = 0.0 if q.on_cloth else -FAR_FROM_CLOTH
     tip.response, tip.across = q.response, q.across
     speed, square = dot(cue.axis, s.cue.velocity), 0.0
     for k in range(3):
@@ -170,7 +173,7 @@ def add_cue(table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom) 
     connect(table, s, room, p.bodies, 0, sqrt(square) - q.reach)
     connect(table, s, room, 0, p.bodies + 1, ball.position[2] - cloth.position[2] - params.radius)
     p.bodies += 2
-    c, under = room.properties[TIP], room.properties[CLOTH]
+    c, under = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
     c.friction, c.restitution, c.stiffness = q.friction, q.restitution, q.stiffness
     c.max_closings = q.max_hits
     set_cloth(table, under)

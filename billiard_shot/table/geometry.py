@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 from billiard_shot.records import Floats, OBJECTS, record, Storage
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue import CueParams, NO_CUE
-from billiard_shot.table.params import BallClothParams, Mouth, ON, TableParams
+from billiard_shot.table.params import BallClothParams, GATE_ON, Mouth, TableParams
 from billiard_shot.table.rebound_table import room_for_rebounds
 
 POCKETS = 6
@@ -189,7 +189,7 @@ def edges_of(
             pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
             pocket.hole_radius = table.side_hole[1]
         bound_pocket(pocket, (one, other), _standoff(table, radius))
-        if table.pocket_gate == ON:
+        if table.pocket_gate == GATE_ON:
             pocket.bounds_half_length, pocket.bounds_half_width = math.inf, math.inf
     return jaws, pockets
 

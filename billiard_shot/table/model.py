@@ -6,8 +6,8 @@ from billiard_shot.impact.laws import LAWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.table import Pocket
 from billiard_shot.table.cushion_models import CUSHION_MODELS, HAN
-from billiard_shot.table.params import AUTO, BallClothParams, Mouth, TableParams
-from billiard_shot.table.rolling_boundary import BEYOND
+from billiard_shot.table.params import BallClothParams, GATE_AUTO, Mouth, TableParams
+from billiard_shot.table.rolling_boundary import DEPTH_IN_MOUTH
 
 
 def ball_cloth_params(scene: Scene) -> BallClothParams:
@@ -26,8 +26,8 @@ def ball_cloth_params(scene: Scene) -> BallClothParams:
         cloth_stiffness=float(table.stiffness),
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
-        flight_gate=AUTO,
-        bounce_gate=AUTO,
+        flight_gate=GATE_AUTO,
+        bounce_gate=GATE_AUTO,
     )
 
 
@@ -55,7 +55,7 @@ ENDLESS = TableParams(
     friction_decay=0.0,
     ball_stiffness=1.0,
     ball_duration=0.0,
-    contact_gap=BEYOND,
+    contact_gap=DEPTH_IN_MOUTH,
 )
 """Cloth without end, for one ball."""
 
@@ -72,7 +72,7 @@ def table_params(scene: Scene) -> TableParams:
         ball_duration=float(balls.duration),
         # Those that collide may be as far apart, or as deep in each other where they were pressed
         # together: they must be among those in touch.
-        contact_gap=max(float(balls.gap), BEYOND),
+        contact_gap=max(float(balls.gap), DEPTH_IN_MOUTH),
     )
     if table is None:
         return params

@@ -39,8 +39,8 @@ class Cause(IntEnum):
     CUE = 8  # the cue, which follows its stroke, hits the ball again
 
 
-REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, OFF_TABLE, ABSENT = map(int, Motion)
-START, OWN, BALL, CUSHION, CLUSTER, POCKET, OFF, RELEASE, CUE = map(int, Cause)
+REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, LEFT_TABLE, ABSENT = map(int, Motion)
+START, OWN, BALL, CUSHION, CLUSTER, POCKET, WENT_OFF, RELEASE, CUE = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
 # In place of the nose that a ball presses: it takes part in an impact of several balls.

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-AUTO, ON, OFF = 0, 1, 2
+GATE_AUTO, GATE_ON, GATE_OFF = 0, 1, 2
 
 Mouth = tuple[float, float, float, float, float]
 
@@ -22,8 +22,8 @@ class BallClothParams(NamedTuple):
     cloth_stiffness: float  # of its virtual spring, under a ball that a strike presses to a nose
     law: int  # of restitution in clusters, see billiard_shot.impact.laws
     exponent: float  # of the virtual springs
-    flight_gate: int  # AUTO, ON or OFF
-    bounce_gate: int = AUTO  # or ON; off is a restitution of 0
+    flight_gate: int  # GATE_AUTO, GATE_ON or GATE_OFF
+    bounce_gate: int = GATE_AUTO  # or GATE_ON; off is a restitution of 0
 
 
 class TableParams(NamedTuple):
@@ -58,5 +58,5 @@ class TableParams(NamedTuple):
     ball_stiffness: float
     ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
     contact_gap: float  # m, within which bodies touch
-    pair_gate: int = AUTO  # ON: every pair of balls is looked at; OFF: none
-    pocket_gate: int = AUTO  # ON: every pocket is looked at
+    pair_gate: int = GATE_AUTO  # GATE_ON: looks at every pair of balls; GATE_OFF: at none
+    pocket_gate: int = GATE_AUTO  # GATE_ON: every pocket is looked at

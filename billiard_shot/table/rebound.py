@@ -28,16 +28,16 @@ Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ, SHEAR, LIFT = range(11)  # of a state: see 
 SIZE, RIGID_SIZE = 11, 9  # with the deflection of the tangential spring, and without
 SLIP_ENDS = 0.8  # of a slip that ends may go in a step
 FIRST = 3.5  # step, times the fifth root of the tolerance; a contact lasts about 3
-LONGEST, SHORTEST = 0.7, 1e-12  # steps
-MAX_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
+LONGEST_STEP, SHORTEST_STEP = 0.7, 1e-12  # steps
+MAX_REBOUND_STEPS = 40_000  # a slip that begins slowly takes thousands, at fine tolerances
 SWEEPS = 200  # until the frictions at cushion and cloth agree
 LOCATING = 60  # steps until an event is found
 TINY = 1e-300  # no division by less
-CLOSE = 1e-2  # share of the tolerance within which events are found
-STILL = 20.0  # times the tolerance: a slower slip or bounce is the error's, and ends
+EVENT_SHARE = 1e-2  # share of the tolerance within which events are found
+STILL_TOLERANCES = 20.0  # times the tolerance: a slower slip or bounce is the error's, and ends
 
 # Dormand and Prince (1980): the weights of each stage; those of the last are the solution's.
-STAGES = (
+RUNGE_KUTTA_STAGES = (
     (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     (1 / 5, 0.0, 0.0, 0.0, 0.0, 0.0),
     (3 / 40, 9 / 40, 0.0, 0.0, 0.0, 0.0),
@@ -50,7 +50,7 @@ STAGES = (
 ERRORS = (71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
 # Within a step (Shampine, Math. Comp. 46, 1986): the weights of each stage are polynomials in the
 # part of the step, without a constant.
-WITHIN = (
+DENSE_WEIGHTS = (
     (1.0, -8048581381 / 2820520608, 8663915743 / 2820520608, -12715105075 / 11282082432),
     (0.0, 0.0, 0.0, 0.0),
     (0.0, 131558114200 / 32700410799, -68118460800 / 10900136933, 87487479700 / 32700410799),
@@ -317,7 +317,7 @@ def take_trial(r: Rebound, step: float) -> float:
     """Make a step from `state` to `trial`, whose first rates are there; return its error."""
     size = SIZE if r.tangential_stiffness > 0.0 else RIGID_SIZE
     for stage in range(1, 7):
-        weights = STAGES[stage]
+        weights = RUNGE_KUTTA_STAGES[stage]
         for i in range(size):
             change = 0.0
             for j in range(stage):
@@ -440,11 +440,11 @@ def note_slips(r: Rebound, tolerance: float, begins: float) -> None:
     A slip ends when it is next to none; one that begins is slow, and follows its friction, until
     it is large enough for a direction of its own: `begins`.
     """
-    least = STILL * tolerance
+    least = STILL_TOLERANCES * tolerance
     p, q = cloth_slip(r.state)
     if r.tangential_stiffness > 0.0:
         r.nose_slips = False
-        note_slip_beneath_spring(r, 2.0 * CLOSE * tolerance)
+        note_slip_beneath_spring(r, 2.0 * EVENT_SHARE * tolerance)
     else:
         a, b = nose_slip(r, r.state)
         r.nose_slips = size_of(a, b) > (least if r.nose_slips else begins)
@@ -478,8 +478,8 @@ def follow(r: Rebound, tolerance: float) -> bool:
         False if it takes too many steps, or if the ball is wedged between nose and cloth.
 
     """
-    state, still = r.state, STILL * tolerance
-    close = CLOSE * tolerance * min(closing_speed(r, state), 1.0)
+    state, still = r.state, STILL_TOLERANCES * tolerance
+    close = EVENT_SHARE * tolerance * min(closing_speed(r, state), 1.0)
     step, accepted, ahead = FIRST * tolerance**0.2, True, 0.0
     r.compressing = True
     r.nose_slips = r.cloth_slips = True
@@ -487,7 +487,7 @@ def follow(r: Rebound, tolerance: float) -> bool:
     state[SHEAR] = state[LIFT] = 0.0
     begins = tolerance ** (2.0 / 3.0)
     note_slips(r, tolerance, begins)
-    for _ in range(MAX_STEPS):
+    for _ in range(MAX_REBOUND_STEPS):
         if accepted:
             write_rates(r, state, 0)
             if r.held and r.press < -close:  # friction at the nose lifts the ball
@@ -496,12 +496,12 @@ def follow(r: Rebound, tolerance: float) -> bool:
             if is_wedged(r, still):
                 return False
             ahead = margin(r, state)
-            step = min(step, LONGEST, slip_limit(r))
+            step = min(step, LONGEST_STEP, slip_limit(r))
             if not r.held and state[Z] <= 0.0 and state[VZ] > 0.0 and r.rates[VZ] < 0.0:
                 step = min(step, -state[VZ] / r.rates[VZ])  # so that it does not land in this one
         error = take_trial(r, step)
         factor = 0.9 * (tolerance / max(error, TINY)) ** 0.2
-        accepted = step <= SHORTEST or (
+        accepted = step <= SHORTEST_STEP or (
             error <= tolerance and not turns_around(r) and not may_skip_landing(r, step)
         )
         if not accepted:
@@ -528,7 +528,7 @@ def interpolate(r: Rebound, step: float, part: float) -> None:
     for i in range(size):
         r.trial[i] = r.state[i]
     for stage in range(7):
-        p, q, s, t = WITHIN[stage]
+        p, q, s, t = DENSE_WEIGHTS[stage]
         weight = step * part * (p + part * (q + part * (s + part * t)))
         for i in range(size):
             r.trial[i] += weight * r.rates[SIZE * stage + i]
@@ -551,7 +551,7 @@ def locate(r: Rebound, step: float, left: float, right: float, close: float) -> 
             _, g, _, _ = frictions(r, r.trial)
             r.press = press_of(r, g)
         found = margin(r, r.trial)
-        if abs(found) <= close or (high - low) * step <= SHORTEST:
+        if abs(found) <= close or (high - low) * step <= SHORTEST_STEP:
             break
         if found > 0.0:
             low, left = part, found

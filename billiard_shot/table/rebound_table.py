@@ -39,14 +39,18 @@ from billiard_shot.table.rebound import (
     Z,
 )
 
-NOSE, CLOTH, RESTITUTION = 24, 32, 20  # intervals of a ratio of slips, and of the restitution
+NOSE_INTERVALS, CLOTH_INTERVALS, RESTITUTION_INTERVALS = (
+    24,
+    32,
+    20,
+)  # intervals of a ratio of slips, and of the restitution
 TABLES = 8  # kept, of different balls, cloths and cushions
-LEAST_RESTITUTION = 0.05
+LEAST_TABLED_RESTITUTION = 0.05
 NODE_ERROR = 5e-5  # of a step, relative to the ball's speed
 NEGLIGIBLE = 1e-9  # weight of a node
 # Numbers of a node: changes of velocity and spin relative to the speed of approach, the time, and
 # the way along the cushion beyond that of the first velocity. 0: not solved yet.
-D_VX, D_VY, D_WX, D_WZ, TIME, BEYOND = range(6)
+D_VX, D_VY, D_WX, D_WZ, TIME, WAY_BEYOND = range(6)
 NUMBERS = 6
 UNSOLVED_YET, ZERO = 0.0, 1e-300
 
@@ -83,7 +87,9 @@ def _table(sine: float, *others: float) -> Floats:
     """Return a table without solved nodes; the first number is the sine."""
     del others
     # The system gives memory only to pages that are written to.
-    table = ROWS.zeros(1 + NOSE * (CLOTH - 1) ** 2 * (RESTITUTION + 1) * NUMBERS)
+    table = ROWS.zeros(
+        1 + NOSE_INTERVALS * (CLOTH_INTERVALS - 1) ** 2 * (RESTITUTION_INTERVALS + 1) * NUMBERS
+    )
     table[0] = sine
     return table
 
@@ -104,8 +110,8 @@ def ratio_at(part: float) -> float:
 @innermost
 def node_at(nose: int, across: int, into: int, layer: int) -> int:
     """Return where the numbers of a node begin."""
-    place = (nose * (CLOTH - 1) + across - 1) * (CLOTH - 1) + into - 1
-    return 1 + NUMBERS * (place * (RESTITUTION + 1) + layer)
+    place = (nose * (CLOTH_INTERVALS - 1) + across - 1) * (CLOTH_INTERVALS - 1) + into - 1
+    return 1 + NUMBERS * (place * (RESTITUTION_INTERVALS + 1) + layer)
 
 
 @inner
@@ -120,18 +126,18 @@ def is_solved(table: Vector, node: int) -> bool:
 @inner
 def solve_node(table: Floats, r: Rebound, nose: int, across: int, into: int, layer: int) -> None:
     """Solve the rebound of a node; if that fails, its numbers are NaN."""
-    slip, p = ratio_at(0.5 + 0.5 * nose / NOSE), ratio_at(across / CLOTH)
+    slip, p = ratio_at(0.5 + 0.5 * nose / NOSE_INTERVALS), ratio_at(across / CLOTH_INTERVALS)
     state = r.state
     for i in range(len(state)):
         state[i] = 0.0
     # of all balls with these slips the one that does not move along the cushion
-    state[VY], state[WX], state[WY] = 1.0, ratio_at(into / CLOTH) - 1.0, -p
+    state[VY], state[WX], state[WY] = 1.0, ratio_at(into / CLOTH_INTERVALS) - 1.0, -p
     state[WZ] = -(slip + r.sine * p) / r.cosine
     speed = max(1.0, abs(state[WX]), abs(state[WY]), abs(state[WZ]))
     for i in range(VX, WZ + 1):
         state[i] /= speed
     wx, wz = state[WX], state[WZ]
-    r.restitution = max(layer / RESTITUTION, LEAST_RESTITUTION)
+    r.restitution = max(layer / RESTITUTION_INTERVALS, LEAST_TABLED_RESTITUTION)
     r.time, r.held = 0.0, True
     solved = follow(r, NODE_ERROR) and r.held
     node = node_at(nose, across, into, layer)
@@ -145,7 +151,7 @@ def solve_node(table: Floats, r: Rebound, nose: int, across: int, into: int, lay
             value = (state[WX] - wx) * speed
         elif i == D_WZ:
             value = (state[WZ] - wz) * speed
-        elif i == BEYOND:
+        elif i == WAY_BEYOND:
             value = state[ALONG] * speed
         if value == UNSOLVED_YET:
             value = ZERO
@@ -174,12 +180,18 @@ def interpolate_rebound(table: Floats, r: Rebound) -> bool:
     side = 1.0 if slip >= 0.0 else -1.0
     if speed <= 0.0 or not abs(slip) + abs(p) + abs(q) < inf:
         return False
-    x = (2.0 * part_of_axis(side * slip / speed) - 1.0) * NOSE
-    y, z = part_of_axis(side * p / speed) * CLOTH, part_of_axis(q / speed) * CLOTH
-    e = restitution * RESTITUTION
-    nose = min(int(x), NOSE - 2)
-    across, into = min(max(int(y), 1), CLOTH - 2), min(max(int(z), 1), CLOTH - 2)
-    layer = min(int(e), RESTITUTION - 1)
+    x = (2.0 * part_of_axis(side * slip / speed) - 1.0) * NOSE_INTERVALS
+    y, z = (
+        part_of_axis(side * p / speed) * CLOTH_INTERVALS,
+        part_of_axis(q / speed) * CLOTH_INTERVALS,
+    )
+    e = restitution * RESTITUTION_INTERVALS
+    nose = min(int(x), NOSE_INTERVALS - 2)
+    across, into = (
+        min(max(int(y), 1), CLOTH_INTERVALS - 2),
+        min(max(int(z), 1), CLOTH_INTERVALS - 2),
+    )
+    layer = min(int(e), RESTITUTION_INTERVALS - 1)
     x, y, z = min(x - nose, 1.0), min(max(y - across, 0.0), 1.0), min(max(z - into, 0.0), 1.0)
     e -= layer
     d_vx, d_vy, d_wx, d_wz, time, beyond = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -197,7 +209,7 @@ def interpolate_rebound(table: Floats, r: Rebound) -> bool:
         d_wx += weight * table[node + D_WX]
         d_wz += weight * table[node + D_WZ]
         time += weight * table[node + TIME]
-        beyond += weight * table[node + BEYOND]
+        beyond += weight * table[node + WAY_BEYOND]
     at_nose = -d_wz / (r.turn * r.cosine)  # impulse along the cushion; the rest is the cloth's
     at_cloth = d_vx - at_nose
     for i in range(len(state)):

@@ -18,7 +18,7 @@ from billiard_shot.table.contact_time import (
 from billiard_shot.table.geometry import Jaw, PocketGeometry, POCKETS, TableModel, TableNumbers
 from billiard_shot.table.motion import BallRecord, NOTHING
 
-BEYOND = 1e-8  # m: a ball that is deeper than that in a nose is in a mouth, beside it
+DEPTH_IN_MOUTH = 1e-8  # m: a ball that is deeper than that in a nose is in a mouth, beside it
 FACINGS, ARCS, HOLES, OUTSIDE = 4, 16, 28, 34
 
 
@@ -30,7 +30,7 @@ def crossing_time(gap: float, speed: float, half: float) -> float:
     As in `contact_time`, a crossing that is over does not count, nor one without any speed.
     """
     if gap <= TOUCH_GAP:
-        if gap > -BEYOND:
+        if gap > -DEPTH_IN_MOUTH:
             if abs(speed) <= MIN_CLOSING_SPEED:
                 gap = max(gap + PRESSED_GAP, 0.1 * PRESSED_GAP)
             elif speed > 0.0:
@@ -175,7 +175,9 @@ def next_rolling_boundary(table: TableModel, ball: BallRecord) -> tuple[float, i
     for nose in range(4):
         gap, speed, half = approach_to_nose(n, nose, ball)
         t = crossing_time(gap, speed, half)
-        if gap <= -BEYOND and speed > MIN_CLOSING_SPEED:  # met by a ball while it pressed the nose
+        if (
+            gap <= -DEPTH_IN_MOUTH and speed > MIN_CLOSING_SPEED
+        ):  # met by a ball while it pressed the nose
             t = 0.0
         if t < end and beside_nose(
             n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t

@@ -19,7 +19,7 @@ from billiard_shot.table.motion import (
     SPIN,
     write_segment,
 )
-from billiard_shot.table.params import BallClothParams, OFF, ON
+from billiard_shot.table.params import BallClothParams, GATE_OFF, GATE_ON
 from billiard_shot.table.rebound import Rebound
 from billiard_shot.table.rolling_boundary import next_rolling_boundary
 
@@ -270,17 +270,17 @@ def predict_collisions(table: TableModel, s: Simulation, index: int, now: float)
     """
     Find when a ball meets each other one, before either does something else anyway.
 
-    Gate `pair_gate`: ON looks at every pair, and to the end of its segments; OFF at none.
+    GATE_ON as `pair_gate` looks at every pair, and to the end of its segments; GATE_OFF at none.
     """
     gate, diameter = table.numbers.pair_gate, 2.0 * table.params.radius
-    if gate == OFF:
+    if gate == GATE_OFF:
         return
     ball = s.balls[index]
     until = ball.end
-    if gate != ON:
+    if gate != GATE_ON:
         until = min(until, ball.boundary_time)
     on_table = ball.motion <= FLIGHT
-    any_other = gate == ON or is_translating(ball)
+    any_other = gate == GATE_ON or is_translating(ball)
     for i in range(len(s.balls)):
         if i == index:
             continue
@@ -289,7 +289,7 @@ def predict_collisions(table: TableModel, s: Simulation, index: int, now: float)
         may_meet = on_table and other.motion <= FLIGHT and not share_impact(ball, other)
         if may_meet and (any_other or is_translating(other)):
             end = other.end if other.end < until else until
-            if gate != ON and other.boundary_time < end:
+            if gate != GATE_ON and other.boundary_time < end:
                 end = other.boundary_time
             s.progress.searches += 1
             time = collision_time(ball, other, now, end, diameter)

@@ -1,12 +1,12 @@
 """The page of the safety states of the cue, made from their table."""
 
-from billiard_shot.cue.safety import Condition, SAFE, SafetyEvent, SafetyState, TABLE
+from billiard_shot.cue.safety import Condition, SAFE, SafetyEvent, SafetyState, TRANSITIONS
 
 
 def page() -> str:
     """The page, in Markdown."""
     rows: dict[tuple[SafetyEvent, SafetyState, frozenset[Condition]], list[str]] = {}
-    for (before, event), (after, needed) in TABLE.items():
+    for (before, event), (after, needed) in TRANSITIONS.items():
         rows.setdefault((event, after, needed), []).append(before.name)
     lines = [
         '# States of the cue',

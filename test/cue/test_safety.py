@@ -11,7 +11,7 @@ from billiard_shot.cue.safety import (
     SAFE,
     SafetyEvent,
     SafetyState,
-    TABLE,
+    TRANSITIONS,
 )
 
 ALL = frozenset(Condition)
@@ -66,7 +66,7 @@ LEGAL = {
 def test_every_transition_and_every_refusal(state, event):
     for conditions in EVERY_SET:
         decision = decide(state, event, conditions)
-        allowed = (state, event) in LEGAL and TABLE[state, event][1] <= conditions
+        allowed = (state, event) in LEGAL and TRANSITIONS[state, event][1] <= conditions
         assert decision.accepted == allowed
         assert decision.state is (LEGAL[state, event] if allowed else state)
         assert bool(decision.reason) != allowed
@@ -91,7 +91,7 @@ def reachable(conditions, without=()):
 
 
 def test_no_way_to_fire_but_through_armed():
-    ways = [state for (state, _), (after, _) in TABLE.items() if after is SafetyState.FIRING]
+    ways = [state for (state, _), (after, _) in TRANSITIONS.items() if after is SafetyState.FIRING]
     assert ways == [SafetyState.ARMED]
     assert SafetyState.FIRING not in reachable(ALL, without=[SafetyState.ARMED])
     assert reachable(ALL) == set(SafetyState)

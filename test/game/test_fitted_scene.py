@@ -7,10 +7,10 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.game import fitted_scene, simulated
-from billiard_shot.game.fitted_scene import FITTED
+from billiard_shot.game.fitted_scene import FITTED_PARAMETERS
 
 TABLE = Scene.load('seven_foot')
-THEIRS = TABLE.with_parameters(FITTED, [0.92, 0.23, 0.0125, 0.85])
+THEIRS = TABLE.with_parameters(FITTED_PARAMETERS, [0.92, 0.23, 0.0125, 0.85])
 
 
 def foreign(scene, stroke, errors):
@@ -22,9 +22,9 @@ def foreign(scene, stroke, errors):
 @pytest.mark.slow
 def test_a_fitted_scene_has_the_numbers_of_the_simulator():
     fitted = fitted_scene(TABLE, foreign, shots=30)
-    found = [parameter.value for parameter in fitted.parameters(FITTED)]
-    expected = [parameter.value for parameter in THEIRS.parameters(FITTED)]
-    first = [parameter.value for parameter in TABLE.parameters(FITTED)]
+    found = [parameter.value for parameter in fitted.parameters(FITTED_PARAMETERS)]
+    expected = [parameter.value for parameter in THEIRS.parameters(FITTED_PARAMETERS)]
+    first = [parameter.value for parameter in TABLE.parameters(FITTED_PARAMETERS)]
     off, before = (np.abs(np.array(each) / expected - 1.0) for each in (found, first))
     assert off.max() < 0.05
     assert off.mean() < 0.3 * before.mean()

@@ -5,7 +5,7 @@ import pytest
 from setups import guided_strike, solved
 
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.impact.options import OPTIONS
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.status import Status
 
 # As of `guided_strike`.
@@ -106,7 +106,7 @@ def test_a_hopeless_jam_ends_soon_and_says_so(name):
     problem = guided_strike(*STROKES[name])
     impulse, steps, status = problem.adaptive(1e-12)
     assert status == Status.BUDGET_EXCEEDED
-    assert steps < 1.01 * OPTIONS.max_steps
+    assert steps < 1.01 * METHOD_OPTIONS.max_steps
     assert np.isfinite(impulse).all()
     work = impulse @ (problem.velocity + 0.5 * problem.response @ impulse)
     assert work < 1e-9 * problem.model.cue_mass  # no energy is gained

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.pictures.table import draw_shot, draw_trails, PALE, path_colours, table_axes
+from billiard_shot.pictures.table import (
+    draw_shot,
+    draw_trails,
+    PALE_PATH,
+    path_colours,
+    table_axes,
+)
 from billiard_shot.pictures.trails import ENDLESS_SHOWN, trails_of, trails_of_run
 from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.table.motion import Motion
@@ -146,7 +152,7 @@ def test_a_break_shows_what_matters():
         predict('eight_ball', Stroke.from_offsets(b=0.1, elevation_deg=5, azimuth_deg=-4, speed=8))
     )
     colours = path_colours(trails)
-    told = {name for name, colour in colours.items() if colour != PALE}
+    told = {name for name, colour in colours.items() if colour != PALE_PATH}
     gone = {name for name in trails.balls if trails.end(name) is None}
     assert told == {'cue', trails.first_contact} | gone
     assert len(colours) > 10

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict_batch, Scene, shots, TableStates
-from billiard_shot.planning.pocket_openings import ANGLES, openings_of, SPEEDS
+from billiard_shot.planning.pocket_openings import ANGLES, HOLE_SPEEDS, openings_of
 from billiard_shot.scene import Noise
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.run import POCKET_NAMES
@@ -129,7 +129,7 @@ def _inverse_erf(value):
 def test_openings_are_symmetric_and_a_slow_ball_finds_more():
     for scene in (SCENE, Scene.load('nine_ball')):
         openings = openings_of(*params_on_table(scene))
-        assert openings.shape == (2, ANGLES, len(SPEEDS), 2)
+        assert openings.shape == (2, ANGLES, len(HOLE_SPEEDS), 2)
         assert np.abs(openings[:, ::-1, :, ::-1] + openings).max() < 1e-6
         straight = openings[:, ANGLES // 2, :, 1]
         mouth = 0.5 * np.array([scene.table.corner.mouth, scene.table.side.mouth])

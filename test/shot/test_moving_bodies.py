@@ -9,7 +9,7 @@ from strike_reference import BALL, CLOTH, EDGE, integrate, Springs
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import cue_params, TABLE, TIP
+from billiard_shot.shot.model import CLOTH_CONTACT, cue_params, TIP_CONTACT
 from billiard_shot.table.cluster import MAX_HITS
 from billiard_shot.table.effects import table_on
 
@@ -25,11 +25,11 @@ def springs_of(scene, params):
     """State tip, cloth, balls and the nose at the foot in the terms of the reference."""
     nowhere, model = np.zeros(3), model_of(scene)
     places = np.array([[*place, R] for place in scene.balls.values()])
-    cloth = model.restitution[TABLE], 0.0, params.cloth_stiffness
-    tip = model.restitution[TIP], 0.0, params.stiffness
+    cloth = model.restitution[CLOTH_CONTACT], 0.0, params.cloth_stiffness
+    tip = model.restitution[TIP_CONTACT], 0.0, params.stiffness
     rows = [
-        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TIP], 0.0, 0.0, *tip),
-        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TABLE], 0.0, 0.0, *cloth),
+        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TIP_CONTACT], 0.0, 0.0, *tip),
+        (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[CLOTH_CONTACT], 0.0, 0.0, *cloth),
     ]
     nose, balls = scene.table.cushion, scene.contacts.ball_ball
     if len(places) > 1:
@@ -44,8 +44,8 @@ def springs_of(scene, params):
             rows.append((EDGE, ball, -1, point, along, 0.0, nose.friction, 0.0, 0.0, *law,
                          params.nose_stiffness))  # fmt: skip
             if ball > 0:
-                rows.append((CLOTH, ball, -1, nowhere, nowhere, 0.0, model.friction[TABLE], 0.0,
-                             0.0, *cloth))  # fmt: skip
+                rows.append((CLOTH, ball, -1, nowhere, nowhere, 0.0, model.friction[CLOTH_CONTACT],
+                             0.0, 0.0, *cloth))  # fmt: skip
     return Springs(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
@@ -73,7 +73,7 @@ def both(scene, stroke):
         params.reach, tip, speed, places.copy(), MAX_HITS, STEP, 0.05,
     )  # fmt: skip
     wanted = np.concatenate([v.ravel(), R * w.ravel(), [left]])
-    return found / speed, wanted / speed, cue['hits'], closings[TIP]
+    return found / speed, wanted / speed, cue['hits'], closings[TIP_CONTACT]
 
 
 def steep(rng, azimuth):

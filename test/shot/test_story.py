@@ -10,7 +10,7 @@ import pytest
 from billiard_shot import predict, Scene, simulate, Status, Stroke
 from billiard_shot.shot import story
 from billiard_shot.shot.play import HOPS, HOPS_BEFORE_CUSHIONS
-from billiard_shot.shot.predict import DEFAULT_TOLERANCE
+from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.table.trajectory import BallState, EventKind
 
 POOL = Scene.load('pool_table')
@@ -73,7 +73,7 @@ def test_every_scene_has_every_attribute():
         table=dataclasses.replace(POOL.table, length=8.0, width=8.0, pockets=False),
     )
     # On a table smaller hops count: they matter at cushions.
-    table = predict(wide, stroke, DEFAULT_TOLERANCE * HOPS / HOPS_BEFORE_CUSHIONS)
+    table = predict(wide, stroke, DEFAULT_SHOT_TOLERANCE * HOPS / HOPS_BEFORE_CUSHIONS)
     assert (cloth.pocketed, cloth.off_table, cloth.first_contact) == ({}, (), None)
     assert not cloth.scratched
     assert [e.kind for e in cloth.events] == [e.kind for e in table.events]

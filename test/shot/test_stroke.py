@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Stroke
-from billiard_shot.shot.stroke import axes, SPEEDS
+from billiard_shot.shot.stroke import axes, SPEED_RANGE
 
 ANGLE = st.floats(-3.1, 3.1)
 OFFSET = st.floats(-0.7, 0.7)
@@ -121,7 +121,7 @@ def test_wrong_poses_are_an_error(changes, text):
         Stroke.from_pose(**{**pose, **changes})
 
 
-@pytest.mark.parametrize('speed', SPEEDS)
+@pytest.mark.parametrize('speed', SPEED_RANGE)
 @pytest.mark.parametrize('turn', np.linspace(0.0, 1.5, 20))
 def test_the_slowest_and_the_fastest_stroke(speed, turn):
     shot = predict('pool', Stroke.from_offsets(0.1, 0.2, turn, turn, speed))

@@ -4,7 +4,7 @@ from rolling import POOL, run
 
 from billiard_shot import BallState, simulate, Status
 from billiard_shot.table.motion import Motion
-from billiard_shot.table.params import OFF, ON
+from billiard_shot.table.params import GATE_OFF, GATE_ON
 from billiard_shot.table.trajectory import EventKind
 
 G = 9.8
@@ -67,14 +67,14 @@ def test_a_jump_without_bounce_stops_hopping_at_once():
 
 
 def test_flight_off_keeps_the_horizontal_motion():
-    off, _, error = run((1, 0, 1), (0, 9, 1), POOL._replace(flight_gate=OFF))
+    off, _, error = run((1, 0, 1), (0, 9, 1), POOL._replace(flight_gate=GATE_OFF))
     level, _, _ = run((1, 0, 0), (0, 9, 1))
     assert error == 0
     assert (off.rows == level.rows).all()
 
 
 def test_flight_on_flies_the_smallest_hop():
-    path, _, _ = run((1, 0, 1e-5), params=POOL._replace(flight_gate=ON))
+    path, _, _ = run((1, 0, 1e-5), params=POOL._replace(flight_gate=GATE_ON))
     assert path.segments[0].acceleration[2] == -G
     path, _, _ = run((1, 0, 1e-5))
     assert path.segments[0].acceleration[2] == 0

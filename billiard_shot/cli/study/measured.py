@@ -11,7 +11,7 @@ from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.study.measured.comparison import compare, Comparison, comparisons, Group
 from billiard_shot.study.measured.published import SOURCES
 
-WIDTH = 80  # characters of a line
+LINE_WIDTH = 80  # characters of a line
 LABEL_WIDTH = 40  # characters of the name of a row
 
 
@@ -35,10 +35,10 @@ def run(options: argparse.Namespace) -> int:
     keys = list(SOURCES)
     for group in groups:
         numbers = ' '.join(f'[{keys.index(key) + 1}]' for key in group.sources)
-        print(textwrap.fill(f'{group.title} {numbers}', WIDTH))
+        print(textwrap.fill(f'{group.title} {numbers}', LINE_WIDTH))
         print(f'{_as_table(group)}\n')
     for number, text in enumerate(SOURCES.values(), 1):
-        print(textwrap.fill(f'[{number}] {text}', WIDTH, subsequent_indent='    '))
+        print(textwrap.fill(f'[{number}] {text}', LINE_WIDTH, subsequent_indent='    '))
     return 0
 
 

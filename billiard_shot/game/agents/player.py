@@ -42,14 +42,14 @@ from billiard_shot.scene.values import positive
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 6, 9  # direct shots that are tried, at points of contact of the tip
-PLACES, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
-FINALISTS, SAMPLES = 20, 30  # ideas with errors, and errors of each
-AT_ONCE = 5  # of which so many are tried between two looks at the clock
+PLACES_TRIED, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
+FINALISTS, ERRORS_EACH = 20, 30  # ideas with errors, and errors of each
+IDEAS_AT_ONCE = 5  # of which so many are tried between two looks at the clock
 WINNERS, MORE_SAMPLES = 5, 100  # of these, ideas with more errors, and errors of each
 VARIED, VARIATIONS = 3, 6  # of these, ideas that are varied, and variations of each
 POOR = 0.6  # success below which other strokes compete
 OTHERS = 8  # of which so many of each kind are tried with errors
-RESERVE = 10.0  # decisions for which the time of a rack has to last
+TIME_RESERVE = 10.0  # decisions for which the time of a rack has to last
 
 
 class Player:
@@ -142,7 +142,7 @@ class Player:
         """Think until the next step would take longer than the time that is left."""
         seconds = self._seconds
         if state.time_left is not None:
-            seconds = min(seconds, state.time_left[state.player] / RESERVE)
+            seconds = min(seconds, state.time_left[state.player] / TIME_RESERVE)
         start = before = perf_counter()
         longest = 0.0
         best: list[Rated] = []
@@ -195,7 +195,7 @@ class Player:
         used: set[tuple[int, int]] = set()
         for number in best.tolist():
             pair = int(direct.ball[number]), int(direct.pocket[number])
-            if pair not in used and len(used) < self._many(PLACES):
+            if pair not in used and len(used) < self._many(PLACES_TRIED):
                 used.add(pair)
                 x, y = places[direct.table[number]].tolist()
                 yield position_of(self._scene, state.with_cue_ball(x, y)), np.array([number])
@@ -203,10 +203,10 @@ class Player:
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rated]]:
         """Try the best ideas with errors, then the best of these with more errors."""
         ranked = sorted(ideas, key=lambda idea: -idea.guess)[: self._many(finalists)]
-        errors = self._errors(SAMPLES)
+        errors = self._errors(ERRORS_EACH)
         rated: list[Rated] = []
-        for i in range(0, len(ranked), AT_ONCE):
-            rated += rate(ranked[i : i + AT_ONCE], errors, self._plies)
+        for i in range(0, len(ranked), IDEAS_AT_ONCE):
+            rated += rate(ranked[i : i + IDEAS_AT_ONCE], errors, self._plies)
             rated.sort(key=_negative_value)
             yield rated
         if not rated:

@@ -17,13 +17,13 @@ from billiard_shot.scene.placement import CUE_BALL
 
 SOLIDS = tuple(str(ball) for ball in range(1, 8))
 STRIPES = tuple(str(ball) for ball in range(9, 16))
-GROUPS = {'solids': SOLIDS, 'stripes': STRIPES}
+BALLS_OF_GROUPS = {'solids': SOLIDS, 'stripes': STRIPES}
 DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (3.3)
 
 
 def targets(state: State) -> tuple[str, ...]:
     """Balls that may be met first and called (3.4, 3.6): the group, and after it the 8."""
-    group = GROUPS.get(state.groups[state.player], (*SOLIDS, *STRIPES))
+    group = BALLS_OF_GROUPS.get(state.groups[state.player], (*SOLIDS, *STRIPES))
     return tuple(ball for ball in state.object_balls if ball in group) or ('8',)
 
 
@@ -32,7 +32,7 @@ def needs(state: State, player: int) -> int:
     group = state.groups[player]
     if not group:
         return 8
-    return 1 + sum(ball in GROUPS[group] for ball in state.object_balls)
+    return 1 + sum(ball in BALLS_OF_GROUPS[group] for ball in state.object_balls)
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:

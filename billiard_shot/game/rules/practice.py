@@ -16,7 +16,7 @@ from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene.rack import Place
 
-CLEARANCE = 1e-3  # m: smallest gap between balls, and between balls and noses
+SMALLEST_GAP = 1e-3  # m: smallest gap between balls, and between balls and noses
 
 
 def targets(state: State) -> tuple[str, ...]:
@@ -46,7 +46,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
 def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
     """Place the balls at random, by the seed of the state."""
     draw = random.Random(state.seed)
-    apart = 2.0 * state.radius + CLEARANCE
+    apart = 2.0 * state.radius + SMALLEST_GAP
     bed = 0.5 * state.length - 0.5 * apart, 0.5 * state.width - 0.5 * apart
     places: dict[str, Place] = {}
     while len(places) < len(balls):

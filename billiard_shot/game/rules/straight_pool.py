@@ -18,7 +18,7 @@ from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place, Rack, sites
 
-BALLS = tuple(str(ball) for ball in range(1, 16))
+FIFTEEN = tuple(str(ball) for ball in range(1, 16))
 DRIVEN_IN_BREAK = 2  # object balls that an opening break without its ball must drive (4.3)
 BREAKING_FOUL, STANDARD_FOUL, THIRD_FOUL = 2, 1, 15  # points (4.10, 4.9, 4.11)
 FOULS_IN_A_ROW = 3
@@ -31,7 +31,7 @@ def targets(state: State) -> tuple[str, ...]:
 
 def needs(state: State, player: int) -> int:
     """Count the points that a player needs, at most those of a rack."""
-    return min(state.target - state.scores[player], len(BALLS))
+    return min(state.target - state.scores[player], len(FIFTEEN))
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
@@ -126,7 +126,7 @@ def _rack_again(state: State) -> State:
     else:
         if _interferes(state, place):
             place = _first_free(state, {CUE_BALL: cue}, head_spot(state), (0.0, 0.0))
-        again = rack_state(again, (ball, *(each for each in BALLS if each != ball)))
+        again = rack_state(again, (ball, *(each for each in FIFTEEN if each != ball)))
         again = replace(again, balls={**again.balls, ball: place})
     if not cue_interferes:
         return replace(again, balls={**again.balls, CUE_BALL: cue})
@@ -163,7 +163,7 @@ GAME = Game(
     rule=rule,
     targets=targets,
     rack=rack,
-    balls=BALLS,
+    balls=FIFTEEN,
     needs=needs,
     shared=False,
     goal=150,

@@ -18,8 +18,8 @@ from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
 
-CUSHIONS = 3  # contacts with cushions before the second ball (83)
-BESIDE = 0.1825  # m: from the head spot to the spots of the first cue ball (13)
+CUSHION_CONTACTS = 3  # contacts with cushions before the second ball (83)
+SPOT_DISTANCE = 0.1825  # m: from the head spot to the spots of the first cue ball (13)
 
 
 def targets(state: State) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         fouls.append(Foul('41', 'the cue hits the cue ball twice'))
     if outcome.first_contact is not None and outcome.first_contact not in targets(state):
         fouls.append(Foul('23', f'ball {outcome.first_contact} is met first'))
-    point = len(outcome.met) == 2 and outcome.cushions_before[1] >= CUSHIONS and not fouls
+    point = len(outcome.met) == 2 and outcome.cushions_before[1] >= CUSHION_CONTACTS and not fouls
     one, two = state.scores
     scores = (one + point, two) if state.player == 0 else (one, two + point)
     after = after_shot(state, tuple(fouls), keeps=point, scores=scores)
@@ -66,7 +66,7 @@ def _arranged(state: State, lost: tuple[str, ...], *, turns: bool) -> State:
 def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
     """Return the starting position (23)."""
     x, _ = head_spot(state)
-    return {CUE_BALL: (x, BESIDE), 'other': head_spot(state), 'red': foot_spot(state)}
+    return {CUE_BALL: (x, SPOT_DISTANCE), 'other': head_spot(state), 'red': foot_spot(state)}
 
 
 GAME = Game(

@@ -20,7 +20,7 @@ from billiard_shot.scene.checks import read, write
 from billiard_shot.scene.errors import InputError
 from billiard_shot.status import Status
 
-FORMAT = 1
+ATLAS_FORMAT = 1
 OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
 
 
@@ -87,7 +87,7 @@ def load_atlas(path: str | Path) -> Atlas:
 
 
 def _head(scene: Scene, request: AtlasRequest) -> dict[str, Any]:
-    head = {'atlas': FORMAT, **write(request), 'scene': scene.to_dict()}
+    head = {'atlas': ATLAS_FORMAT, **write(request), 'scene': scene.to_dict()}
     return dict(json.loads(_line(head)))  # as it is read back: lists for tuples
 
 
@@ -104,8 +104,8 @@ def _head_of(path: Path, lines: list[bytes]) -> dict[str, Any]:
         known = head['atlas'], head['scene']
     except (IndexError, KeyError, TypeError, ValueError):
         raise ValueError(f'{path} exists but is not an atlas file') from None
-    if known[0] != FORMAT:
-        raise ValueError(f'{path}: atlas must be {FORMAT}, got {known[0]!r}')
+    if known[0] != ATLAS_FORMAT:
+        raise ValueError(f'{path}: atlas must be {ATLAS_FORMAT}, got {known[0]!r}')
     return dict(head)
 
 

@@ -20,7 +20,7 @@ from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import whole
 
-NORMAL_BUDGET = 2000  # simulations of each layout
+LAYOUT_BUDGET = 2000  # simulations of each layout
 NORMAL_GRID = (24, 12)
 
 
@@ -111,7 +111,7 @@ class AtlasRequest:
     ball_grid: tuple[int, int] | None = _grid(None)
     ball_at: tuple[Place, ...] = _points()
     noise: Noise | None = section(Noise, nullable=True)
-    budget: int = whole_number(minimum=1, default=NORMAL_BUDGET)
+    budget: int = whole_number(minimum=1, default=LAYOUT_BUDGET)
     seed: int = whole_number(minimum=0, default=1)
 
     def __post_init__(self) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.effects.context import ShotContext
-from billiard_shot.shot.model import StrikeModel, TABLE, TIP
+from billiard_shot.shot.model import CLOTH_CONTACT, StrikeModel, TIP_CONTACT
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
 
 N = TypeVar('N')
@@ -33,7 +33,7 @@ class _Friction(EffectGate[ShotContext]):
         """Smooth contact."""
         if setting == OFF and isinstance(numbers, StrikeModel):
             tip, table = numbers.friction
-            friction = (0.0, table) if self.contact == TIP else (tip, 0.0)
+            friction = (0.0, table) if self.contact == TIP_CONTACT else (tip, 0.0)
             return numbers._replace(friction=friction)
         return numbers
 
@@ -43,11 +43,13 @@ class TipFriction(_Friction):
 
     name = 'tip_friction'
     condition = 'the tip has friction, and would slip'
-    contact = TIP
+    contact = TIP_CONTACT
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """Off-centre strokes make the tip slip, or would."""
-        return _seen(context.scene.contacts.cue_ball.friction, context.impulse(TIP), 'the tip')
+        return _seen(
+            context.scene.contacts.cue_ball.friction, context.impulse(TIP_CONTACT), 'the tip'
+        )
 
 
 class TableFriction(_Friction):
@@ -55,10 +57,10 @@ class TableFriction(_Friction):
 
     name = 'table_friction'
     condition = 'the strike presses the ball onto the cloth, and it would slip'
-    contact = TABLE
+    contact = CLOTH_CONTACT
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """Only a ball that is pressed onto the cloth is dragged."""
         return _seen(
-            context.scene.contacts.ball_table.friction, context.impulse(TABLE), 'the cloth'
+            context.scene.contacts.ball_table.friction, context.impulse(CLOTH_CONTACT), 'the cloth'
         )

@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 from billiard_shot.shot.effects.context import ShotContext
-from billiard_shot.shot.model import TABLE
+from billiard_shot.shot.model import CLOTH_CONTACT
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
 from billiard_shot.table.words import moment_in_words
 
@@ -18,7 +18,7 @@ class TableContact(EffectGate[ShotContext]):
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """See whether the impact closes the contact, or leaves it open."""
-        push = context.impulse(TABLE)[0]
+        push = context.impulse(CLOTH_CONTACT)[0]
         if push > 0.0:
             return GateDecision(True, f'the ball is pressed onto the cloth, with {push:.3g} N s')
         return GateDecision(False, 'the strike never presses the ball onto the cloth')

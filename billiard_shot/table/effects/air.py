@@ -13,7 +13,10 @@ class Flight(EffectGate[EffectContext]):
 
     name = 'flight'
     condition = 'a ball leaves the cloth, by more than the tolerance'
-    overrides: ClassVar = {OFF: {'flight_gate': params.OFF}, ON: {'flight_gate': params.ON}}
+    overrides: ClassVar = {
+        OFF: {'flight_gate': params.GATE_OFF},
+        ON: {'flight_gate': params.GATE_ON},
+    }
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """EffectContext for a ball that rises, and not too little."""
@@ -38,7 +41,7 @@ class Bounce(EffectGate[EffectContext]):
     condition = 'a ball that has flown leaves the cloth again, by more than the tolerance'
     overrides: ClassVar = {
         OFF: {'cloth_restitution': 0.0},
-        ON: {'bounce_gate': params.ON},
+        ON: {'bounce_gate': params.GATE_ON},
     }
 
     def evaluate(self, context: EffectContext) -> GateDecision:

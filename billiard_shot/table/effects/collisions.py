@@ -47,7 +47,7 @@ class PocketEffect(EffectGate[EffectContext]):
 
     name = 'pocket'
     condition = 'the path of a ball reaches a pocket'
-    overrides: ClassVar = {OFF: {'pockets': False}, ON: {'pocket_gate': params.ON}}
+    overrides: ClassVar = {OFF: {'pockets': False}, ON: {'pocket_gate': params.GATE_ON}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """Balls in pockets, and jaws that were hit."""
@@ -71,7 +71,7 @@ class BallBallEffect(EffectGate[EffectContext]):
 
     name = 'ball_ball'
     condition = 'the path of a ball reaches another one'
-    overrides: ClassVar = {OFF: {'pair_gate': params.OFF}, ON: {'pair_gate': params.ON}}
+    overrides: ClassVar = {OFF: {'pair_gate': params.GATE_OFF}, ON: {'pair_gate': params.GATE_ON}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """Events of two balls or more."""
