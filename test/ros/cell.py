@@ -10,6 +10,7 @@ from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
@@ -234,8 +235,12 @@ class Cell:
             ),
             PATIENCE,
         )
-        snapshot = int(self.call('table_sim/reset').message.split()[1])
-        assert self.player.until(lambda: self.player.table.snapshot_id >= snapshot, PATIENCE)
+        self.call('table_sim/reset')
+        reset = self.player.get_clock().now()
+        assert self.player.until(
+            lambda: Time.from_msg(self.player.table.header.stamp, reset.clock_type) > reset,
+            PATIENCE,
+        )
         assert self.player.until(lambda: self.state is SafetyState.DISARMED, PATIENCE)
         self.player.wait_for_all()  # a driver that has just become active has heard nothing yet
         assert self.player.until(lambda: not self.moving(), PATIENCE)

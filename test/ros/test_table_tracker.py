@@ -9,7 +9,7 @@ pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 pytest.importorskip('tf2_msgs', reason='needs tf2_msgs')
 
 from billiard_shot_msgs.msg import BallState, Strike, TableState
-from cell import Cell, PATIENT
+from cell import PATIENT
 from geometry_msgs.msg import Point, Quaternion, Transform, TransformStamped, Vector3
 import numpy as np
 from rclpy.time import Time
@@ -33,6 +33,7 @@ CAMERA = {
     'detection_loss': '0.05',
     'detection_swap': '0.02',
 }
+SPACE = '/seen'
 NODES = {
     **PATIENT,
     'table_sim': tuple(
@@ -127,8 +128,12 @@ def test_a_camera_in_its_own_frame(node, launch_once):
     last = balls()['8'].last_seen
     timer.cancel()
     count = len(heard)
-    assert spin_until(node, lambda: len(heard) > count + 3), 'repeated while nothing comes'
-    assert heard[-1].header.stamp == heard[-2].header.stamp, 'with the stamp of the detection'
+
+    def repeats():
+        """While nothing comes, it repeats the stamp of the last detection."""
+        return len(heard) > count + 3 and heard[-1].header.stamp == heard[-2].header.stamp
+
+    assert spin_until(node, repeats)
     assert balls()['8'].last_seen == last
     reset = PatientCaller(node, Trigger, '/tracked/table_tracker/reset')
     assert reset.wait_for_service()
@@ -161,9 +166,7 @@ def test_a_detection_without_a_pose_has_the_centre_of_its_box(node, launch_once)
     timer.cancel()
 
 
-def test_shots_are_played_with_a_camera_and_a_moved_ball_is_noticed(node, launch_once):
-    cell = Cell(launch_once, '/seen', NODES)
-
+def test_shots_are_played_with_a_camera_and_a_moved_ball_is_noticed(node, cell):
     def rests():
         balls = cell.player.balls().values()
         return balls and not any(ball.is_moving for ball in balls)
@@ -185,4 +188,3 @@ def test_shots_are_played_with_a_camera_and_a_moved_ball_is_noticed(node, launch
     strikes.publish(played)
     assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == GoalOutcome.TABLE_MOVED
-    cell.player.destroy_node()
