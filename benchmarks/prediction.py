@@ -16,8 +16,7 @@ from tools.timing import QUICK, Report, seconds, Time, yardstick
 from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.accuracy import strike_tolerance
-from billiard_shot.shot.contacts import in_contact_space
-from billiard_shot.shot.model import contact_properties, strike_model
+from billiard_shot.study.problem import ContactProblem
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with the time of np.cross here
@@ -97,16 +96,13 @@ def ordinary(count, seed=3):
 
 def strike_time(scene, normals, velocities, tolerance):
     """Time per strike of the kernel alone, at the accuracy that the shots' tolerance needs."""
-    model = strike_model(scene)
     work = []
     for normal, velocity in zip(normals, velocities, strict=True):
-        n, speed = normal / np.linalg.norm(normal), np.linalg.norm(velocity)
-        c = velocity / speed
-        _, response, approach = in_contact_space(model, n, c, speed)
-        work.append((response, approach, strike_tolerance(model, speed, tolerance)))
+        strike = ContactProblem.of(scene, Stroke(normal, velocity))
+        accuracy = strike_tolerance(strike.model, strike.stroke.speed, tolerance)
+        work.append((strike.response, strike.velocity, accuracy))
     arrays = [np.array(column) for column in zip(*work, strict=True)]
-    properties = contact_properties(model)
-    return seconds(solve_in_contact_space, properties, *arrays, repeats=5) / len(work)
+    return seconds(solve_in_contact_space, strike.properties, *arrays, repeats=5) / len(work)
 
 
 def main():

@@ -29,11 +29,13 @@ from tools.timing import Report
 from billiard_shot import machine_code, Scene
 from billiard_shot.cli.progress import progress
 from billiard_shot.cli.workers import begin_work
+from billiard_shot.impact.collide import properties_of
+from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.shot.contacts import in_contact_space
-from billiard_shot.shot.model import contact_properties, strike_model
+from billiard_shot.shot.model import strike_model
 from billiard_shot.status import Status
+from billiard_shot.study.collisions import collision_of
 
 TIGHT = 1e-12
 LEDGER = 1e-10  # of the energy before
@@ -118,21 +120,6 @@ def random_strike(rng, mild):
     )
 
 
-def kinetic_energy(mass, end, c, speed, lever, impulse):
-    """
-    Energy of the bodies after the impulses.
-
-    It is computed from the velocities. Tip and table may press the ball with a million times its
-    net impulse, so the energy would be lost in the rounding errors of their works.
-    """
-    on_cue, on_ball, turning = np.einsum('i,bik->bk', impulse, lever)
-    along = on_cue @ c
-    across = on_cue - along * c
-    total = mass * (speed + along / mass) ** 2 + across @ across / end
-    total += on_ball @ on_ball / BALL + turning @ turning / PAPER.surface.inertia
-    return 0.5 * total
-
-
 def solved(parameters, n, c):
     """Row of parameters and results."""
     law, mass, ratio, tip, table, tip_e, table_e, speed, _, _, _, end = parameters
@@ -144,16 +131,23 @@ def solved(parameters, n, c):
         stiffness=(ratio, 1.0),
         law=law,
     )
-    lever, response, approach = in_contact_space(model, n, c, speed)
+    collision = collision_of(model, n, speed * c)
+    system = system_of(collision.bodies, collision.contacts)
+    properties = properties_of(collision.contacts, law, collision.exponent)
+    space = contact_space(system)
     begin = perf_counter()
     done = solve_in_contact_space(
-        contact_properties(model), response[np.newaxis], approach[np.newaxis], [TIGHT]
+        properties, space.delassus[np.newaxis], space.approach[np.newaxis], [TIGHT]
     )
     seconds = perf_counter() - begin
-    impulse, status = done.impulses.ravel(), int(done.status[0])
+    impulses = np.einsum('ik,ikl->il', done.impulses[0], space.axes)
+    changes = velocity_changes(system, impulses)
+    status = int(done.status[0])
     states, steps = int(done.phases[0]), int(done.steps[0])
     before = 0.5 * mass * BALL * speed**2
-    after = kinetic_energy(mass * BALL, end, c, speed, lever, impulse)
+    # From velocities: tip and table may press the ball with a million times its net impulse, so
+    # the energy would be lost in the rounding errors of their works.
+    after = collision.energy(system.velocities + changes[:, :3], changes[:, 3:])
     gap = abs(after - before + done.losses.sum()) / before
     return (*parameters, status, states, steps, seconds, gap, after / before - 1.0)
 

@@ -45,7 +45,6 @@ except ImportError:  # Windows: two processes may compile the same, which harms 
 # The longest first, so that they end together.
 ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
-    'billiard_shot.impact.contact_space:write_contact_space',
     'billiard_shot.table.event_loop:simulate_tables',
     'billiard_shot.shot.strike:finish_strikes',
     'billiard_shot.planning.score:score_tables',

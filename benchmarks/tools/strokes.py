@@ -6,7 +6,6 @@ import numpy as np
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.shot.model import contact_properties
 from billiard_shot.status import Status
 from billiard_shot.study.problem import ContactProblem
 from billiard_shot.study.reproduction import PRINTED
@@ -63,7 +62,7 @@ class Kernel:
         """Solve a strike."""
         n = self.COPIES
         solved = solve_in_contact_space(
-            contact_properties(strike.model),
+            strike.properties,
             np.repeat(strike.response[np.newaxis], n, axis=0),
             np.repeat(strike.velocity[np.newaxis], n, axis=0),
             np.full(n, tolerance),

@@ -25,6 +25,7 @@ from billiard_shot.impact.state import (
     ContactState,
     FREE,
     FRICTIONLESS,
+    GONE,
     ImpactProgress,
     INACTIVE,
     Model,
@@ -33,6 +34,8 @@ from billiard_shot.impact.state import (
 from billiard_shot.impact.turning import turn_normals
 from billiard_shot.records import record, Vector, Vector3
 from billiard_shot.status import OK
+
+UNLIMITED = 1_000_000  # closings of a contact
 
 
 class Units(NamedTuple):
@@ -61,7 +64,7 @@ class ContactProperties:
     gap: float  # [m] between the bodies
     tangent: Vector3  # whose part normal to the normal is the first tangent
     keeps_normal: bool  # while it is pressed
-    max_closings: int  # how often it may close
+    max_closings: int  # how often it may close; 0: never
 
 
 class Collisions(NamedTuple):
@@ -127,7 +130,7 @@ def begin_collision(
         c, properties = contacts[j], given.properties[number * count + j]
         c.body_a, c.body_b = properties.body_a, properties.body_b
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
-        c.hold = FREE
+        c.hold = FREE if c.max_closings > 0 else GONE
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
@@ -141,7 +144,7 @@ def begin_collision(
                 ws.delassus[row][column] = given.delassus[number][row][column]
     speed, mobility, firmness = 0.0, 0.0, 0.0
     for j in range(count):
-        speed = max(speed, -velocity[3 * j])
+        speed = max(speed, -velocity[3 * j] if contacts[j].hold == FREE else 0.0)
         mobility = max(mobility, ws.delassus[3 * j][3 * j])
         firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
@@ -232,7 +235,7 @@ def start_length(c: ContactState, length: float) -> None:
     """Set minus the initial distance of a contact; close it if its bodies touch and approach."""
     c.compression[0] = length
     c.normal_mode = INACTIVE
-    if length >= 0.0 and c.velocity[0] < 0.0:
+    if length >= 0.0 and c.velocity[0] < 0.0 and c.hold == FREE:
         c.normal_mode, c.compression_rate = COMPRESSION, 1.0
     c.closings = 0 if c.normal_mode == INACTIVE else 1
 

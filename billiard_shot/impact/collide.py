@@ -113,8 +113,14 @@ def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
     return np.stack([log['impulse'], log['impulse_1'], log['impulse_2']], axis=-1)
 
 
-def read_log(log: NDArray[np.void], axes: Array) -> tuple[Phase, ...]:
-    """Read phases (phases, N) of `PhaseLog`; `axes`: (N, 3, 3), rows n, t1, t2 of each contact."""
+def read_log(log: NDArray[np.void], axes: Array | None = None) -> tuple[Phase, ...]:
+    """
+    Read phases (phases, N) of `PhaseLog`.
+
+    `axes` (N, 3, 3): rows n, t1, t2 of each contact; by default the log is in the common frame.
+    """
+    if axes is None:
+        axes = np.broadcast_to(np.eye(3), (log.shape[-1], 3, 3))
     return tuple(
         Phase(
             tuple(np.flatnonzero(row['active']).tolist()),
@@ -124,6 +130,17 @@ def read_log(log: NDArray[np.void], axes: Array) -> tuple[Phase, ...]:
             row['energy'].copy(),
         )
         for row, impulse in zip(log, impulses_of(log), strict=True)
+    )
+
+
+def properties_of(contacts: Sequence[Contact], law: int, exponent: float) -> Properties:
+    """Collect what the solver takes of contacts, with a law and the springs' exponent."""
+    return Properties(
+        np.array([c.friction for c in contacts], float),
+        np.array([c.restitution for c in contacts], float),
+        np.array([c.stiffness for c in contacts], float),
+        law,
+        exponent,
     )
 
 
@@ -198,15 +215,10 @@ def collide(
         return CollisionResult(
             Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
         )
-    properties = Properties(
-        np.array([c.friction for c in contacts], float),
-        np.array([c.restitution for c in contacts], float),
-        np.array([c.stiffness for c in contacts], float), LAWS[law], exponent,
-    )  # fmt: skip
     system = system_of(bodies, contacts)
     space = contact_space(system)
     solved = solve_in_contact_space(
-        properties,
+        properties_of(contacts, LAWS[law], exponent),
         space.delassus[np.newaxis],
         space.approach[np.newaxis],
         [tolerance],

@@ -2,18 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import entry, inner
 from billiard_shot.impact.bodies import Body, Contact
 from billiard_shot.numerics import rounding
-from billiard_shot.numerics.frames import contact_axes
-from billiard_shot.numerics.vectors import cross, cross_rows, dot
-from billiard_shot.records import Array, Floats, Storage
+from billiard_shot.numerics.vectors import cross_rows, PARALLEL
+from billiard_shot.records import Array
 
 PLANAR = 1e-12  # smallest singular value, relative to the largest, of directions in one plane
 
@@ -51,134 +48,6 @@ def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
     )
 
 
-class Written(NamedTuple):
-    """Output of `write_contact_space` for N contacts."""
-
-    axes: Floats  # (3 N, 3) three rows a contact: the normal and two tangents
-    # (2 N, 3, 6) of bodies a and b of each contact: contact velocities per velocity and spin, and
-    # per impulse and angular impulse
-    jacobian: Floats
-    moved: Floats
-    # (3 N, 3 N) W [1/kg]: the contact velocities that unit contact impulses cause. W is symmetric,
-    # and couplings that are only rounding are exactly zero.
-    delassus: Floats
-    approach: Floats  # (3 N,) m/s, contact velocities; those that are only rounding are zero
-
-
-def _room(storage: Storage, count: int) -> Written:
-    """Allocate the output for N contacts."""
-    zeros, size = storage.zeros, 3 * count
-    jacobian, moved = zeros(2 * count, 3, 6), zeros(2 * count, 3, 6)
-    return Written(zeros(size, 3), jacobian, moved, zeros(size, size), zeros(size))
-
-
-def _stored(storage: Storage, system: System) -> System:
-    """Return a system whose arrays live in a storage."""
-    return System(*map(storage.array, system))
-
-
-def _example(storage: Storage) -> tuple[Any, ...]:
-    """Make two bodies that meet."""
-    system = System(
-        positions=np.eye(2, 3),
-        velocities=np.eye(2, 3),
-        spins=np.eye(2, 3),
-        mobility=np.tile(np.eye(6), (2, 1, 1)),
-        turns=np.ones(2, np.bool_),
-        guides=np.zeros((0, 3)),
-        pairs=np.array([[0, 1]]),
-        points=np.zeros((1, 3)),
-        normals=np.eye(1, 3),
-    )
-    return _stored(storage, system), storage.zeros(3), _room(storage, 1)
-
-
-@entry(_example)
-def write_contact_space(system: System, across: Array, written: Written) -> None:
-    """
-    Write the axes and velocities of contacts, and W.
-
-    `across` (3,) is the normal of the plane of all motion; zero if the motion is not planar.
-    """
-    pairs, normals, velocities = system.pairs, system.normals, system.velocities
-    axes, jacobian, moved, delassus, approach = written
-    count = len(pairs)
-    fastest = 0.0
-    for b in range(len(velocities)):
-        for k in range(3):
-            fastest = max(fastest, abs(velocities[b][k]))
-    for i in range(count):
-        tangent = jacobian[2 * i][0]  # scratch: the tangent in the plane
-        cross(across, normals[i], tangent)
-        contact_axes(normals[i], tangent, tangent, axes, 3 * i)
-        for side in range(2):
-            b, row = pairs[i][side], 2 * i + side
-            centre, sign = system.positions[b], 1.0 - 2.0 * side
-            write_jacobian(sign, system.points[i], centre, axes, 3 * i, jacobian[row])
-            multiply(jacobian[row], system.mobility[b], moved[row])
-        for k in range(3):
-            speed = 0.0
-            for side in range(2):
-                b, own = pairs[i][side], jacobian[2 * i + side][k]
-                speed += dot(own, velocities[b])
-                for m in range(3):
-                    speed += own[3 + m] * system.spins[b][m]
-            approach[3 * i + k] = speed if abs(speed) > rounding.SUM * fastest else 0.0
-    for i in range(count):
-        for j in range(i + 1):
-            for side in range(2):
-                for other in range(2):
-                    if pairs[i][side] == pairs[j][other]:
-                        add_block(
-                            moved[2 * i + side], jacobian[2 * j + other], delassus, 3 * i, 3 * j
-                        )
-    for i in range(3 * count):
-        for j in range(i):
-            w = delassus[i][j]
-            if abs(w) <= rounding.COUPLING * sqrt(delassus[i][i] * delassus[j][j]):
-                w = 0.0
-            delassus[i][j] = delassus[j][i] = w
-
-
-@inner
-def write_jacobian(
-    sign: float, point: Array, centre: Array, axes: Floats, at: int, jacobian: Floats
-) -> None:
-    """Write the contact velocities (3, 6) per velocity and spin of a body, times a sign."""
-    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
-    for k in range(3):
-        axis, row = axes[at + k], jacobian[k]
-        for m in range(3):
-            row[m] = sign * axis[m]
-        row[3] = sign * (y * axis[2] - z * axis[1])
-        row[4] = sign * (z * axis[0] - x * axis[2])
-        row[5] = sign * (x * axis[1] - y * axis[0])
-
-
-@inner
-def multiply(jacobian: Floats, mobility: Floats, product: Floats) -> None:
-    """Write the product of (3, 6) and (6, 6) floats."""
-    for k in range(3):
-        for column in range(6):
-            product[k][column] = 0.0
-        for m in range(6):
-            factor = jacobian[k][m]
-            if factor != 0.0:
-                for column in range(6):
-                    product[k][column] += factor * mobility[m][column]
-
-
-@inner
-def add_block(moved: Floats, jacobian: Floats, delassus: Floats, row: int, column: int) -> None:
-    """Add the (3, 3) coupling of two contacts by a body that they share."""
-    for k in range(3):
-        for m in range(3):
-            w = 0.0
-            for part in range(6):
-                w += moved[k][part] * jacobian[m][part]
-            delassus[row + k][column + m] += w
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class ContactSpace:
     """
@@ -201,16 +70,62 @@ class ContactSpace:
 
 
 def contact_space(system: System) -> ContactSpace:
-    """Compute the contact space of a system."""
-    run = write_contact_space.current()
-    storage, across = run.storage, run.storage.array(_normal_of_plane(system))
-    written = _room(storage, len(system.pairs))
-    run(_stored(storage, system), across, written)
-    return ContactSpace(
-        np.asarray(written.axes).reshape(-1, 3, 3),
-        np.asarray(written.delassus),
-        np.asarray(written.approach),
-    )
+    """
+    Compute the contact space of a system.
+
+    W is symmetric. Its couplings, and contact velocities, that are only rounding are exactly zero.
+    """
+    axes = _axes(system)
+    count, bodies = len(system.pairs), len(system.positions)
+    by_contact = np.zeros((count, 3, bodies, 6))  # contact velocities per velocity and spin
+    arms = system.arms()
+    for side, sign in enumerate((1.0, -1.0)):
+        rows = np.concatenate([axes, cross_rows(arms[:, side, np.newaxis], axes)], axis=2)
+        by_contact[np.arange(count), :, system.pairs[:, side]] = sign * rows
+    jacobian = by_contact.reshape(3 * count, bodies, 6)
+    moved = np.einsum('jbk,bkl->jbl', jacobian, system.mobility)
+    flat = jacobian.reshape(3 * count, -1)
+    lower = np.tril(moved.reshape(flat.shape) @ flat.T)
+    delassus = lower + np.tril(lower, -1).T
+    sizes = np.sqrt(delassus.diagonal())
+    rounded = np.abs(delassus) <= rounding.COUPLING * np.outer(sizes, sizes)
+    delassus[rounded & ~np.eye(3 * count, dtype=bool)] = 0.0
+    approach = flat @ np.concatenate([system.velocities, system.spins], axis=1).ravel()
+    approach[np.abs(approach) <= rounding.SUM * np.abs(system.velocities).max()] = 0.0
+    return ContactSpace(axes, delassus, approach)
+
+
+def _axes(system: System) -> Array:
+    """
+    Compute the axes (N, 3, 3) of contacts: normals and two tangents.
+
+    If all motion is in one plane, the second tangents are normal to it, so that nothing couples to
+    them. Otherwise first tangents point along the slip.
+    """
+    normals, across = system.normals, _normal_of_plane(system)
+    if across.any():
+        along = cross_rows(across, normals)
+    else:
+        spins = cross_rows(system.spins[system.pairs], system.arms())
+        sides = system.velocities[system.pairs] + spins
+        along = sides[:, 0] - sides[:, 1]
+    tangents = _perpendicular(along, normals)
+    any_other = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    none = ~tangents.any(axis=1)
+    tangents[none] = _perpendicular(any_other, normals)[none]
+    return np.stack([normals, tangents, cross_rows(normals, tangents)], axis=1)
+
+
+def _perpendicular(vectors: Array, normals: Array) -> Array:
+    """Return the directions (N, 3) of the parts of vectors normal to others, or zeros."""
+    result = vectors
+    for _ in range(2):  # the second pass removes what rounding has left
+        result = result - (result * normals).sum(axis=1, keepdims=True) * normals
+        lengths = np.linalg.norm(result, axis=1, keepdims=True)
+        allowed = PARALLEL * np.linalg.norm(vectors, axis=1, keepdims=True)
+        result = np.where(lengths > allowed, result / np.where(lengths > 0.0, lengths, 1.0), 0.0)
+        vectors = result
+    return result
 
 
 def _normal_of_plane(system: System) -> Array:

@@ -79,6 +79,8 @@ def first_event(
     order, noise, work = step.order, step.noise, ws.polynomials
     for j in range(len(contacts)):
         c = contacts[j]
+        if c.hold == GONE:
+            continue
         if m.distances and c.normal_mode == INACTIVE:
             x = closing_root(c, step, speed, end, work)
             if x != NO_ROOT:
@@ -131,8 +133,6 @@ def first_event(
 @inner
 def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Floats) -> float:
     """First x at which an open contact closes; or, if it is HELD, at which it is clear."""
-    if c.hold == GONE:
-        return NO_ROOT
     at_start = step.noise * speed * step.scale if c.compression[0] == 0.0 else NOT_ZERO
     sign = -1.0 if c.hold == FREE else 1.0
     return first_root(c.compression, step.order, sign, 0.0, at_start, end, work)

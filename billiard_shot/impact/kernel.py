@@ -12,7 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import entry
-from billiard_shot.impact.beginning import begin_collision, Collisions, ContactProperties
+from billiard_shot.impact.beginning import (
+    begin_collision,
+    Collisions,
+    ContactProperties,
+    UNLIMITED,
+)
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
@@ -56,7 +61,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make one contact that approaches."""
     properties = storage.records(ContactProperties, 1)
-    properties[0].stiffness = 1.0
+    properties[0].stiffness, properties[0].max_closings = 1.0, UNLIMITED
     one = Collisions(
         properties=properties,
         law=0,

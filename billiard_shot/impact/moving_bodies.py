@@ -83,7 +83,8 @@ def place_contacts(contacts: list[ContactState], ws: Workspace, velocity: Floats
                 w[3 * j + k][column] = 0.0
         velocity[3 * j], velocity[3 * j + 1], velocity[3 * j + 2] = velocity_of(contacts[j], ws)
         for k in range(j + 1):
-            couple(contacts, ws, j, k)
+            if contacts[j].hold == FREE and contacts[k].hold == FREE:
+                couple(contacts, ws, j, k)
 
 
 @inner

@@ -8,7 +8,7 @@ import threading
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.impact.beginning import Collisions, ContactProperties
+from billiard_shot.impact.beginning import Collisions, ContactProperties, UNLIMITED
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import BodyState, PhaseLog
@@ -159,6 +159,7 @@ def solve_stored(
     table = given.reshape(n, count)
     for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness'):
         table[name] = getattr(properties, name)
+    table['max_closings'] = UNLIMITED
     collisions = Collisions(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
@@ -195,4 +196,4 @@ def solve_given(
         if needed <= phases:
             break
         phases = needed
-    return results, outcomes, as_rows(PhaseLog, log)[: needed * count].reshape(-1, count)
+    return results, outcomes, as_rows(PhaseLog, log)[: needed * count].reshape(needed, count)

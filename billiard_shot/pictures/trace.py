@@ -20,15 +20,14 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import Entry
 from billiard_shot.impact import integrator, kernel, solve
 from billiard_shot.impact.advance import advance
+from billiard_shot.impact.collide import properties_of
 from billiard_shot.impact.contact_space import contact_space, system_of
 from billiard_shot.impact.laws import elastic_energy, LAWS
-from billiard_shot.impact.solve import Properties
 from billiard_shot.impact.state import ContactState, is_active, Model
 from billiard_shot.records import Array, OBJECTS
-from billiard_shot.shot.contacts import in_contact_space
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.study.collisions import Collision
+from billiard_shot.study.collisions import Collision, collision_of
 
 SAMPLES_PER_STEP = 24  # of a step, beside its ends
 
@@ -140,50 +139,26 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
     return _with_names(solve.solve_stored, solve_given=solve_given)
 
 
-def trace_of(
-    response: Array,
-    velocity: Array,
-    friction: Array,
-    restitution: Array,
-    stiffness: Array,
-    law: str,
-    exponent: float = 1.0,
-    tolerance: float = 1e-8,
-) -> CollisionTrace:
-    """Trace a collision given in contact space; see `solve.solve_in_contact_space`."""
-    count = len(friction)
-    recorder = _Recorder()
-    properties = Properties(friction, restitution, stiffness, LAWS[law], exponent)
+def trace_of_collision(collision: Collision, law: str, tolerance: float = 1e-8) -> CollisionTrace:
+    """Trace a collision of bodies."""
+    contacts, recorder = collision.contacts, _Recorder()
+    space, count = contact_space(system_of(collision.bodies, contacts)), len(contacts)
     _watched_solver(recorder)(
         OBJECTS,
-        properties,
-        *map(OBJECTS.array, (response[np.newaxis], velocity[np.newaxis])),
+        properties_of(contacts, LAWS[law], collision.exponent),
+        OBJECTS.array(space.delassus[np.newaxis]),
+        OBJECTS.array(space.approach[np.newaxis]),
         [tolerance],
         0,
     )
     rows = np.concatenate([np.zeros((0, 1 + 11 * count)), *recorder.rows])
-    speed = max(float(-velocity[::3].min()), 0.0)
-    unit = speed / float(response.diagonal()[::3].max())  # N s
+    speed = max(float(-space.approach[::3].min()), 0.0)
+    unit = speed / float(space.delassus.diagonal()[::3].max())  # N s
     time, active, u, force, impulse, energy = np.split(
         rows, np.cumsum([1, count, 3 * count, 3 * count, 3 * count]), axis=1
     )
     return CollisionTrace(
         time[:, 0], active > 0.0, speed * u, unit * force, unit * impulse, unit * speed * energy
-    )
-
-
-def trace_of_collision(collision: Collision, law: str) -> CollisionTrace:
-    """Trace a collision of bodies."""
-    contacts = collision.contacts
-    space = contact_space(system_of(collision.bodies, contacts))
-    return trace_of(
-        space.delassus,
-        space.approach,
-        np.array([contact.friction for contact in contacts], float),
-        np.array([contact.restitution for contact in contacts], float),
-        np.array([contact.stiffness for contact in contacts], float),
-        law,
-        collision.exponent,
     )
 
 
@@ -196,14 +171,5 @@ def trace_of_strike(shot: Shot) -> CollisionTrace:
         )
     model = model_of(shot.scene)
     stroke = shot.stroke.touching(model.tip_curvature)
-    normal, direction = np.array(stroke.normal), np.array(stroke.velocity) / stroke.speed
-    _, response, velocity = in_contact_space(model, normal, direction, stroke.speed)
-    return trace_of(
-        response,
-        velocity,
-        np.array(model.friction),
-        np.array(model.restitution),
-        np.array(model.stiffness),
-        shot.scene.law,
-        model.exponent,
-    )
+    normal, velocity = np.array(stroke.normal), np.array(stroke.velocity)
+    return trace_of_collision(collision_of(model, normal, velocity), shot.scene.law)

@@ -73,7 +73,7 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     strikes = strike_batch(library, CURVE_TOLERANCE)
     run = run_recorded(table_task(library, strikes, ENDLESS, CURVE_TOLERANCE))
     ends = run.tables['segments']
-    rests = (strikes.rows['status'] == Status.OK) & (run.tables['status'] == Status.OK)
+    rests = (strikes.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
     kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

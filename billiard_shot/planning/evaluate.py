@@ -212,20 +212,17 @@ def start_strokes(
     asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
     strikes = strike_batch(asked, tolerance, problem.table, others)
     task = table_task(asked, strikes, problem.table, tolerance)._replace(fast_rebounds=coarse)
-    rows = strikes.rows
+    done = strikes.cues
     if len(solved) == count:
-        return Started(task, rows['status'], rows['together'], rows['hits'] > 1)
+        return Started(task, done['status'], done['others'], done['hits'] > 1)
     starts, cues = starts_of(centre, others, count), ROWS.records(CueRecord, count)
     status = np.zeros(count, np.int64)
     together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    starts[solved], status[solved] = task.starts, rows['status']
-    together[solved], repeated[solved] = rows['together'], rows['hits'] > 1
-    if task.cues is not None:
-        cues[solved] = task.cues
+    starts[solved], cues[solved], status[solved] = task.starts, done, done['status']
+    together[solved], repeated[solved] = done['others'], done['hits'] > 1
     ground = Ground(model, around, centre)
     starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
-    task = task._replace(starts=starts, cues=None if task.cues is None else cues)
-    return Started(task, status, together, repeated)
+    return Started(task._replace(starts=starts, cues=cues), status, together, repeated)
 
 
 def reaching_speed(problem: Problem) -> float:

@@ -261,7 +261,7 @@ def strikes_of(model: StrikeModel) -> Array:
     surface = model.surface
     centre = np.array([0.0, 0.0, surface.radius])
     vectors = vectors_of(strokes.reshape(-1, 5))
-    solved = strike_batch(Strokes(model, *vectors, centre), UNSCALED_TOLERANCE).rows
+    solved = strike_batch(Strokes(model, *vectors, centre), UNSCALED_TOLERANCE).cues
     motions = (
         np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1)
         / UNSCALED_SPEED

@@ -154,10 +154,10 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     strokes[:, 4] = 1.0
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
-    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).rows
+    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).cues
     if (strikes['status'] != Status.OK).any() or (strikes['hits'] > 1).any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
-    exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['cue_speed']])
+    exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['speed']])
     terms = terms_of(places)
     found = np.linalg.lstsq(terms[:FITTED_STRIKES], exact[:FITTED_STRIKES], rcond=None)[0]
     errors = np.abs(terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:])

@@ -50,7 +50,7 @@ def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
     """
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, scene.ball.radius])
-    strikes = strike_batch(Strokes(model, normals, velocities, centre), STRIKE_TOLERANCE).rows
+    strikes = strike_batch(Strokes(model, normals, velocities, centre), STRIKE_TOLERANCE).cues
     result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
     result[strikes['status'] >= Status.MISS] = np.nan
     return result

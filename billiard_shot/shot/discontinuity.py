@@ -13,7 +13,7 @@ from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
-from billiard_shot.status import Status
+from billiard_shot.status import MISS
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables
 
@@ -25,7 +25,7 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def discontinuities_of_law(
-    strokes: Strokes, strikes: NDArray[np.void], tolerance: float
+    strokes: Strokes, cues: NDArray[np.void], tolerance: float
 ) -> NDArray[np.float64]:
     """
     Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
@@ -37,25 +37,25 @@ def discontinuities_of_law(
     Parameters
     ----------
     strokes : Strokes
-    strikes : (n,) array of Strike
-        Of these strokes, with nothing near the ball.
+    cues : (n,) array of CueRecord
+        After these strokes. Those in which the ball reached others do not count.
     tolerance : float
         Of the trajectories [m].
 
     """
     model = strokes.model
-    found = np.zeros(len(strikes))
+    found = np.zeros(len(cues))
     if model.law != ENERGETIC:  # the others have next to none
         return found
-    near = strikes['discontinuity_margin'] < SUSPECT * NEAR_A_JUMP * COARSEST_STRIKE
+    near = cues['discontinuity_margin'] < SUSPECT * NEAR_A_JUMP * COARSEST_STRIKE
     if not near.any():
         return found
     speeds = np.linalg.norm(strokes.velocities, axis=1)
-    near &= (strikes['status'] < Status.MISS) & (strikes['phases'] > 1)
+    near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
     for i in np.flatnonzero(near):
         accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST_STRIKE)
         change = NEAR_A_JUMP * accuracy
-        if strikes['discontinuity_margin'][i] > SUSPECT * change:
+        if cues['discontinuity_margin'][i] > SUSPECT * change:
             continue
         tip, table = model.stiffness
         ends = []

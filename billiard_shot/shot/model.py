@@ -5,9 +5,7 @@ from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import BISTIFFNESS, LAWS
-from billiard_shot.impact.solve import Properties
 from billiard_shot.scene import Scene
-from billiard_shot.table.cluster import MAX_HITS
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue import CueParams, TIP_DURATION
 from billiard_shot.table.model import ball_cloth_params
@@ -30,7 +28,7 @@ class StrikeModel(NamedTuple):
     stiffness: tuple[float, float]  # only the ratio matters
     law: int
     exponent: float
-    table: bool  # whether CLOTH_CONTACT takes part
+    table: bool  # whether the contact CLOTH_CONTACT takes part
     follows: bool  # whether the cue goes on after the strike, and may hit the ball again
     surface: BallClothParams  # the ball's own numbers are here
 
@@ -78,7 +76,7 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         interval=TIP_DURATION / NORMALS if moves else inf,
         on_cloth=model.table,
         moves=moves,
-        max_hits=MAX_HITS if model.follows else 1,
+        follows=model.follows,
     )
 
 
@@ -98,11 +96,4 @@ def strike_model(scene: Scene) -> StrikeModel:
         table=True,
         follows=True,
         surface=ball_cloth_params(scene),
-    )
-
-
-def contact_properties(model: StrikeModel) -> Properties:
-    """Collect what the impact solver takes of TIP_CONTACT and CLOTH_CONTACT."""
-    return Properties(
-        model.friction, model.restitution, model.stiffness, model.law, model.exponent
     )

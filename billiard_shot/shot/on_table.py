@@ -6,15 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
-from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import HOPS
-from billiard_shot.shot.model import cue_params
-from billiard_shot.shot.moving_strikes import IMPACT_TOLERANCE
 from billiard_shot.shot.strike import Strikes, Strokes
-from billiard_shot.status import Status
-from billiard_shot.table.cue import CueRecord, follow_through_time
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import EventLog
 from billiard_shot.table.simulate import TableTask
@@ -73,27 +68,14 @@ def table_task(
     if not model.table:  # the ball, which may go down, is put onto the cloth
         down = starts['velocity'][:, 0, 2]
         np.maximum(down, 0.0, out=down)
-    task = TableTask(model.surface, table, starts, hops * tolerance)
-    if not model.follows:
-        return task
-    return task._replace(cue=cue_params(model, table), cues=_following_cues(strokes, strikes))
-
-
-def _following_cues(strokes: Strokes, strikes: Strikes) -> NDArray[np.void]:
-    """Return the cues (n,) that follow their strokes; those of refused strokes stay away."""
-    rows = strikes.rows
-    played, speeds = rows['status'] < Status.MISS, rows['cue_speed'].tolist()
-    cues: NDArray[np.void] = ROWS.records(CueRecord, len(rows))
-    cues['tip'], cues['tolerance'] = (
-        strikes.starts['position'][:, 0] + rows['tip'],
-        IMPACT_TOLERANCE,
+    return TableTask(
+        model.surface,
+        table,
+        starts,
+        hops * tolerance,
+        cue=strikes.params,
+        cues=strikes.cues,
     )
-    axes = strokes.velocities[played]
-    cues['axis'][played] = axes / np.sqrt((axes * axes).sum(axis=1))[:, np.newaxis]
-    cues['speed'] = speeds
-    cues['end'] = [follow_through_time(speed) for speed in speeds]
-    cues['end'][~played] = 0.0
-    return cues
 
 
 def is_endless(table: TableParams) -> bool:

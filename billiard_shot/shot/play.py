@@ -17,7 +17,7 @@ from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.on_table import is_endless, joined_events, table_task
 from billiard_shot.shot.strike import Strikes, Strokes
 from billiard_shot.shot.strike_batch import strike_batch
-from billiard_shot.status import Status
+from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.simulate import (
@@ -73,7 +73,7 @@ def play_many(strokes: Strokes, table: TableParams, others: Array, tolerance: fl
     parts = parts or [play_part(slice(0, 0))]
     played = Played(
         parts[0].strikes._replace(
-            rows=np.concatenate([part.strikes.rows for part in parts]),
+            cues=np.concatenate([part.strikes.cues for part in parts]),
             starts=np.concatenate([part.strikes.starts for part in parts]),
         ),
         joined([part.run for part in parts]),
@@ -97,11 +97,11 @@ def _play_finely(
     change = np.sqrt(((one['position'] - other['position']) ** 2).sum(axis=1))
     met_none = one['first_contact'] == NOTHING
     error = np.maximum(played.error[again], np.where(met_none, LEFT * change, 0.0))
-    finest = finer.status == Status.TOLERANCE_NOT_REACHED  # as fine as the impact can be solved
+    finest = finer.status == TOLERANCE_NOT_REACHED  # as fine as the impact can be solved
     finer.status[finest] = played.status[again][finest]
     if recorded:
         return finer._replace(error=error)
-    played.strikes.rows[again], played.status[again] = finer.strikes.rows, finer.status
+    played.strikes.cues[again], played.status[again] = finer.strikes.cues, finer.status
     played.run.balls[again], played.run.tables[again] = finer.run.balls, finer.run.tables
     played.error[again], played.discontinuity[again] = error, finer.discontinuity
     return played
@@ -113,7 +113,8 @@ def _play(
     """Play strokes; their statuses are those of the strikes."""
     endless = is_endless(table)
     strikes = strike_batch(strokes, tolerance, table, others, recorded)
-    gap = discontinuities_of_law(strokes, strikes.rows, tolerance)
+    cues = strikes.cues
+    gap = discontinuities_of_law(strokes, cues, tolerance)
     hops = HOPS if endless else HOPS_BEFORE_CUSHIONS
     task = table_task(strokes, strikes, table, tolerance, hops)
     if recorded:
@@ -121,21 +122,18 @@ def _play(
         run = run._replace(events=joined_events(strikes.events, run.events))
     else:
         run = run_tables(task)
-    rows, ball = strikes.rows, run.balls[:, 0]
-    gap[rows['together']] = 0.0
-    error = rows['drift'] * ball['time']
+    ball = run.balls[:, 0]
+    error = cues['drift'] * ball['time']
     error += ball['left_out'] if endless else np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
-    return Played(strikes, run, rows['status'].copy(), error, gap)
+    return Played(strikes, run, cues['status'].copy(), error, gap)
 
 
 def _with_status(played: Played, tolerance: float) -> Played:
     """Decide how strokes ended: as the strike; if it went well, as the table and its accuracy."""
     status, table = played.status, played.run.tables['status']
-    went_well = (status == Status.OK) | (status == Status.INFINITE_SEQUENCE)
-    ended = went_well & (table != Status.OK)
-    status[ended] = table[ended]
-    jumps = (went_well & ~ended) | (status == Status.MISCUE)
-    jumps &= played.discontinuity > 0.0
-    inexact = went_well & ~ended & (played.error > tolerance)
-    status[jumps | inexact] = Status.TOLERANCE_NOT_REACHED
-    return played._replace(error=played.error + played.discontinuity)
+    went_well = (status == OK) | (status == INFINITE_SEQUENCE)
+    jumps = played.discontinuity > 0.0
+    inexact = went_well & (jumps | (played.error > tolerance)) | (jumps & (status == MISCUE))
+    status = np.where(inexact, TOLERANCE_NOT_REACHED, status)
+    status = np.where(went_well & (table != OK), table, status)
+    return played._replace(status=status, error=played.error + played.discontinuity)

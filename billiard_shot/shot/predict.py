@@ -76,7 +76,7 @@ def predict(
     strokes = Strokes(model, normals, velocities, centre, surroundings_of(scene))
     played = play_one(strokes, table_on(scene), others_in(scene), tolerance)
     strikes, wall_time = played.strikes, perf_counter() - begin
-    strikes.rows.flags.writeable = False
+    strikes.cues.flags.writeable = False
     return Shot(
         scene,
         stroke,
@@ -87,7 +87,7 @@ def predict(
         float(played.error[0]),
         float(played.discontinuity[0]),
         run_of(played.run, names_of(scene), wall_time),
-        strikes.rows[0],
+        strikes.cues[0],
         strikes.log,
         strikes.losses,
     )
@@ -184,18 +184,18 @@ def predict_batch(
         machine_code.require()
     strokes = Strokes(model_of(scene), n, v, centre, surroundings_of(scene))
     played = play_many(strokes, table_on(scene), others_in(scene), tolerance)
-    strikes, run = played.strikes.rows, played.run
+    cues, run = played.strikes.cues, played.run
     return BatchResult(
-        velocity=strikes['velocity'],
-        spin=strikes['spin'],
-        cue_speed=strikes['cue_speed'],
+        velocity=cues['velocity'],
+        spin=cues['spin'],
+        cue_speed=cues['speed'],
         final_position=run.balls['position'][:, 0],
         duration=run.tables['duration'],
         status=played.status.astype(np.uint16),
-        dissipated=strikes['losses'].reshape(-1, 2, 2),
-        evaluations=strikes['steps'],
+        dissipated=cues['losses'].reshape(-1, 2, 2),
+        evaluations=cues['steps'],
         error_estimate=played.error,
-        double_hit=(strikes['hits'] > 1) | (run.tables['cue_hits'] > 0),
+        double_hit=(cues['hits'] > 1) | (run.tables['cue_hits'] > 0),
         run=batch_of(run, names_of(scene)),
     )
 

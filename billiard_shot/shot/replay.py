@@ -19,9 +19,9 @@ from billiard_shot.impact.state import PhaseLog
 from billiard_shot.scene import Scene
 from billiard_shot.scene.values import check_type
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.strike import Strike
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import EventRecord
@@ -141,14 +141,14 @@ def _record(shot: Shot) -> dict[str, Any]:
             'participants': run._events.participants,
             'places': run._places,
         },
-        'strike': _columns(shot._strike),
+        'strike': _columns(shot._cue),
         'phases': _columns(shot._log),
         'losses': shot._losses,
     }
 
 
 def _shot(data: dict[str, Any]) -> Shot:
-    strike = _rows(Strike, {name: [value] for name, value in data['strike'].items()}, 'strike')
+    strike = _rows(CueRecord, {name: [value] for name, value in data['strike'].items()}, 'strike')
     strike.flags.writeable = False
     losses = np.array(data['losses'], dtype=float).reshape(-1, 2)
     return Shot(
@@ -161,8 +161,8 @@ def _shot(data: dict[str, Any]) -> Shot:
         error_estimate=data['error_estimate'],
         discontinuity=data['discontinuity'],
         run=_run(data['run']),
-        _strike=strike[0],
-        _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, len(losses) or 2),
+        _cue=strike[0],
+        _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, len(losses)),
         _losses=losses,
     )
 

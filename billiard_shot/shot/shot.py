@@ -14,13 +14,15 @@ from billiard_shot.impact.collide import Phase, read_log
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
-from billiard_shot.shot.effects import ShotContext
+from billiard_shot.shot.effects import model_of, ShotContext
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.motion import Cause
 from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import Trajectory
+
+ROUNDED = 1e-12  # relative to a push: friction that is only rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,10 +56,9 @@ class Shot:
     # accuracy of the strike; 0 if there is only one
     discontinuity: float
     run: TableRun  # of every ball, from the end of the strike
-    _strike: np.void = field(repr=False)  # Strike
+    _cue: np.void = field(repr=False)  # CueRecord, after the strike
     _log: NDArray[np.void] = field(repr=False)  # (phases, N) PhaseLog of N contacts
-    # (N, 2) J: restitution, friction; if the strike was solved with moving bodies
-    _losses: NDArray[np.float64] = field(repr=False)
+    _losses: NDArray[np.float64] = field(repr=False)  # (N, 2) J: restitution, friction
 
     @property
     def trajectory(self) -> Trajectory:
@@ -111,28 +112,24 @@ class Shot:
     @property
     def velocity(self) -> NDArray[np.float64]:
         """Velocity of the ball's centre at the end of the strike (3,) [m/s]."""
-        velocity: NDArray[np.float64] = self._strike['velocity']
+        velocity: NDArray[np.float64] = self._cue['velocity']
         return velocity
 
     @property
     def spin(self) -> NDArray[np.float64]:
         """Angular velocity of the ball at the end of the strike (3,) [rad/s]."""
-        spin: NDArray[np.float64] = self._strike['spin']
+        spin: NDArray[np.float64] = self._cue['spin']
         return spin
 
     @property
     def cue_speed(self) -> float:
         """Cue speed along the stroke at the end of the strike [m/s], negative if it recoils."""
-        return float(self._strike['cue_speed'])
+        return float(self._cue['speed'])
 
     @cached_property
     def impact(self) -> Impact:
         """The impact in detail."""
-        if self._strike['moving']:
-            axes = np.tile(np.eye(3), (len(self._losses), 1, 1))
-            return Impact(self._losses, read_log(self._log, axes))
-        phases = read_log(self._log, self._strike['axes'].reshape(2, 3, 3))
-        return Impact(self._strike['losses'].reshape(2, 2), phases)
+        return Impact(self._losses, read_log(self._log))
 
     @cached_property
     def double_hit(self) -> float | None:
@@ -143,7 +140,7 @@ class Shot:
         """
         if self.status.refused or self.scene.effects.double_hit == 'off':
             return None
-        if self._strike['hits'] > 1:
+        if self._cue['hits'] > 1:
             return 0.0
         rows = self.trajectory.rows
         times = rows['time'][rows['cause'] == Cause.CUE]
@@ -157,17 +154,26 @@ class Shot:
             self.velocity,
             self.spin,
             self.run,
-            bool(self._strike['together']),
+            bool(self._cue['others']),
             self.stroke,
-            self._strike['impulses'].reshape(2, 3),
+            self._pushes(),
             self.cue_speed,
             self.double_hit,
         )
 
+    def _pushes(self) -> NDArray[np.float64]:
+        """Impulses of tip and cloth (2, 2) [N s]: normal and tangential."""
+        n = self.stroke.touching(model_of(self.scene).tip_curvature).normal
+        normals = np.array([n, (0.0, 0.0, 1.0)])
+        impulses = self._cue['impulses'].reshape(2, 3)
+        along = (impulses * normals).sum(axis=1)
+        across = np.linalg.norm(impulses - along[:, np.newaxis] * normals, axis=1)
+        return np.column_stack([along, np.where(across > ROUNDED * along, across, 0.0)])
+
     @property
     def evaluations(self) -> int:
         """Steps that the impact took."""
-        return int(self._strike['steps'])
+        return int(self._cue['steps'])
 
     def after(self) -> Scene:
         """

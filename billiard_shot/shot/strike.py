@@ -1,33 +1,36 @@
 """A strike: whether its stroke can be played, and what the impact of cue, ball and cloth does."""
 
 from math import inf, sqrt
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.beginning import ContactProperties
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
+from billiard_shot.impact.state import BALL_BODY, BodyState, PLANE
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import Floats, record, Storage, Vector, Vector3
+from billiard_shot.records import Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
-from billiard_shot.shot.contacts import (
-    approach_velocity,
-    contact_jacobians,
-    delassus_operator,
-    tip_response,
-    weighted,
-)
-from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.model import StrikeModel
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
-    INFINITE_SEQUENCE,
     INVALID_STROKE,
-    MISCUE,
     MISS,
     NEGATIVE_ELEVATION,
     OK,
+)
+from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
+from billiard_shot.table.cue_impact import (
+    CLOTH_CONTACT,
+    note_strike,
+    set_tip_and_cloth,
+    TIP_CONTACT,
+    write_contact,
+    write_fixed,
+    write_tip,
 )
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.run import EventLog
@@ -35,32 +38,9 @@ from billiard_shot.table.run import EventLog
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
-# Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
-# pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
-# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
-MISCUE_SLIP = 0.03
+BODIES, CONTACTS = 3, 2  # of a strike: ball, tip and cloth; TIP_CONTACT and CLOTH_CONTACT
 PHASE_ROOM = 16  # of a strike that is recorded: room at first, most have fewer
-
-
-@record
-class Strike:
-    """What a stroke does to cue and ball, at the end of the strike. Frame `table`."""
-
-    velocity: Vector3  # [m/s]
-    spin: Vector3  # [rad/s]
-    cue_speed: float  # [m/s] along the stroke
-    drift: float  # [m/s] estimate how fast the ball's trajectory departs from the exact one
-    losses: Annotated[Any, 4]  # [J] tip restitution, tip friction; the same of the table
-    impulses: Annotated[Any, 6]  # [N s] of tip and table: normal, two tangential
-    axes: Annotated[Any, 18]  # of tip and table: normal and two tangents as rows
-    discontinuity_margin: float  # see `ContactResult`; the least of tip and table
-    tip: Vector3  # [m] from the ball's centre to that of the tip's sphere
-    hits: int  # how often the tip met the ball
-    moving: bool  # whether it was solved with moving bodies, see moving_strikes.py
-    together: bool  # whether the ball reached another one or a cushion meanwhile
-    status: int  # Status: that of the impact, MISCUE or a refusal
-    phases: int
-    steps: int
+IMPACT_TOLERANCE = 1e-9  # of later impacts with the cue, relative to their largest approach speeds
 
 
 @inner
@@ -80,13 +60,6 @@ def refusal(
     if lowest < -ROUNDED * height:
         return CUE_THROUGH_CLOTH
     return clearance(around, n, c, position)
-
-
-@inner
-def strike_status(status: int, miscue: bool) -> int:
-    """Status of a strike: that of its impact, unless it went well and the tip still slides."""
-    went_well = status in (OK, INFINITE_SEQUENCE)
-    return MISCUE if went_well and miscue else status
 
 
 class Strokes(NamedTuple):
@@ -117,67 +90,91 @@ class Strokes(NamedTuple):
 class StrikeWork(NamedTuple):
     """The strikes of n strokes while they are computed, and scratch."""
 
-    strikes: list[Strike]  # n
-    jacobians: Floats  # (n, 3, 6, 3) see contacts.py, like the next two
-    delassus: Floats  # (n, 6, 6)
-    approach: Floats  # (n, 6)
+    cues: list[CueRecord]  # n
+    bodies: list[BodyState]  # n BODIES; their origin is the centre of the ball
+    contacts: list[ContactProperties]  # n CONTACTS
     accuracy: Floats  # (n,) tolerance of the impact; 0 for a stroke that is refused
-    vectors: Floats  # (3, 3) scratch; the last row is the vertical
+    scratch: Floats  # (4, 3)
 
 
 def work_for(storage: Storage, n: int) -> StrikeWork:
     """Make room for n strikes."""
-    zeros = storage.zeros
     return StrikeWork(
-        storage.records(Strike, n),
-        zeros(n, 3, 6, 3),
-        zeros(n, 6, 6),
-        zeros(n, 6),
-        zeros(n),
-        storage.array(np.eye(3)),
+        storage.records(CueRecord, n),
+        storage.records(BodyState, BODIES * n),
+        storage.records(ContactProperties, CONTACTS * n),
+        storage.zeros(n),
+        storage.zeros(4, 3),
     )
 
 
 def _prepare_example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    return Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage), work_for(storage, 1), 1.0
+    strokes = Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage)
+    return strokes, NO_CUE, work_for(storage, 1), 1.0
 
 
 @entry(_prepare_example)
-def prepare_strikes(strokes: Strokes, work: StrikeWork, tolerance: float) -> None:
+def prepare_strikes(strokes: Strokes, q: CueParams, work: StrikeWork, tolerance: float) -> None:
     """
-    State strokes as collisions in contact space, for a tolerance [m] of the trajectories.
+    State strokes as collisions of ball, tip and cloth, for a tolerance [m] of the trajectories.
 
-    Of the strikes only the status is set.
+    Of the cues, tip, axis, speed and status are set; of those that are refused only the status.
     """
     model = strokes.model
-    n, c, z = work.vectors[0], work.vectors[1], work.vectors[2]
-    for i in range(len(work.strikes)):
-        work.accuracy[i] = 0.0
+    ball_response = 1.0 / model.surface.mass
+    turning = model.surface.radius * model.surface.radius / model.surface.inertia
+    for i in range(len(work.cues)):
+        cue = work.cues[i]
+        ball, tip = work.bodies[BODIES * i], work.bodies[BODIES * i + 1]
+        n, c = work.scratch[3], cue.axis
         speed = unit(strokes.velocities[i], c)
         unit(strokes.normals[i], n)
-        status = refusal(model, strokes.around, n, c, strokes.position)
-        work.strikes[i].status = status
-        if status == OK:
-            jacobians = work.jacobians[i]
-            work.accuracy[i] = strike_tolerance(model, speed, tolerance)
-            contact_jacobians(model.surface.radius, n, c, z, jacobians)
-            delassus_operator(model, c, jacobians, work.delassus[i])
-            approach_velocity(jacobians, speed, n, c, work.approach[i])
+        cue.status = refusal(model, strokes.around, n, c, strokes.position)
+        work.accuracy[i] = 0.0
+        if cue.status != OK:
+            for k in range(3):
+                c[k] = 0.0
+            continue
+        work.accuracy[i] = strike_tolerance(model, speed, tolerance)
+        cue.speed, cue.tolerance = speed, IMPACT_TOLERANCE
+        cue.drift = drift_of(work.accuracy[i], speed)
+        upper, lower = (
+            work.contacts[CONTACTS * i + TIP_CONTACT],
+            work.contacts[CONTACTS * i + CLOTH_CONTACT],
+        )
+        write_contact(upper, 1, 0, 0.0)
+        write_contact(lower, 0, 2, 0.0)
+        set_tip_and_cloth(q, c, n, upper, lower, work.scratch)
+        write_tip(q, c, speed, tip)
+        cloth = work.bodies[BODIES * i + 2]
+        write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
+        cloth.position[2] = -model.surface.radius
+        for k in range(3):
+            tip.position[k] = q.reach * n[k]
+            cue.tip[k] = strokes.position[k] + tip.position[k]
+        write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
+        ball.response = ball.across = ball_response
+        ball.turning = turning
 
 
 def _finish_example(storage: Storage) -> tuple[Any, ...]:
     return (
-        *_prepare_example(storage)[:2],
-        storage.records(ContactResult, 2),
+        work_for(storage, 1),
+        1.0,
+        True,
+        True,
+        storage.records(ContactResult, CONTACTS),
         storage.records(CollisionOutcome, 1),
     )
 
 
 @entry(_finish_example)
 def finish_strikes(
-    strokes: Strokes,
     work: StrikeWork,
+    radius: float,
+    follows: bool,
+    repeats: bool,
     results: list[ContactResult],
     outcomes: list[CollisionOutcome],
 ) -> None:
@@ -186,55 +183,30 @@ def finish_strikes(
 
     Parameters
     ----------
-    strokes, work : Strokes, StrikeWork
-        As `prepare_strikes` left them.
-    results, outcomes : 2 n ContactResult, n CollisionOutcome
+    work : StrikeWork
+        As `prepare_strikes` left it, with the bodies after the impacts.
+    radius : float
+        Of the ball [m].
+    follows : bool
+        Whether the cues go on after their strikes.
+    repeats : bool
+        Whether a strike in which tip or cloth meet the ball again counts their hits; else it is
+        one hit.
+    results, outcomes : n CONTACTS ContactResult, n CollisionOutcome
         Of the impacts.
 
     """
-    model, c, cue = strokes.model, work.vectors[0], work.vectors[1]
-    reach = tip_reach(model)
-    for i in range(len(work.strikes)):
-        strike = work.strikes[i]
+    for i in range(len(work.cues)):
         if work.accuracy[i] > 0.0:
-            outcome, tip, table = outcomes[i], results[2 * i], results[2 * i + 1]
-            speed = unit(strokes.velocities[i], c)
-            write_strike(model, strike, work.jacobians[i], tip, table)
-            weighted(strike.impulses, work.jacobians[i][0], cue)
-            strike.cue_speed = speed + tip_response(model, c, cue, c)
-            strike.phases, strike.steps = outcome.phases, outcome.steps
-            strike.hits = max(tip.closings, table.closings)
+            cue, ball, tip = work.cues[i], work.bodies[BODIES * i], work.bodies[BODIES * i + 1]
+            upper, lower = (
+                results[CONTACTS * i + TIP_CONTACT],
+                results[CONTACTS * i + CLOTH_CONTACT],
+            )
+            note_strike(cue, follows, outcomes[i], upper, lower, upper.final_slip, tip)
+            cue.hits = max(upper.closings, lower.closings) if repeats else 1
             for k in range(3):
-                strike.tip[k] = reach * strike.axes[k]
-            strike.drift = drift_of(work.accuracy[i], speed)
-            miscue = tip.final_slip > MISCUE_SLIP * speed
-            strike.status = strike_status(outcome.status, miscue)
-
-
-@inner
-def write_strike(
-    model: StrikeModel,
-    strike: Strike,
-    jacobians: Floats,
-    tip: ContactResult,
-    table: ContactResult,
-) -> None:
-    """Write what follows from the impulses of a strike."""
-    ball = model.surface
-    impulses, losses = strike.impulses, strike.losses
-    impulses[0], impulses[1], impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
-    impulses[3], impulses[4], impulses[5] = table.impulse, table.impulse_1, table.impulse_2
-    losses[0], losses[1] = tip.restitution_loss, tip.friction_loss
-    losses[2], losses[3] = table.restitution_loss, table.friction_loss
-    strike.discontinuity_margin = min(tip.discontinuity_margin, table.discontinuity_margin)
-    weighted(impulses, jacobians[1], strike.velocity)
-    weighted(impulses, jacobians[2], strike.spin)
-    for k in range(3):
-        strike.velocity[k] /= ball.mass
-        strike.spin[k] /= ball.inertia
-    for k in range(9):
-        strike.axes[k] = jacobians[0][k // 3][k % 3]
-        strike.axes[9 + k] = jacobians[1][3 + k // 3][k % 3]
+                cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k] / radius
 
 
 EXAMPLE_MODEL = StrikeModel(
@@ -256,10 +228,11 @@ EXAMPLE_MODEL = StrikeModel(
 class Strikes(NamedTuple):
     """What n strokes did."""
 
-    rows: NDArray[np.void]  # (n,) Strike
+    params: CueParams
+    cues: NDArray[np.void]  # (n,) CueRecord
     starts: NDArray[np.void]  # (n, balls) BallStart: the balls afterwards
-    # Of the last strike, if it is recorded: PhaseLog (phases, N) of its N contacts; and if it was
-    # solved with moving bodies, their losses (N, 2) [J], and the meetings of balls.
+    # Of the last strike, if it is recorded: PhaseLog (phases, N) of its N contacts, their losses
+    # (N, 2) [J], and the meetings of balls.
     log: NDArray[np.void]
     losses: NDArray[np.float64]
     events: EventLog

@@ -1,24 +1,26 @@
 """Many strokes, one after the other, each at a ball in the same place among the same others."""
 
+from math import inf
+
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.impact.beginning import Collisions
 from billiard_shot.impact.kernel import solve_collisions
-from billiard_shot.impact.solve import solve_stored
-from billiard_shot.impact.state import PhaseLog
+from billiard_shot.impact.solve import solve_given
 from billiard_shot.records import as_rows, ROWS, Storage
-from billiard_shot.shot.model import contact_properties
+from billiard_shot.shot.model import cue_params
 from billiard_shot.shot.moving_strikes import with_moving_bodies
 from billiard_shot.shot.strike import (
     finish_strikes,
     PHASE_ROOM,
     prepare_strikes,
-    Strike,
     Strikes,
     StrikeWork,
     Strokes,
     work_for,
 )
+from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import TableParams
@@ -55,19 +57,19 @@ def strike_batch(
         Whether the last strike is recorded in detail, of up to 500 strokes.
 
     """
-    storage = solve_collisions.current().storage
-    parts = [
-        slice(i, i + STROKES_AT_ONCE) for i in range(0, len(strokes.normals), STROKES_AT_ONCE)
-    ]
-    rows, log = [ROWS.records(Strike, 0)], ROWS.records(PhaseLog, 0).reshape(-1, 2)
-    for part in parts:
-        each, log = _strike(storage, strokes.some(part), tolerance, PHASE_ROOM if recorded else 0)
-        rows.append(each)
-    strikes = rows[-1] if len(parts) == 1 else np.concatenate(rows)
-    starts = starts_of(strokes.position, others, len(strikes))
-    starts['velocity'][:, 0], starts['spin'][:, 0] = strikes['velocity'], strikes['spin']
-    done = Strikes(strikes, starts, log, np.zeros((0, 2)), NO_EVENTS)
-    return with_moving_bodies(strokes, tolerance, table, done, recorded)
+    params = cue_params(strokes.model, table)
+    n, phases = len(strokes.normals), PHASE_ROOM if recorded else 0
+    if n <= STROKES_AT_ONCE:
+        cues, log = _strike(strokes, params, tolerance, phases)
+    else:
+        parts = [strokes.some(slice(i, i + STROKES_AT_ONCE)) for i in range(0, n, STROKES_AT_ONCE)]
+        done = [_strike(part, params, tolerance, phases) for part in parts]
+        cues, log = np.concatenate([each for each, _ in done]), done[-1][1]
+    starts = starts_of(strokes.position, others, len(cues))
+    starts['velocity'][:, 0], starts['spin'][:, 0] = cues['velocity'], cues['spin']
+    losses = cues['losses'][-1:].reshape(-1, 2)
+    alone = Strikes(params, cues, starts, log, losses, NO_EVENTS)
+    return with_moving_bodies(strokes, tolerance, table, alone, recorded)
 
 
 def starts_of(
@@ -80,31 +82,44 @@ def starts_of(
 
 
 def _strike(
-    storage: Storage, strokes: Strokes, tolerance: float, phases: int
+    strokes: Strokes, params: CueParams, tolerance: float, phases: int
 ) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    stored, work = _prepared(storage, strokes, tolerance)
-    results, outcomes, log = solve_stored(
-        storage,
-        contact_properties(strokes.model),
-        work.delassus,
-        work.approach,
-        work.accuracy,
-        phases,
+    """Return the cues (n,) after their strikes, and the log (phases, 2) of the last one."""
+    model, storage = strokes.model, solve_collisions.current().storage
+    work = _prepared(storage, strokes, params, tolerance)
+    unused = storage.zeros(1, 1, 1)
+    collisions = Collisions(
+        properties=work.contacts,
+        law=model.law,
+        exponent=model.exponent,
+        bodies=work.bodies,
+        moves=False,
+        interval=inf,
+        delassus=unused,
+        velocity=unused[0],
+        distances=False,
+        lengths=unused[0],
+        tolerance=work.accuracy,
     )
-    finish_strikes.on(storage)(stored, work, results, outcomes)
-    return as_rows(Strike, work.strikes), log
+    results, outcomes, log = solve_given(storage, collisions, work.bodies, phases)
+    repeats = model.follows and params.moves
+    finish_strikes.on(storage)(
+        work, model.surface.radius, model.follows, repeats, results, outcomes
+    )
+    return as_rows(CueRecord, work.cues), log
 
 
 def refusals(strokes: Strokes) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
-    storage = prepare_strikes.current().storage
-    _, work = _prepared(storage, strokes, 1.0)
-    status: NDArray[np.int64] = as_rows(Strike, work.strikes)['status']
+    work = _prepared(prepare_strikes.current().storage, strokes, NO_CUE, 1.0)
+    status: NDArray[np.int64] = as_rows(CueRecord, work.cues)['status']
     return status
 
 
-def _prepared(storage: Storage, strokes: Strokes, tolerance: float) -> tuple[Strokes, StrikeWork]:
+def _prepared(
+    storage: Storage, strokes: Strokes, params: CueParams, tolerance: float
+) -> StrikeWork:
     """Put strokes into a storage, and prepare their strikes."""
-    stored, work = strokes.stored(storage), work_for(storage, len(strokes.normals))
-    prepare_strikes.on(storage)(stored, work, tolerance)
-    return stored, work
+    work = work_for(storage, len(strokes.normals))
+    prepare_strikes.on(storage)(strokes.stored(storage), params, work, tolerance)
+    return work

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
+from billiard_shot.shot.model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 
 PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = (
@@ -161,11 +162,6 @@ def strike(
 
     Pairs are of tip and table (cue and ball); ratio: k_tip / k_table.
     """
-    n = np.asarray(normal, float) / np.linalg.norm(normal)
-    c = np.asarray(direction, float) / np.linalg.norm(direction)
-    centre = np.array([0.0, 0.0, PAPER_BALL_RADIUS])
-    cue = Body(masses[0], velocity=speed * c, guide=c, end_mass=end_mass)
-    ball = Body(masses[1], 0.4 * masses[1] * PAPER_BALL_RADIUS**2, position=centre)
     guided = (
         {'guided': True} if end_mass is None else {'end_mass': end_mass, 'ferrule_radius': 0.0}
     )
@@ -181,16 +177,38 @@ def strike(
             'exponent': exponent,
         }
     )
-    return StrikeCollision(
-        (cue, ball, Body.fixed()),
-        (
-            Contact(0, 1, centre + PAPER_BALL_RADIUS * n, n, restitution[0], friction[0], ratio),
-            Contact(1, 2, (0, 0, 0), UP, restitution[1], friction[1]),
-        ),
-        exponent,
-        stroke=Stroke(n, speed * c),
-        scene=scene,
+    c = np.asarray(direction, float) / np.linalg.norm(direction)
+    n = np.asarray(normal, float)
+    made = collision_of(strike_model(scene), n, speed * c)
+    stroke = Stroke(n, speed * c)
+    return StrikeCollision(made.bodies, made.contacts, exponent, stroke=stroke, scene=scene)
+
+
+def collision_of(model: StrikeModel, normal: Array, velocity: Array) -> Collision:
+    """
+    State a stroke that can be played as a collision of cue, ball and table.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    normal, velocity : (3,) arrays
+        As of `Stroke`; velocity in m/s.
+
+    """
+    surface, c = model.surface, velocity
+    n = normal / np.linalg.norm(normal)
+    centre, end = np.array([0.0, 0.0, surface.radius]), model.inverse_end_mass
+    cue = Body(model.cue_mass, velocity=c, guide=c, end_mass=1.0 / end if end > 0.0 else None)
+    ball = Body(surface.mass, surface.inertia, position=centre)
+    tip, table = zip(model.restitution, model.friction, model.stiffness, strict=True)
+    bodies = cue, ball, Body.fixed(), Body.fixed()
+    # The table takes part if the ball touches it. Else only another fixed body does.
+    above, count = (1, 3) if model.table else (3, 4)
+    contacts = (
+        Contact(0, 1, centre + surface.radius * n, n, *tip),
+        Contact(above, 2, (0, 0, 0), UP, *table),
     )
+    return Collision(bodies[:count], contacts, model.exponent)
 
 
 def cradle(

@@ -6,13 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from billiard_shot.impact.solve import solve_in_contact_space
+from billiard_shot.impact.contact_space import (
+    contact_space,
+    ContactSpace,
+    System,
+    system_of,
+    velocity_changes,
+)
+from billiard_shot.impact.solve import Properties, solve_in_contact_space
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.shot.contacts import in_contact_space, tip_response
-from billiard_shot.shot.model import contact_properties, strike_model, StrikeModel
+from billiard_shot.shot.model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.study.collisions import collision_of
 
 Answer = tuple[Array, Array, int]  # ball velocity (m/s), spin (rad/s), evaluations
 
@@ -24,10 +31,10 @@ class ContactProblem:
 
     Attributes
     ----------
-    response : (6, 6) float array
-        W [1/kg]; tip and table, each normal and two tangential components.
-    velocity : (6,) float array
-        Contact velocities before the strike [m/s].
+    system : System
+        Cue, ball and table.
+    space : ContactSpace
+        Tip and table, each normal and two tangential components.
     friction, restitution, stiffness : (2,) float arrays
     law : str
 
@@ -36,8 +43,8 @@ class ContactProblem:
     scene: Scene
     stroke: Stroke
     model: StrikeModel
-    response: Array
-    velocity: Array
+    system: System
+    space: ContactSpace
     friction: Array
     restitution: Array
     stiffness: Array
@@ -47,18 +54,36 @@ class ContactProblem:
     def of(cls, scene: Scene, stroke: Stroke) -> ContactProblem:
         """State a stroke that can be played."""
         model = strike_model(scene)
-        n, c, speed = np.array(stroke.normal), np.array(stroke.velocity), stroke.speed
-        _, response, velocity = in_contact_space(model, n, c / speed, speed)
+        collision = collision_of(model, np.array(stroke.normal), np.array(stroke.velocity))
+        system = system_of(collision.bodies, collision.contacts)
         return cls(
             scene,
             stroke,
             model,
-            response,
-            velocity,
+            system,
+            contact_space(system),
             np.array(model.friction),
             np.array(model.restitution),
             np.array(model.stiffness),
             scene.law,
+        )
+
+    @property
+    def response(self) -> Array:
+        """W (6, 6) [1/kg]."""
+        return self.space.delassus
+
+    @property
+    def velocity(self) -> Array:
+        """Contact velocities before the strike (6,) [m/s]."""
+        return self.space.approach
+
+    @property
+    def properties(self) -> Properties:
+        """What the solver takes of the contacts."""
+        model = self.model
+        return Properties(
+            self.friction, self.restitution, self.stiffness, model.law, model.exponent
         )
 
     @property
@@ -67,18 +92,16 @@ class ContactProblem:
         return -float(self.velocity[0])
 
     def motion(self, impulse: Array) -> tuple[Array, Array, float]:
-        """Ball velocity [m/s], spin [rad/s] and cue speed [m/s] after these impulses."""
-        ball, n = self.model.surface, np.array(self.stroke.normal)
-        c = np.array(self.stroke.velocity) / self.stroke.speed
-        lever, _, _ = in_contact_space(self.model, n, c, self.stroke.speed)
-        cue = tip_response(self.model, c, impulse @ lever[0], c)
-        velocity, turning = impulse @ lever[1], impulse @ lever[2]
-        return velocity / ball.mass, turning / ball.inertia, self.stroke.speed + cue
+        """Ball velocity [m/s], spin [rad/s] and cue speed [m/s] after impulses (6,) [N s]."""
+        along = np.einsum('ik,ikl->il', impulse.reshape(2, 3), self.space.axes)
+        cue, ball, _ = velocity_changes(self.system, along)
+        change = float(cue[:3] @ self.stroke.velocity) / self.stroke.speed
+        return ball[:3], ball[3:], self.stroke.speed + change
 
     def adaptive(self, tolerance: float) -> tuple[Array, int, Status]:
         """Impulses (6,) [N s] by the library's own method, its steps, and how it ended."""
         solved = solve_in_contact_space(
-            contact_properties(self.model),
+            self.properties,
             self.response[np.newaxis],
             self.velocity[np.newaxis],
             [tolerance],

@@ -23,9 +23,10 @@ from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import as_rows, Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
 from billiard_shot.table.cue import CueRecord, THE_CUE
+from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, note_strike, TIP_CONTACT
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
-from billiard_shot.table.gather import CLOTH_CONTACT, ImpactRoom, TIP_CONTACT
+from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
     BALL,
@@ -53,7 +54,6 @@ MOST_EDGES = 7  # of a ball in the mouth of a pocket, with the cloth; of at most
 MAX_SWEEPS = 100
 SEPARATION_GAP = 1e-7  # m, to which balls are set apart
 LONGEST_IMPACT = 10e-3  # s: then the cloth would have slowed sliding balls by 0.02 m/s
-MAX_HITS = 8  # of the cue: then it is taken away
 STILL_SPEED = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 
 
@@ -286,8 +286,8 @@ def conclude(
     elif not p.strikes and (unsolved or status == NEGATIVE_ENERGY):
         p.flaw = status
     if p.strikes:
-        begin_after_strike(table, s, room, apart)
-        note_strike(p, room, cues[number], status)
+        outcome.status = status
+        begin_after_strike(table, s, cues[number], room, apart)
     else:
         let_go(table, s, room, lasting)
     if with_cue:
@@ -342,9 +342,19 @@ def note_meetings(s: Simulation, room: ImpactRoom) -> None:
 
 
 @inner
-def begin_after_strike(table: TableModel, s: Simulation, room: ImpactRoom, moved: bool) -> None:
-    """Put balls where a strike leaves them, or where they were; log the meetings of balls."""
+def begin_after_strike(
+    table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom, apart: bool
+) -> None:
+    """
+    Let balls begin as a strike leaves them; log the meetings of balls.
+
+    A ball that reached no others begins where it was struck.
+    """
     p, params, bodies = s.progress, table.params, room.results.bodies
+    cue.others = False
+    for j in range(CLOTH_CONTACT + 1, p.contacts):
+        cue.others = cue.others or room.results.contacts[j].closings > 0
+    moved = apart and cue.others
     for k in range(p.members):
         if not takes_part(p, room, k):
             continue
@@ -363,38 +373,24 @@ def begin_after_strike(table: TableModel, s: Simulation, room: ImpactRoom, moved
             energy = energy_of(params, one) + energy_of(params, other)
             one.motion = SLIDE
             log_event(s, p.time, BALL, one, other.ball, energy, energy, SLIDE)
-
-
-@inner
-def note_strike(p: RunProgress, room: ImpactRoom, cue: CueRecord, status: int) -> None:
-    """Write what the impact did with which a run begins."""
-    outcome, tip = room.results.outcomes[0], room.results.contacts[TIP_CONTACT]
-    cue.status, cue.phases, cue.steps = status, outcome.phases, outcome.steps
-    cue.hits, cue.first_slip, cue.others = max(tip.closings, 1), tip.first_slip, False
-    for j in range(p.contacts):
-        result = room.results.contacts[j]
-        if j > CLOTH_CONTACT:
-            cue.others = cue.others or result.closings > 0
-        else:
-            cue.losses[2 * j] = result.restitution_loss
-            cue.losses[2 * j + 1] = result.friction_loss
-            cue.impulses[3 * j], cue.impulses[3 * j + 1] = result.impulse, result.impulse_1
-            cue.impulses[3 * j + 2] = result.impulse_2
+    tip, cloth = room.results.contacts[TIP_CONTACT], room.results.contacts[CLOTH_CONTACT]
+    outcome, body = room.results.outcomes[0], bodies[p.members]
+    note_strike(cue, table.cue.follows, outcome, tip, cloth, tip.first_slip, body)
+    for i in range(3):
+        cue.velocity[i], cue.spin[i] = s.balls[0].velocity[i], s.balls[0].spin[i]
 
 
 @inner
 def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float) -> None:
     """Let the cue go on beside the ball that it hit."""
     p, tip, ball = s.progress, room.results.bodies[s.progress.members], s.balls[0]
-    speed = dot(cue.axis, tip.velocity)
     # An impact that is over by now leaves the ball, and the tip beside it, where the ball is.
     place = room.results.bodies[0].position if lasting > 0.0 else ball.position
     for k in range(3):
         s.cue.position[k] = place[k] + tip.position[k] - room.results.bodies[0].position[k]
-        s.cue.velocity[k] = speed * cue.axis[k]
+        s.cue.velocity[k] = dot(cue.axis, tip.velocity) * cue.axis[k]
     s.cue.time = p.time + lasting
     if p.strikes:
-        cue.speed = speed
         for k in range(3):
             cue.tip[k] = s.cue.position[k]
         return

@@ -35,19 +35,22 @@ class CueParams(NamedTuple):
     interval: float  # s, after which pressed contacts take their normals anew
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
-    max_hits: int  # of one impact; then the cue is taken away
+    follows: bool  # whether it follows its stroke, and may hit the ball again
 
 
-NO_CUE = CueParams(*(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0)
+NO_CUE = CueParams(
+    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, False
+)
 
 
 @record
 class CueRecord:
     """
-    The cue of a table. Frame `table`.
+    The cue of a table, and what its strike did to ball 0. Frame `table`.
 
-    A cue that strikes touches ball 0, and the run begins with their impact. Its tip and speed, and
-    the fields from `status` on, are written then.
+    A cue that strikes touches ball 0, and the run begins with their impact. Tip, speed and end,
+    and the fields from `status` on, are written then (cue_impact.py). All but the status are zero
+    if the stroke was refused.
     """
 
     tip: Vector3  # m, centre of the sphere of its tip at time 0
@@ -56,12 +59,15 @@ class CueRecord:
     end: float  # s, until when it follows
     tolerance: float  # of its impacts, relative to their largest approach speeds
     strikes: bool
-    status: int  # Status
+    status: int  # Status: that of the impact, MISCUE, or why the stroke was refused
+    velocity: Vector3  # m/s, of ball 0 at the end of the strike
+    spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin
     others: bool  # whether other balls or cushions took part
-    first_slip: float  # m/s, of the tip when it left the ball for the first time
     impulses: Annotated[Any, 6]  # N s, on the cue and from the cloth on the ball: x, y, z each
     losses: Annotated[Any, 4]  # J: tip restitution, tip friction; the same of the cloth
+    discontinuity_margin: float  # see `ContactResult`; the least of tip and cloth
+    drift: float  # m/s, estimate how fast the ball's trajectory departs from the exact one
     phases: int
     steps: int
 

@@ -371,6 +371,8 @@ def simulate_tables(
         simulation.cue[0],
     )
     p, count, number = s.progress, len(s.balls), first
+    if first == 0 and not p.pending:
+        p.segments = p.events = p.participants = 0
     while number < len(table_outcomes):
         outcome = table_outcomes[number]
         valid, goes_on = True, p.pending

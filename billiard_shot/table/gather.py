@@ -7,8 +7,7 @@ impact of balls alone a cushion takes no part: its contact is so long that balls
 after the other.
 
 Bodies are the balls, then tip and cloth, then edges of cushions and, beside these, the cloth under
-other balls. The contacts of the cue are TIP_CONTACT and
-CLOTH_CONTACT; those of balls and edges come after them.
+other balls. The contacts of the cue, TIP_CONTACT and CLOTH_CONTACT, come first.
 """
 
 from math import sqrt
@@ -18,11 +17,19 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import ContactProperties
 from billiard_shot.impact.kernel import Scratch
 from billiard_shot.impact.outcome import Results
-from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE, TIP_BODY
-from billiard_shot.numerics import rounding
-from billiard_shot.numerics.vectors import dot
+from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE
+from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cue import CueRecord, THE_CUE
+from billiard_shot.table.cue_impact import (
+    CLOTH_CONTACT,
+    set_cloth,
+    set_tip_and_cloth,
+    TIP_CONTACT,
+    write_contact,
+    write_fixed,
+    write_tip,
+)
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at, projects_onto_edge
 from billiard_shot.table.geometry import TableModel
@@ -31,13 +38,7 @@ from billiard_shot.table.params import BallClothParams, GATE_OFF
 from billiard_shot.table.rolling_boundary import FACINGS, HOLES
 from billiard_shot.table.simulation_state import position_at, Simulation
 
-TIP_CONTACT, CLOTH_CONTACT = (
-    0,
-    1,
-)  # contacts of an impact with the cue: tip and ball 0, ball 0 and cloth
 BALL_IMPACT_TOLERANCE = 1e-7  # of an impact of balls, relative to the approach
-UNLIMITED = 1_000_000  # closings of a contact
-FAR_FROM_CLOTH = 1.0  # m, to the cloth where it takes no part
 
 
 class ImpactRoom(NamedTuple):
@@ -132,26 +133,13 @@ def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: Bod
 
 
 @inner
-def write_fixed(body: BodyState, kind: int, x: float, y: float, z: float) -> None:
-    """Write a fixed body whose axis is (x, y, z)."""
-    body.kind, body.response, body.across, body.turning = kind, 0.0, 0.0, 0.0
-    body.axis[0], body.axis[1], body.axis[2] = x, y, z
-    for k in range(3):
-        body.position[k] = body.velocity[k] = body.spin[k] = 0.0
-
-
-@inner
 def connect(
     table: TableModel, s: Simulation, room: ImpactRoom, a: int, b: int, gap: float
 ) -> None:
     """Add a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
     p = s.progress
-    c = room.properties[p.contacts]
-    c.body_a, c.body_b = a, b
-    c.gap = gap if gap > max(table.numbers.contact_gap, 0.0) else 0.0
-    c.tangent[0], c.tangent[1], c.tangent[2] = 0.0, 0.0, 1.0
-    c.fading, c.decay, c.softening = 0.0, 0.0, 0.0
-    c.keeps_normal, c.max_closings = False, UNLIMITED
+    touch = gap <= max(table.numbers.contact_gap, 0.0)
+    write_contact(room.properties[p.contacts], a, b, 0.0 if touch else gap)
     room.edges[p.contacts] = NOTHING
     p.contacts += 1
 
@@ -159,39 +147,21 @@ def connect(
 @inner
 def add_cue(table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom) -> None:
     """Add tip and cloth, and their contacts with ball 0."""
-    p, params, q = s.progress, table.params, table.cue
+    p, q, radius = s.progress, table.cue, table.params.radius
     ball, tip, cloth = room.bodies[0], room.bodies[p.bodies], room.bodies[p.bodies + 1]
-    write_fixed(tip, TIP_BODY, cue.axis[0], cue.axis[1], cue.axis[2])
+    write_tip(q, cue.axis, dot(cue.axis, s.cue.velocity), tip)
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
-    cloth.position[2] = 0.0 if q.on_cloth else -FAR_FROM_CLOTH
-    tip.response, tip.across = q.response, q.across
-    speed, square = dot(cue.axis, s.cue.velocity), 0.0
+    axes, n = room.scratch.workspace.polynomials, room.scratch.workspace.vector[0]
     for k in range(3):
         tip.position[k] = s.cue.position[k] + (p.begin - s.cue.time) * s.cue.velocity[k]
-        tip.velocity[k] = speed * cue.axis[k]
-        square += (tip.position[k] - ball.position[k]) * (tip.position[k] - ball.position[k])
-    connect(table, s, room, p.bodies, 0, sqrt(square) - q.reach)
-    connect(table, s, room, 0, p.bodies + 1, ball.position[2] - cloth.position[2] - params.radius)
+        n[k] = tip.position[k] - ball.position[k]
+    distance = unit(n, n)
+    connect(table, s, room, p.bodies, 0, distance - q.reach)
+    connect(table, s, room, 0, p.bodies + 1, ball.position[2] - radius)
     p.bodies += 2
-    c, under = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
-    c.friction, c.restitution, c.stiffness = q.friction, q.restitution, q.stiffness
-    c.max_closings = q.max_hits
-    set_cloth(table, under)
-    # Horizontal and normal to the axis, so that first tangents are in the plane of the stroke
-    x, y = -cue.axis[1], cue.axis[0]
-    if x * x + y * y < rounding.COUPLING * rounding.COUPLING:
-        x, y = 0.0, 1.0
-    u, v = tip.position[0] - ball.position[0], tip.position[1] - ball.position[1]
-    w = tip.position[2] - ball.position[2]
-    c.tangent[0], c.tangent[1], c.tangent[2] = y * w, -x * w, x * v - y * u
-    under.tangent[0], under.tangent[1], under.tangent[2] = y, -x, 0.0
-
-
-@inner
-def set_cloth(table: TableModel, c: ContactProperties) -> None:
-    """Set the properties of a contact with the cloth, whose normal never turns."""
-    c.friction, c.restitution = table.cue.cloth_friction, table.cue.cloth_restitution
-    c.stiffness, c.keeps_normal = table.cue.cloth_stiffness, True
+    set_tip_and_cloth(
+        q, cue.axis, n, room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT], axes
+    )
 
 
 @inner
@@ -250,6 +220,5 @@ def add_edges(table: TableModel, s: Simulation, room: ImpactRoom, member: int) -
         c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
         c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
     if found and member > 0 and p.contacts < len(room.properties):
-        cloth = p.members + 1
-        connect(table, s, room, member, cloth, place[2] - room.bodies[cloth].position[2] - radius)
-        set_cloth(table, room.properties[p.contacts - 1])
+        connect(table, s, room, member, p.members + 1, place[2] - radius)
+        set_cloth(table.cue, room.properties[p.contacts - 1])

@@ -206,17 +206,19 @@ def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
 
 def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> TableRun:
     """Return the recording of one table, whose balls have these names, as people use it."""
-    end = played.tables[0]
+    end, balls = played.tables, played.balls[0]
+    places = np.empty((len(balls), 2), np.int64)
+    places[:, 0], places[:, 1] = balls['pocket'], balls['first_contact']
     return TableRun(
         names,
-        Status(int(end['status'])),
-        float(end['duration']),
+        Status(int(end['status'][0])),
+        float(end['duration'][0]),
         wall_time,
-        int(end['searches']),
+        int(end['searches'][0]),
         played.segments,
         played.events,
-        np.stack([played.balls['pocket'][0], played.balls['first_contact'][0]], axis=-1),
-        int(end['jaws_met']),
+        places,
+        int(end['jaws_met'][0]),
     )
 
 
@@ -225,10 +227,11 @@ def run_with_events(task: TableTask, phases: int = 0) -> BatchRecording:
     segments = events = _CAPACITY * (2 + task.starts.shape[1])
     while True:
         played = run_tables(task, segments, events, phases)
-        end = played.tables[0]
-        if end['segments'] <= segments and end['events'] <= events:
+        end = played.tables
+        needed, happened = int(end['segments'][0]), int(end['events'][0])
+        if needed <= segments and happened <= events:
             return played
-        segments, events = int(end['segments']), int(end['events'])
+        segments, events = needed, happened
 
 
 def run_recorded(task: TableTask) -> BatchRecording:
@@ -252,18 +255,11 @@ class _Thread(threading.local):
     def rooms(
         self, storage: Storage, balls: int, with_cue: bool
     ) -> tuple[SimulationRoom, ImpactRoom]:
-        """Return rooms for a number of balls; their contents are those of the last table."""
-        key = storage, balls, with_cue
-        if key not in self.kept:
-            self.kept[key] = (
-                room_for_simulation(storage, balls),
-                room_for(storage, balls, with_cue),
-            )
-        simulation, room = self.kept[key]
-        progress = simulation.progress[0]
-        progress.pending = False
-        progress.segments = progress.events = progress.participants = 0
-        return simulation, room
+        """Take rooms for a number of balls; their contents are those of the last table."""
+        kept = self.kept.pop((storage, balls, with_cue), None)
+        if kept is not None:
+            return kept
+        return room_for_simulation(storage, balls), room_for(storage, balls, with_cue)
 
 
 _thread = _Thread()
@@ -292,8 +288,7 @@ def run_tables(
         task.fast_rebounds,
         task.cue,
     )
-    table = table_of(layout)
-    simulation, room = _thread.rooms(storage, count, cues is not None)
+    simulation, room = kept = _thread.rooms(storage, count, cues is not None)
     simulation = simulation._replace(
         segments=storage.records(SegmentRecord, segments),
         events=storage.records(EventRecord, events),
@@ -318,10 +313,11 @@ def run_tables(
         )
         if number == tables:
             break
-        log = cluster.solve(storage, table, progress, room, phases)
+        log = cluster.solve(storage, table_of(layout), progress, room, phases)
         if phases:
             impact = ImpactDetails(log, losses_of(room, int(progress.contacts)))
     log_ends, taken = int(progress.events), int(progress.participants)
+    _thread.kept[storage, count, cues is not None] = kept  # not after an exception
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),

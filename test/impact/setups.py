@@ -5,7 +5,6 @@ import numpy as np
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.shot.model import contact_properties
 from billiard_shot.status import Status
 from billiard_shot.study.problem import ContactProblem
 
@@ -257,7 +256,7 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
 def solved(problem, tolerance):
     """Impulses, status and steps of a problem that is solved, its energy ledger closed."""
     done = solve_in_contact_space(
-        contact_properties(problem.model),
+        problem.properties,
         problem.response[np.newaxis],
         problem.velocity[np.newaxis],
         [tolerance],

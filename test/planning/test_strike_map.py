@@ -69,10 +69,10 @@ def test_maps_agree_with_exact_strikes(centre):
     exact = strike_batch(asked, 1e-4)
     task = table_task(asked, exact, ENDLESS, 1e-4)
     starts, cues, status = begun(SCENE, strokes, found)
-    assert (status[there] == exact.rows['status'][there]).all()
+    assert (status[there] == exact.cues['status'][there]).all()
     assert (status[~there] == -1).all()
     for name, scale in (('velocity', 1.0), ('spin', radius)):
-        error = scale * (starts[name][:, 0] - exact.rows[name])[there] / strokes[there, 4:]
+        error = scale * (starts[name][:, 0] - exact.cues[name])[there] / strokes[there, 4:]
         assert np.abs(error).max() < 2e-4
     for name in ('tip', 'axis', 'tolerance'):
         assert cues[name][there] == pytest.approx(task.cues[name][there], abs=1e-12)

@@ -107,7 +107,7 @@ def test_without_double_hits_the_tip_hits_once():
     scene = scene_of(cue=(1.27 - REACH - 1e-3, 0.1))
     assert predict(scene, LEVEL).double_hit == 0.0, 'the cushion throws the ball back at it'
     scene = replace(scene, effects=Effects(double_hit='off'))
-    assert predict(scene, LEVEL)._strike['hits'] == 1
+    assert predict(scene, LEVEL)._cue['hits'] == 1
 
 
 def test_a_ball_behind_a_millimetre_is_reached_during_the_strike():

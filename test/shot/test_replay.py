@@ -118,12 +118,12 @@ def test_it_is_json_that_others_can_read():
 
 
 def test_numbers_that_json_does_not_know():
-    strike = SHOTS['masse']._strike.copy()
+    strike = SHOTS['masse']._cue.copy()
     strike['drift'] = -np.inf
-    shot = dataclasses.replace(SHOTS['masse'], _strike=strike, error_estimate=np.inf)
+    shot = dataclasses.replace(SHOTS['masse'], _cue=strike, error_estimate=np.inf)
     back = from_json(to_json(shot))
     assert back.error_estimate == np.inf
-    assert back._strike['drift'] == -np.inf
+    assert back._cue['drift'] == -np.inf
 
 
 def test_an_impact_of_more_balls_than_a_double_has_bits():

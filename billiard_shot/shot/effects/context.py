@@ -14,10 +14,10 @@ class ShotContext(EffectContext):
     """Scene, stroke and the motion that came of them."""
 
     stroke: Stroke
-    impulses: NDArray[np.float64]  # (2, 3) N s: of tip and table; normal and two tangential
+    impulses: NDArray[np.float64]  # (2, 2) N s: of tip and table; normal and tangential
     cue_speed: float  # m/s along the stroke, at the end of the strike
     double_hit: float | None  # s, when the cue hits the ball again
 
     def impulse(self, contact: int) -> NDArray[np.float64]:
-        """Return the normal and two tangential impulses of a contact in the strike (3,) [N s]."""
+        """Return the normal and the tangential impulse of a contact in the strike (2,) [N s]."""
         return self.impulses[contact]

@@ -13,7 +13,7 @@ N = TypeVar('N')
 
 
 def _seen(friction: float, impulse: NDArray[np.float64], body: str) -> GateDecision:
-    push, drag = impulse[0], float(np.hypot(*impulse[1:]))
+    push, drag = impulse
     if drag > 0.0:
         return GateDecision(True, f'{body} drags the ball sideways with {drag:.3g} N s')
     if friction == 0.0:
