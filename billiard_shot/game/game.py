@@ -2,18 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from importlib import import_module
-from pathlib import Path
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.plugins import find, names_in
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import whole
-
-_RULES = Path(__file__).with_name('rules')
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +68,7 @@ class Game:
 
 def game_names() -> list[str]:
     """Names of the games of the package, in alphabetical order."""
-    return sorted(path.stem for path in _RULES.glob('[a-z]*.py'))
+    return names_in('rules')
 
 
 def find_game(name: str) -> Game:
@@ -89,22 +86,9 @@ def find_game(name: str) -> Game:
         If there is no such game.
 
     """
-    if '.' in name:
-        try:
-            game = import_module(name).GAME
-        except (ImportError, AttributeError) as error:
-            raise ValueError(
-                f'game: {name!r} is not a module with a constant GAME: {error}'
-            ) from None
-        if not isinstance(game, Game):
-            raise refused(game, 'a Game', f'{name}.GAME')
-        return game
-    if name not in game_names():
-        raise refused(
-            name, f'one of {", ".join(game_names())}, or a module such as package.module', 'game'
-        )
-    game = import_module(f'billiard_shot.game.rules.{name}').GAME
-    assert isinstance(game, Game)
+    game = find(name, 'rules', 'GAME', 'game')
+    if not isinstance(game, Game):
+        raise refused(game, 'a Game', f'{name}.GAME')
     return game
 
 

@@ -5,28 +5,25 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from inspect import signature
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from billiard_shot.game.agent import MakeAgent, simulated, Simulator
 from billiard_shot.game.game import find_game, start
+from billiard_shot.game.plugins import find, names_in
 from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
 
-_AGENTS = Path(__file__).with_name('agents')
-
 
 def agent_names() -> list[str]:
     """Names of the agents of the package, in alphabetical order."""
-    return sorted(path.stem for path in _AGENTS.glob('[a-z]*.py'))
+    return names_in('agents')
 
 
 def find_agent(name: str) -> MakeAgent:
@@ -46,20 +43,7 @@ def find_agent(name: str) -> MakeAgent:
 
     """
     module, _, words = name.partition(':')
-    if '.' not in module:
-        if module not in agent_names():
-            raise refused(
-                name,
-                f'one of {", ".join(agent_names())}, or a module such as package.module',
-                'player',
-            )
-        module = f'billiard_shot.game.agents.{module}'
-    try:
-        make: MakeAgent = import_module(module).make
-    except (ImportError, AttributeError) as error:
-        raise ValueError(
-            f'player: {name!r} is not a module with a function make: {error}'
-        ) from None
+    make: MakeAgent = find(module, 'agents', 'make', 'player')
     return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
 
 

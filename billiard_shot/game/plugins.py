@@ -1,0 +1,43 @@
+"""Games and players: modules of a folder of the package, found by their names, or of others."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from billiard_shot.scene.errors import refused
+
+
+def names_in(folder: str) -> list[str]:
+    """Names of the modules of a folder of this package, in alphabetical order."""
+    return sorted(path.stem for path in Path(__file__).with_name(folder).glob('[a-z]*.py'))
+
+
+def find(name: str, folder: str, attribute: str, what: str) -> Any:
+    """
+    Return the attribute of a module.
+
+    Parameters
+    ----------
+    name : str
+        One of `names_in(folder)`; or `package.module`, a module of somebody else.
+    folder, attribute : str
+    what : str
+        What the module defines, in one word: the field that messages name.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module, or it has no such attribute.
+
+    """
+    if '.' not in name:
+        names = names_in(folder)
+        if name not in names:
+            raise refused(
+                name, f'one of {", ".join(names)}, or a module such as package.module', what
+            )
+        name = f'billiard_shot.game.{folder}.{name}'
+    try:
+        return getattr(import_module(name), attribute)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f'{what}: {name!r} is not a module with {attribute}: {error}') from None
