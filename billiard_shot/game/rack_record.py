@@ -12,75 +12,32 @@ ENDS = ('won', 'miss', 'leave', 'scratch', 'foul', 'safety', 'no shot', 'break',
 
 @dataclass(frozen=True, slots=True)
 class PlayedShot:
-    """
-    One decision of a rack.
+    """One decision of a rack."""
 
-    Attributes
-    ----------
-    state : dict
-        The state before it, see `State.to_dict`.
-    offsets : tuple of float
-        The stroke as planned: a, b, elevation, azimuth, speed of `from_offsets`; empty for none.
-    call : dict
-        Ball, pocket, safety, push_out.
-    choice : str
-        The choice that was taken; '' for a stroke.
-    success : float, optional
-        The probability that the player gave its shot.
-    reason : str
-        Why it was played.
-    kept : bool
-        Whether the player kept its turn.
-    fouls : tuple of str
-    text : str
-        The ruling.
-    end : str
-        How the visit ended, one of `ENDS`; '' if it went on.
-    cpu, wall : float
-        Time of the decision [s].
-
-    """
-
-    state: dict[str, Any]
-    offsets: tuple[float, ...] = ()
-    call: dict[str, Any] = field(default_factory=dict)
-    choice: str = ''
-    success: float | None = None
-    reason: str = ''
-    kept: bool = False
+    state: dict[str, Any]  # before it, see `State.to_dict`
+    offsets: tuple[float, ...] = ()  # as planned, of `from_offsets`; empty if there is no stroke
+    call: dict[str, Any] = field(default_factory=dict)  # see `Call`
+    choice: str = ''  # that was taken
+    success: float | None = None  # probability that the player gave its shot
+    reason: str = ''  # why it was played
+    kept: bool = False  # whether the player kept its turn
     fouls: tuple[str, ...] = ()
-    text: str = ''
-    end: str = ''
-    cpu: float = 0.0
-    wall: float = 0.0
+    text: str = ''  # the ruling
+    end: str = ''  # how the visit ended, one of `ENDS`; '' if it went on
+    cpu: float = 0.0  # s that the decision took
+    wall: float = 0.0  # s
 
 
 @dataclass(frozen=True, slots=True)
 class RackRecord:
-    """
-    A rack that was played.
-
-    Attributes
-    ----------
-    game : str
-    number : int
-        Of the rack in its tournament.
-    seed : int
-        Of the errors of execution, see `errors_of`.
-    players : tuple of str
-        Names of players 0 and 1.
-    shots : tuple of PlayedShot
-    state : dict
-        At the end.
-
-    """
+    """A rack that was played."""
 
     game: str
-    number: int
-    seed: int
-    players: tuple[str, ...]
+    number: int  # in its tournament
+    seed: int  # of the errors of execution, see `errors_of`
+    players: tuple[str, ...]  # names of players 0 and 1
     shots: tuple[PlayedShot, ...]
-    state: dict[str, Any]
+    state: dict[str, Any]  # at the end
 
     @property
     def winner(self) -> str | None:
@@ -96,13 +53,7 @@ class RackRecord:
     def from_dict(cls, data: dict[str, Any]) -> 'RackRecord':
         """Make a record from such a dict."""
         shots = tuple(
-            PlayedShot(
-                **{
-                    **shot,
-                    'offsets': tuple(shot['offsets']),
-                    'fouls': tuple(shot['fouls']),
-                }
-            )
+            PlayedShot(**shot | {name: tuple(shot[name]) for name in ('offsets', 'fouls')})
             for shot in data['shots']
         )
         return cls(**{**data, 'players': tuple(data['players']), 'shots': shots})

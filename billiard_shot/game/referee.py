@@ -129,21 +129,11 @@ def _check_is_next(state: State, what: str, *, is_next: bool) -> None:
 
 
 class Rulings(NamedTuple):
-    """
-    Rulings on many shots from one state.
+    """Rulings on many shots from one state."""
 
-    Attributes
-    ----------
-    kinds : tuple of Ruling
-        The different rulings; the balls of their states are those that are left, at their places
-        before the shot.
-    kind : (n,) int array
-        Which of them each shot got.
-
-    """
-
+    # The different rulings; their states have the balls that are left, where they were before.
     kinds: tuple[Ruling, ...]
-    kind: NDArray[np.int64]
+    kind: NDArray[np.int64]  # (n,) which of them each shot got
 
 
 def judge_batch(
