@@ -1,16 +1,15 @@
 """A person at the terminal, as a player."""
 
+from dataclasses import replace
 import math
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.game.agent import scene_of
-from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.game import find_game
-from billiard_shot.game.placing import placed
+from billiard_shot.game.call import Call, Decision, NO_CALL
+from billiard_shot.game.placing import call_of, direct_shots
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.planning.shots import DirectShots, shots
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.planning.shots import DirectShots
 
 HELP = """\
 N [SPEED [B [A]]]      play shot N of the list: speed in m/s, tip B up and A right in ball radii
@@ -60,10 +59,10 @@ class Person:
             return Decision(choice=choice)
         _show(state)
         scene = scene_of(self._scene, state)
-        direct = shots(scene, placed(state), find_game(state.game).targets(state))
+        direct = direct_shots(scene, state)
         for number in range(len(direct)):
-            ball, pocket = _names(direct, number)
-            print(f'{number:3}  {ball} to {pocket}, chance {100.0 * direct.chance[number]:.0f} %')
+            call, chance = call_of(direct, number), 100.0 * direct.chance[number]
+            print(f'{number:3}  {call.ball} to {call.pocket}, chance {chance:.0f} %')
         while True:
             line = input('shot (? for help): ')
             try:
@@ -83,20 +82,16 @@ def _decision(words: list[str], direct: DirectShots) -> Decision:
         words = words[1:]
     if len(words) >= 5:
         a, b, elevation, azimuth, speed = map(float, words[:5])
-        ball, pocket = (words[5], words[6]) if len(words) > 5 else (None, '')
+        call = Call(words[5], words[6]) if len(words) > 5 else NO_CALL
         offsets = [a, b, math.radians(elevation), math.radians(azimuth), speed]
     else:
         number = int(words[0])
-        ball, pocket = _names(direct, number)
+        call = call_of(direct, number)
         offsets = direct.offsets[number].tolist()
         for place, word in zip((4, 1, 0), words[1:], strict=False):
             offsets[place] = float(word)
-    call = Call(ball=ball, pocket=pocket, safety=safety, push_out=push)
+    call = replace(call, safety=safety, push_out=push)
     return Decision(Stroke.from_offsets(*offsets), call)
-
-
-def _names(direct: DirectShots, number: int) -> tuple[str, str]:
-    return direct.names[int(direct.ball[number])], POCKET_NAMES[int(direct.pocket[number])]
 
 
 def _show(state: State) -> None:

@@ -11,33 +11,24 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import judge_batch
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.planning.within_noise import NoisyBatch
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.predict import BatchResult
-from billiard_shot.status import Status
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.table_states import TableStates
 
 
 class RuledBatch(NamedTuple):
-    """
-    Strokes that were played in a simulation, with their rulings.
+    """Strokes that were played in a simulation, with their rulings."""
 
-    Attributes
-    ----------
-    kinds : tuple of Ruling
-        The different rulings, see `Rulings`.
-    kind : (n,) int array
-        The ruling of each stroke.
-    states : TableStates
-        The balls as they rest.
+    kinds: tuple[Ruling, ...]  # the different ones, see `Rulings`
+    kind: NDArray[np.int64]  # (n,) the ruling of each stroke
+    states: TableStates  # the balls as they rest
 
-    """
-
-    kinds: tuple[Ruling, ...]
-    kind: NDArray[np.int64]
-    states: TableStates
+    @property
+    def after(self) -> list[State]:
+        """The states that the different rulings lead to."""
+        return [ruling.state for ruling in self.kinds]
 
     def take(self, which: NDArray[np.int64]) -> 'RuledBatch':
         """Select some of the strokes."""
@@ -53,7 +44,13 @@ class RuledBatch(NamedTuple):
         return np.array(kept, np.bool_)[self.kind]
 
 
-def rule_on(state: State, calls: Sequence[Call], result: BatchResult | NoisyBatch) -> RuledBatch:
+def rule_on(
+    state: State,
+    calls: Sequence[Call],
+    run: TableBatch,
+    refused: NDArray[np.bool_],
+    double_hit: NDArray[np.bool_],
+) -> RuledBatch:
     """
     Rule on a batch of strokes.
 
@@ -63,18 +60,19 @@ def rule_on(state: State, calls: Sequence[Call], result: BatchResult | NoisyBatc
         Before the strokes, with the cue ball placed.
     calls : sequence of Call
         (n,)
-    result : BatchResult or NoisyBatch
-        (n,) of a scene with the balls of the state.
+    run : TableBatch
+        (n,) of tables with the balls of the state.
+    refused, double_hit : (n,) bool arrays
+        Whether a stroke could not be played; whether the cue hit the cue ball again.
 
     """
-    run = result.run
     cue = run.names.index(CUE_BALL)
     to_cushion = run.to_cushion.copy()
     if state.phase != 'break':  # rules ask whether any ball was driven to a cushion, not which
         to_cushion[:, cue] = to_cushion.any(axis=1)
         to_cushion[:, [i for i in range(len(run.names)) if i != cue]] = False
     balls = *run.pocket.T, *run.off_table.T, *to_cushion.T
-    columns = [result.status >= Status.MISS, result.double_hit, run.first_met[:, cue], *balls]
+    columns = [refused, double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
     rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])

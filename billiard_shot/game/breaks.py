@@ -15,7 +15,6 @@ from billiard_shot.game.game import start
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.strikes import motions_after
-from billiard_shot.planning.within_noise import NoisyBatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -23,7 +22,6 @@ from billiard_shot.scene.player import with_errors
 from billiard_shot.scene.rack import Place
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.status import Status
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
@@ -109,8 +107,5 @@ def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledB
     tables = TableStates(names, position.reshape(-1, len(names), 3))
     tables.velocity[:, 0], tables.spin[:, 0] = motion[:, :3], motion[:, 3:] / scene.ball.radius
     run = simulate_batch(scene, tables)
-    refused = ~np.isfinite(motion).all(axis=1)
-    status = np.where(refused, Status.MISS, run.status)
-    nothing = np.zeros(len(status), np.bool_)
-    result = NoisyBatch(motion[:, :3], tables.spin[:, 0], status, nothing, run.cue_hits > 0, run)
-    return rule_on(states[0], [NO_CALL] * len(status), result)
+    refused = ~np.isfinite(motion[:, 0])
+    return rule_on(states[0], [NO_CALL] * len(motion), run, refused, run.cue_hits > 0)

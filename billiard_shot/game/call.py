@@ -34,6 +34,11 @@ class Call:
     def __post_init__(self) -> None:
         check(self)
 
+    @property
+    def passes(self) -> bool:
+        """Whether the turn passes to the other player even if a ball falls."""
+        return self.safety or self.push_out
+
 
 NO_CALL = Call()
 

@@ -1,79 +1,49 @@
 """Ideas: strokes that a player thinks of, with their calls; each played once without errors."""
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game.agent import scene_of
-from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import find_game
-from billiard_shot.game.pot_candidates import pot_candidates
+from billiard_shot.game.placing import call_of
+from billiard_shot.game.rating import Idea, play, Position
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply
-from billiard_shot.game.state import State
-from billiard_shot.game.valuation import values
 from billiard_shot.planning.candidate_strokes import candidates
 from billiard_shot.planning.limits import A, AZIMUTH, B, SPEED
 from billiard_shot.planning.shots import DirectShots
+from billiard_shot.planning.strikes import along_azimuth
 from billiard_shot.planning.targets import Pot
 from billiard_shot.planning.within_noise import predict_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.effects import model_of
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
 
+SPEED_FACTORS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
+# a and b, relative to the largest offset of the robot: stun, draw and follow, and side spin
+TIP_OFFSETS = (
+    (0.0, 0.0),
+    (0.0, 0.4),
+    (0.0, 0.8),
+    (0.0, -0.4),
+    (0.0, -0.8),
+    (0.5, 0.0),
+    (-0.5, 0.0),
+    (0.5, 0.5),
+    (-0.5, 0.5),
+)
+# Changes of the direction of the ball [rad] that are tried for each stroke, because of throw.
+AIM_CHANGES = np.radians([-3.0, -1.5, 0.0, 1.5, 3.0])
 FOLLOWED = 60  # pots whose end states are followed by a second shot
 MIN_POTTING_DIRECTIONS = 3  # directions that have to pot; with fewer the guess is smaller
 SAFETY_BALLS = 4  # balls at which safeties are aimed
 HEIGHT, FASTER = 0.1, 0.2  # standard deviations of variations: of b, and of the logarithm of speed
 INDIRECT = 1500  # simulated strokes of a search for combinations and cushions
 INDIRECT_CHANCE = 0.5  # chance of such a stroke, before it is tried with errors
-
-
-class Position(NamedTuple):
-    """A state with the cue ball placed, and the scene with its balls."""
-
-    state: State
-    scene: Scene
-
-    def play(self, offsets: Array, calls: list[Call]) -> RuledBatch:
-        """Play strokes (n, 5) as accurately as the errors of the player call for."""
-        return rule_on(self.state, calls, predict_within_noise(self.scene, offsets))
-
-
-class Idea(NamedTuple):
-    """
-    A stroke to be tried with errors.
-
-    Attributes
-    ----------
-    position : Position
-    offsets : (5,) float array
-    call : Call
-    guess : float
-        Its value without errors, times the chance of its shot.
-
-    """
-
-    position: Position
-    offsets: Array
-    call: Call
-    guess: float
-
-
-def position_of(scene: Scene, state: State) -> Position:
-    """Return the position of a state whose cue ball is placed."""
-    return Position(state, scene_of(scene, state))
-
-
-def call_of(direct: DirectShots, number: int) -> Call:
-    """Call a direct shot."""
-    ball, pocket = int(direct.ball[number]), int(direct.pocket[number])
-    return Call(ball=direct.names[ball], pocket=POCKET_NAMES[pocket])
 
 
 def pots(
@@ -95,40 +65,52 @@ def pots(
 
     """
     state, scene = position
-    made = pot_candidates(scene, direct, which, tips=tips)
-    count, turns = made.offsets.shape[:2]
-    if not count:
+    offsets, shot = _aimed(scene, direct, which, tips)
+    if not len(shot):
         return []
-    calls = [call_of(direct, shot) for shot in made.shot.tolist()]
-    batch = position.play(
-        made.offsets.reshape(-1, 5), [call for call in calls for _ in range(turns)]
+    turns = AIM_CHANGES * (
+        2.0
+        * scene.ball.radius
+        * np.cos(direct.cut[shot, np.newaxis])
+        / direct.distance[shot, np.newaxis]
     )
-    kept = batch.keeps(state.player).reshape(count, turns)
-    value = kept.astype(float)
-    if plies > 0:
-        value = values(scene, state.player, batch).reshape(count, turns)
+    tried = np.repeat(offsets[:, np.newaxis], len(AIM_CHANGES), axis=1)
+    tried[..., AZIMUTH] += turns
+    calls = [call_of(direct, number) for number in shot.tolist()]
+    batch, kept, value = play(position, tried, calls, plies)
     # Aim at the middle of the directions that pot.
-    weight = kept.sum(axis=1)
-    middle = (kept * np.arange(turns)).sum(axis=1) / np.maximum(weight, 1)
-    low = np.floor(middle).astype(int)
-    rows, high = np.arange(count), np.minimum(low + 1, turns - 1)
-    part = (middle - low)[:, np.newaxis]
-    offsets = made.offsets[rows, low] * (1.0 - part) + made.offsets[rows, high] * part
-    guess = (kept * value).sum(axis=1) / np.maximum(weight, 1)
+    count = np.maximum(kept.sum(axis=1), 1)
+    middle = (kept * turns).sum(axis=1) / count
+    offsets[:, AZIMUTH] += middle
+    guess = (kept * value).sum(axis=1) / count
     if plies > 1:
         best = np.argsort(-guess, kind='stable')[:FOLLOWED]
-        best = best[weight[best] > 0]
-        away = np.abs(np.where(kept, np.arange(turns), np.inf) - middle[:, np.newaxis])
-        chosen = best * turns + np.argmin(away[best], axis=1)
+        best = best[kept[best].any(axis=1)]
+        away = np.abs(np.where(kept, turns - middle[:, np.newaxis], np.inf))
+        chosen = best * len(AIM_CHANGES) + np.argmin(away[best], axis=1)
         first = value.ravel()[chosen]
         guess[best] += second_ply(scene, state.player, batch.take(chosen), first) - first
     guess *= (
-        direct.chance[made.shot]
-        * np.minimum(weight, MIN_POTTING_DIRECTIONS)
+        direct.chance[shot]
+        * np.minimum(kept.sum(axis=1), MIN_POTTING_DIRECTIONS)
         / MIN_POTTING_DIRECTIONS
     )
     offsets, playable = raised(scene, offsets)  # which are turned since
     return _ideas(position, offsets, calls, guess * playable)
+
+
+def _aimed(
+    scene: Scene, direct: DirectShots, which: NDArray[np.int64], tips: int
+) -> tuple[Array, NDArray[np.int64]]:
+    """Make strokes (n, 5) of several speeds and spins, and the numbers (n,) of their shots."""
+    grid = np.array([(a, b, factor) for a, b in TIP_OFFSETS[:tips] for factor in SPEED_FACTORS])
+    shot = np.repeat(which, len(grid))
+    offsets = direct.offsets[shot].copy()
+    a, b, factor = np.tile(grid, (len(which), 1)).T
+    offsets[:, A], offsets[:, B] = scene.robot.offset_max * a, scene.robot.offset_max * b
+    offsets[:, SPEED] *= factor
+    offsets, playable = raised(scene, offsets)
+    return along_azimuth(scene, model_of(scene), offsets[playable]), shot[playable]
 
 
 def indirect_pots(position: Position) -> list[Idea]:
@@ -151,25 +133,29 @@ def indirect_pots(position: Position) -> list[Idea]:
         Call(ball=wanted[i], pocket=POCKET_NAMES[row[balls[i]]]) if row[balls[i]] >= 0 else NO_CALL
         for i, row in zip(first.tolist(), run.pocket.tolist(), strict=True)
     ]
-    batch = position.play(offsets, calls)
-    guess = values(scene, state.player, batch) * batch.keeps(state.player) * INDIRECT_CHANCE
-    return _ideas(position, offsets, calls, guess)
+    _, kept, value = play(position, offsets[:, np.newaxis], calls)
+    return _ideas(position, offsets, calls, (kept * value)[:, 0] * INDIRECT_CHANCE)
 
 
 def safeties(position: Position) -> list[Idea]:
-    """List strokes at the nearest balls, and all round, as safeties."""
+    """List strokes at the nearest balls, and all round, as safeties and as push-outs."""
     state, scene = position
     x, y = state.balls[CUE_BALL]
     near = sorted(
         find_game(state.game).targets(state),
         key=lambda ball: np.hypot(state.balls[ball][0] - x, state.balls[ball][1] - y),
     )
-    offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
-    if not len(offsets):
+    strokes = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
+    if not len(strokes):
         return []
-    calls = [Call(safety=True)] * len(offsets)
-    guess = values(scene, state.player, position.play(offsets, calls))
-    return _ideas(position, offsets, calls, guess)
+    kinds = [Call(safety=True)]
+    if state.phase == 'second':
+        kinds.append(Call(push_out=True))
+    calls = [call for call in kinds for _ in strokes]
+    offsets = np.concatenate([strokes] * len(kinds))
+    return _ideas(
+        position, offsets, calls, play(position, offsets[:, np.newaxis], calls).value[:, 0]
+    )
 
 
 def variations(idea: Idea, count: int, draw: np.random.Generator) -> list[Idea]:

@@ -1,46 +1,95 @@
-"""Ideas tried with the errors of the player: value, success, and where they succeed."""
+"""Ideas played with the errors of the player: value, success, and where they succeed."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from billiard_shot.game.ideas import Idea
+from billiard_shot.game.agent import scene_of
+from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
+from billiard_shot.game.call import Call
 from billiard_shot.game.second_ply import second_ply
+from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.limits import AZIMUTH
+from billiard_shot.planning.within_noise import predict_within_noise
 from billiard_shot.records import Array
+from billiard_shot.scene import Scene
 from billiard_shot.scene.player import with_errors
+from billiard_shot.status import Status
 
 FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed
 
 
+class Position(NamedTuple):
+    """A state with the cue ball placed, and the scene with its balls."""
+
+    state: State
+    scene: Scene
+
+
+class Idea(NamedTuple):
+    """A stroke to be tried with errors."""
+
+    position: Position
+    offsets: Array  # (5,) a, b, elevation, azimuth, speed
+    call: Call
+    guess: float  # its value without errors, times the chance of its shot
+
+
 class Rated(NamedTuple):
-    """
-    An idea with its value and success under errors.
-
-    Attributes
-    ----------
-    idea : Idea
-    value, success : float
-        Mean value; share of the executions that keep the turn.
-    turn : float
-        Mean error of the azimuth of these executions [rad].
-
-    """
+    """An idea that was tried with errors."""
 
     idea: Idea
-    value: float
-    success: float
-    turn: float = 0.0
+    value: float  # mean
+    success: float  # share of the executions that keep the turn
+    turn: float = 0.0  # rad: mean error of the azimuth of these
 
     @property
     def turned(self) -> Idea:
         """The idea with its azimuth in the middle of those that kept the turn."""
         offsets = self.idea.offsets.copy()
-        if not self.idea.call.safety:
+        if not self.idea.call.passes:
             offsets[AZIMUTH] += self.turn
         return self.idea._replace(offsets=offsets)
+
+
+class Played(NamedTuple):
+    """Strokes (n, m) that were played."""
+
+    batch: RuledBatch  # (n m,)
+    kept: NDArray[np.bool_]  # (n, m) whether each keeps the turn
+    value: Array  # (n, m) by the next shot; with no ply, whether the turn is kept
+
+
+def position_of(scene: Scene, state: State) -> Position:
+    """Return the position of a state whose cue ball is placed."""
+    return Position(state, scene_of(scene, state))
+
+
+def play(position: Position, offsets: Array, calls: Sequence[Call], plies: int = 1) -> Played:
+    """
+    Play strokes as accurately as the errors of the player call for.
+
+    Parameters
+    ----------
+    position : Position
+    offsets : (n, m, 5) float array
+    calls : sequence of Call
+        (n,)
+    plies : int
+        As of `rate`.
+
+    """
+    state, scene = position
+    shape = offsets.shape[:2]
+    every = [call for call in calls for _ in range(shape[1])]
+    result = predict_within_noise(scene, offsets.reshape(-1, 5))
+    batch = rule_on(state, every, result.run, result.status >= Status.MISS, result.double_hit)
+    kept = batch.keeps(state.player)
+    value = values(scene, state.player, batch) if plies else kept.astype(float)
+    return Played(batch, kept.reshape(shape), value.reshape(shape))
 
 
 def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
@@ -58,25 +107,18 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
 
     """
     rated: list[Rated] = []
-    samples = len(errors)
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
-        state, scene = position
-        played = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
-        calls = [idea.call for idea in own for _ in range(samples)]
-        batch = position.play(played.reshape(-1, 5), calls)
-        kept = batch.keeps(state.player).reshape(-1, samples)
-        value = kept.astype(float)
-        if plies > 0:
-            value = values(scene, state.player, batch).reshape(-1, samples)
+        strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
+        batch, kept, value = play(position, strokes, [idea.call for idea in own], plies)
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
-            pots = np.array([not idea.call.safety for idea in own])
-            some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS) & pots[:, np.newaxis]
+            some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS)
+            some[[idea.call.passes for idea in own]] = False
             chosen = np.flatnonzero(some)
             first = value.ravel()[chosen]
             change = np.zeros(value.shape)
-            second = second_ply(scene, state.player, batch.take(chosen), first)
+            second = second_ply(position.scene, position.state.player, batch.take(chosen), first)
             change.ravel()[chosen] = second - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)

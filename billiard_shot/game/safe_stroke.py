@@ -1,4 +1,4 @@
-"""Strokes that pot nothing on purpose: safeties, escapes, and the plain break."""
+"""Strokes that pot nothing on purpose: safeties, push-outs, escapes, and the plain break."""
 
 import math
 

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
-from billiard_shot.game.valuation import at_table, miss_value
+from billiard_shot.game.valuation import at_table, may_pot, miss_value, next_shots
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.strikes import unit_speed_strikes
 from billiard_shot.records import Array
@@ -56,13 +55,10 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
 
     """
     names = batch.states.names
-    goes_on = [not ruling.state.over and ruling.state.player == player for ruling in batch.kinds]
-    masks = np.zeros(batch.states.present.shape, np.bool_)
-    for number, ruling in enumerate(batch.kinds):
-        if goes_on[number] and not ruling.state.in_hand:
-            pots = find_game(ruling.state.game).targets(ruling.state)
-            masks[batch.kind == number] = [name in pots for name in names]
-    direct = shots(scene, batch.states, masks)
+    goes_on = [
+        not after.over and not after.in_hand and after.player == player for after in batch.after
+    ]
+    direct = next_shots(scene, batch, goes_on)
     if not len(direct):
         return first
     followed = _follow(scene, batch.states, direct)
@@ -115,24 +111,19 @@ def _values_after(
 ) -> Array:
     """Value strokes that pot, by the chance of the shot, and the best shot that they leave."""
     names = ends.names
-    groups: dict[tuple[int, int], tuple[State, NDArray[np.int64]]] = {}
     kind, ball = batch.kind[followed.row], direct.ball[followed.shot]
+    groups: list[tuple[State, State, NDArray[np.int64]]] = []
     masks = np.zeros(ends.present.shape, np.bool_)
-    for pair in set(zip(kind[potted].tolist(), ball[potted].tolist(), strict=True)):
-        state = batch.kinds[pair[0]].state
-        rows = np.flatnonzero(potted & (kind == pair[0]) & (ball == pair[1]))
-        after = state.without(names[pair[1]])
-        groups[pair] = after, rows
+    for number, fallen in set(zip(kind[potted].tolist(), ball[potted].tolist(), strict=True)):
+        before = batch.after[number]
+        after = before.without(names[fallen])
+        rows = np.flatnonzero(potted & (kind == number) & (ball == fallen))
+        groups.append((before, after, rows))
         if after.object_balls:
-            pots = find_game(state.game).targets(after)
-            masks[rows] = [name in pots for name in names]
-    chance = np.zeros(len(kind))
-    open_ = np.flatnonzero(masks.any(axis=1))
-    if len(open_):
-        chance[open_] = shots(scene, ends.take(open_), masks[open_]).best
+            masks[rows] = may_pot(after, names)
+    chance = shots(scene, ends, masks).best
     value = np.zeros(len(kind))
-    for (number, _), (after, rows) in groups.items():
-        before = batch.kinds[number].state
+    for before, after, rows in groups:
         p = direct.chance[followed.shot[rows]]
         value[rows] = p * at_table(chance[rows], after) + (1.0 - p) * miss_value(before)
     return value

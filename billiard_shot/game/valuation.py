@@ -6,16 +6,15 @@ to win from the table with n balls to pot, while the other needs m, follows by a
 next shot of a state is not an average one: its chance is that of the best direct shot, `shots`.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
 from billiard_shot.game.game import find_game
-from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.planning.shots import shots
+from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 
@@ -104,25 +103,32 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
         Estimated probabilities to win.
 
     """
+    goes_on = [not after.over and not after.in_hand for after in batch.after]
+    chance = next_shots(scene, batch, goes_on).best
     found = np.zeros(len(batch.kind))
-    masks = np.zeros(batch.states.present.shape, np.bool_)
-    for number, ruling in enumerate(batch.kinds):
+    for number, after in enumerate(batch.after):
         rows = batch.kind == number
-        if not ruling.state.over and not ruling.state.in_hand:
-            masks[rows] = _may_pot(ruling, batch.states.names)
-    open_ = np.flatnonzero(masks.any(axis=1))
-    chance = np.zeros(len(found))
-    if len(open_):
-        chance[open_] = shots(scene, batch.states.take(open_), masks[open_]).best
-    for number, ruling in enumerate(batch.kinds):
-        rows = batch.kind == number
-        found[rows] = value(ruling, player, chance[rows])
+        found[rows] = value(after, player, chance[rows])
     return found
 
 
-def value(ruling: Ruling, player: int, chance: Array) -> Array:
-    """Value a ruling for a player, with chances (n,) of the next shot."""
-    state = ruling.state
+def next_shots(scene: Scene, batch: RuledBatch, kinds: Sequence[bool]) -> DirectShots:
+    """Find the direct shots that follow a batch, of the rulings that `kinds` tells."""
+    masks = np.zeros(batch.states.present.shape, np.bool_)
+    for number, after in enumerate(batch.after):
+        if kinds[number]:
+            masks[batch.kind == number] = may_pot(after, batch.states.names)
+    return shots(scene, batch.states, masks)
+
+
+def may_pot(state: State, names: tuple[str, ...]) -> list[bool]:
+    """Which balls the player at the table may pot."""
+    targets = find_game(state.game).targets(state)
+    return [name in targets for name in names]
+
+
+def value(state: State, player: int, chance: Array) -> Array:
+    """Value a state for a player, with chances (n,) of the next shot."""
     if state.over:
         return np.full(len(chance), float(state.winner == player))
     if state.in_hand:
@@ -130,10 +136,6 @@ def value(ruling: Ruling, player: int, chance: Array) -> Array:
             len(chance), IN_HAND_CHANCE if state.in_hand == 'anywhere' else IN_KITCHEN
         )
     own = at_table(chance, state)
+    if 'pass' in state.choices:  # after a push-out the other player takes the better part
+        own = np.maximum(own, 1.0 - own)
     return own if state.player == player else 1.0 - own
-
-
-def _may_pot(ruling: Ruling, names: tuple[str, ...]) -> NDArray[np.bool_]:
-    """Which balls the next player may pot."""
-    pots = find_game(ruling.state.game).targets(ruling.state)
-    return np.array([name in pots for name in names])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SPEED
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.planning.strikes import along_azimuth, unit_speed_strikes
 from billiard_shot.planning.targets import Break, Pot, Rest
 from billiard_shot.planning.waypoints import (
     is_clear,
@@ -163,13 +163,9 @@ def aim(problem: Problem, candidates: Candidates) -> Candidates:
     """Raise the cue for clearance, and turn strokes so that the ball starts along the route."""
     strokes = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
     playable = np.flatnonzero(~np.isnan(strokes).any(axis=1))
-    strokes, found = strokes[playable], candidates.take(playable)
-    # the direction in which the ball starts, relative to the azimuth, depends on neither speed
-    # nor azimuth
-    offsets, which = np.unique(strokes[:, :3].round(6), axis=0, return_inverse=True)
-    motion = unit_speed_strikes(problem.scene, problem.model, offsets)[which.ravel()]
-    strokes[:, AZIMUTH] -= np.nan_to_num(np.arctan2(motion[:, 1], motion[:, 0]))
-    return Candidates(strokes, found.spread, found.route)
+    found = candidates.take(playable)
+    aimed = along_azimuth(problem.scene, problem.model, strokes[playable])
+    return Candidates(aimed, found.spread, found.route)
 
 
 def spread_azimuth(candidates: Candidates) -> Candidates:

@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import Limits
-from billiard_shot.planning.shots import shots
+from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.targets import Break, Pot, Target
 from billiard_shot.records import Array
@@ -62,7 +63,7 @@ def places_in_hand(
     if isinstance(target, Break):
         points = _along_head_string(scene.table, count)
         return [(x, y) for x, y in _free_of(scene, lying, points).tolist()]
-    free = _free_places(scene, lying, place)
+    free = free_places(scene, lying, place)
     radius = scene.ball.radius
     position = np.full((len(free), 1 + len(others), 3), radius)
     position[:, 0, :2] = free
@@ -76,11 +77,10 @@ def places_in_hand(
     ]
     found = shots(scene, TableStates([CUE_BALL, *others], position), legal, noise)
     wanted = np.isin(found.pocket, [POCKET_NAMES.index(name) for name in target.pocket])
-    wanted &= limits.allows_azimuth(found.offsets[:, 3]) & (found.distance >= NEAREST)
-    rounded = np.round(found.chance / ALIKE)
-    order = np.lexsort((found.distance + found.way, -rounded, ~wanted))
+    wanted &= limits.allows_azimuth(found.offsets[:, 3])
+    order = best_in_hand(found)
     chosen: list[tuple[float, float]] = []
-    for k in order[: int(wanted.sum())].tolist():
+    for k in order[wanted[order]].tolist():
         x, y = free[found.table[k]].tolist()
         if all(math.dist((x, y), other) >= PLACE_SPACING for other in chosen):
             chosen.append((x, y))
@@ -95,8 +95,27 @@ def _along_head_string(table: Table, count: int) -> Array:
     return np.column_stack([np.full(count, x), np.linspace(0.0, y, count)])
 
 
-def _free_places(scene: Scene, others: Array, place: str) -> Array:
-    """List places (n, 2) [m] at which the cue ball can lie."""
+def best_in_hand(direct: DirectShots) -> NDArray[np.int64]:
+    """List direct shots, the best first, without those whose cue ball is too near to the ball."""
+    rounded = np.round(direct.chance / ALIKE)
+    order = np.lexsort((direct.distance + direct.way, -rounded))
+    return order[direct.distance[order] >= NEAREST]
+
+
+def free_places(scene: Scene, others: Array, place: str) -> Array:
+    """
+    List places (n, 2) [m], all over the table or the kitchen, at which the cue ball can lie.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its table and the radius of its balls.
+    others : (m, 2) float array
+        Where the other balls lie [m].
+    place : str
+        One of `PLACES`.
+
+    """
     table = scene.table
     assert table is not None
     low, high = np.array([-0.5, -0.5]), np.array([0.5, 0.5])

@@ -42,6 +42,17 @@ def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Arra
     return motions_after(scene, model, strokes)
 
 
+def along_azimuth(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
+    """Turn strokes (n, 5) so that the ball, not the cue, starts along their azimuth."""
+    # the direction in which the ball starts, relative to the azimuth, depends on neither speed
+    # nor azimuth
+    offsets, which = np.unique(strokes[:, :3].round(6), axis=0, return_inverse=True)
+    motion = unit_speed_strikes(scene, model, offsets)[which.ravel()]
+    turned = strokes.copy()
+    turned[:, 3] -= np.nan_to_num(np.arctan2(motion[:, 1], motion[:, 0]))
+    return turned
+
+
 def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
     """
     Solve strikes; return velocity, and spin times radius (n, 6) [m/s].

@@ -1,6 +1,7 @@
 """Agents, racks and tournaments: moves are legal, results repeat, and better players win."""
 
 from dataclasses import replace
+from itertools import count
 import json
 
 import numpy as np
@@ -12,11 +13,12 @@ from billiard_shot.game import Call, Decision, judge, Outcome, start, State
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
 from billiard_shot.game.breaks import best_break, break_racks
-from billiard_shot.game.ideas import indirect_pots, position_of
+from billiard_shot.game.ideas import indirect_pots
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
+from billiard_shot.game.rating import position_of
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
-from billiard_shot.game.valuation import at_table, SHOT, win_probability
+from billiard_shot.game.valuation import at_table, SHOT, value, win_probability
 from billiard_shot.pictures.rack import draw_rack
 
 TABLE = Scene.load('seven_foot')
@@ -155,6 +157,27 @@ def test_a_poor_shot_from_cue_ball_in_hand_is_thought_over(monkeypatch):
     again = Player(TABLE, 1)
     assert state.with_cue_ball(*again.place(state)) == there
     assert again.decide(there) != expected
+
+
+def test_the_place_and_the_stroke_share_the_time(monkeypatch):
+    """By a clock on which a second passes with each look, and with shots that are all poor."""
+    clock = count()
+    module = 'billiard_shot.game.agents.player'
+    monkeypatch.setattr(f'{module}.perf_counter', lambda: float(next(clock)))
+    monkeypatch.setattr(f'{module}.POOR', 2.0)
+    state = start('practice', TABLE, seed=4, balls=2)
+    player = Player(TABLE, 1, seconds=9.0, effort=0.3)
+    assert player.decide(state.with_cue_ball(*player.place(state))).stroke
+    assert next(clock) <= 9 + 2  # the look after the place is one, and this is another
+
+
+def test_after_a_push_out_the_other_player_takes_the_better_part():
+    state = start('nine_ball', TABLE, seed=4).with_cue_ball(-0.8, 0.0)
+    pushed = replace(state, player=1, phase='play', in_hand='', choices=('accept', 'pass'))
+    chance = np.linspace(0.0, 1.0, 11)
+    own = at_table(chance, pushed)
+    assert value(pushed, 0, chance) == pytest.approx(np.minimum(own, 1.0 - own))
+    assert value(pushed, 1, chance) == pytest.approx(np.maximum(own, 1.0 - own))
 
 
 def test_without_a_direct_shot_a_combination_is_found():

@@ -3,7 +3,7 @@ The agent `player`: the shot with the largest probability to win the rack, the l
 
 It tries direct shots at several speeds and spins, without errors at first; then the best of them
 with the errors of the player. Each end state is valued by what can follow. If no pot is good,
-combinations, cushions and safeties compete with the pots by the same values.
+combinations, cushions, safeties and push-outs compete with the pots by the same values.
 """
 
 from collections.abc import Iterator
@@ -13,27 +13,20 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.game.agent import scene_of
 from billiard_shot.game.breaks import best_break
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import find_game
-from billiard_shot.game.ideas import (
-    call_of,
-    Idea,
-    indirect_pots,
-    Position,
-    position_of,
-    pots,
-    safeties,
-    variations,
-)
-from billiard_shot.game.placing import placed, places_to_try
-from billiard_shot.game.rating import rate, Rated
+from billiard_shot.game.ideas import indirect_pots, pots, safeties, variations
+from billiard_shot.game.placing import call_of, direct_shots, places_to_try
+from billiard_shot.game.rating import Idea, Position, position_of, rate, Rated
 from billiard_shot.game.referee import choose
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.safe_stroke import hit_something
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import at_table, value
-from billiard_shot.planning.shots import DirectShots, shots
+from billiard_shot.planning.in_hand import best_in_hand
+from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
@@ -67,11 +60,11 @@ class Player:
     plies : int
         2: looks at the next two shots of an end state; 1: at the next one; 0: at none.
     safe : bool
-        Whether safeties are played.
+        Whether safeties and push-outs are played.
     seconds : float, optional
-        Time of a decision [s], above 0; by default there is no limit. The player decides on the
-        best stroke so far before the time is over. With a limit the same seed may give other
-        decisions.
+        Time for the place of the cue ball and the stroke together [s], above 0; by default there
+        is no limit. The player decides on the best stroke so far before the time is over. With a
+        limit the same seed may give other decisions.
 
     """
 
@@ -91,19 +84,19 @@ class Player:
         self._effort, self._plies = positive('effort', effort, ''), plies
         self._safe = safe
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
-        self._planned: tuple[State, Decision] | None = None
+        self._planned: tuple[State, list[Rated], float] | None = None
 
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
         if state.phase == 'break':
             return best_break(self._scene, state.game)[0]
-        best = self._in_time(state)
+        start = perf_counter()
+        best = self._in_time(state, start)
         if not best:
-            x, y = places_to_try(state, self._draw)[0].tolist()
+            x, y = places_to_try(self._scene, state)[0].tolist()
             return x, y
         there = best[0].idea.position.state
-        if best[0].success >= POOR:  # else other strokes compete from there
-            self._planned = there, self._decision(best)
+        self._planned = there, best, perf_counter() - start
         return there.balls[CUE_BALL]
 
     def decide(self, state: State) -> Decision:
@@ -111,14 +104,14 @@ class Player:
         planned, self._planned = self._planned, None
         if state.choices:
             return Decision(choice=self._choice(state))
-        if planned is not None and planned[0] == state:
-            return planned[1]
         if state.phase == 'break':
             return Decision(best_break(self._scene, state.game)[1], reason='break')
-        best = self._in_time(state)
+        best, taken = planned[1:] if planned and planned[0] == state else ([], 0.0)
+        if not best or (best[0].success < POOR and 2.0 * taken < self._limit(state)):
+            best = self._in_time(state, perf_counter() - taken)
         if not best:
-            return hit_something(position_of(self._scene, state).scene, state)
-        return self._decision(best)
+            return hit_something(scene_of(self._scene, state), state)
+        return _decision(best)
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """Learn nothing."""
@@ -128,36 +121,37 @@ class Player:
         found = {}
         for choice in state.choices:
             after = choose(state, choice)
-            pots = find_game(after.game).targets(after)
-            chance = np.zeros(1)
             if after.phase == 'break':
                 found[choice] = 0.5 if after.player == state.player else 0.45
                 continue
+            chance = np.zeros(1)
             if CUE_BALL in after.balls:
-                chance = shots(self._scene, placed(after), pots).best
-            found[choice] = float(value(Ruling(after), state.player, chance)[0])
+                chance = direct_shots(self._scene, after).best
+            found[choice] = float(value(after, state.player, chance)[0])
         return max(found, key=lambda choice: found[choice])
 
-    def _in_time(self, state: State) -> list[Rated]:
-        """Think until the next step would take longer than the time that is left."""
-        seconds = self._seconds
-        if state.time_left is not None:
-            seconds = min(seconds, state.time_left[state.player] / TIME_RESERVE)
-        start = before = perf_counter()
-        longest = 0.0
+    def _limit(self, state: State) -> float:
+        """Time for the cue ball's place and the stroke together [s]."""
+        if state.time_left is None:
+            return self._seconds
+        return min(self._seconds, state.time_left[state.player] / TIME_RESERVE)
+
+    def _in_time(self, state: State, start: float) -> list[Rated]:
+        """Think until the next step would end too late after the start [s]."""
+        end, before, longest = start + self._limit(state), perf_counter(), 0.0
         best: list[Rated] = []
         for step in self._steps(state):
             best = step
             now = perf_counter()
             longest, before = max(longest, now - before), now
-            if now + longest > start + seconds:
+            if now + longest > end:
                 break
         return best
 
     def _steps(self, state: State) -> Iterator[list[Rated]]:
         """Yield the best strokes so far after each step, the best one first."""
-        places = places_to_try(state, self._draw) if state.places_cue_ball else None
-        direct = shots(self._scene, placed(state, places), find_game(state.game).targets(state))
+        places = places_to_try(self._scene, state) if state.places_cue_ball else None
+        direct = direct_shots(self._scene, state, places)
         best: list[Rated] = []
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):
@@ -168,37 +162,38 @@ class Player:
             ideas += pots(position, direct, which, tips, self._plies)
             yield best
         # If no direction pots, the direct shot itself shows why: it may scratch, or hit twice.
-        for step in self._tried(ideas or [each.idea for each in best], FINALISTS):
-            best = step
+        for rated in self._tried(ideas or [each.idea for each in best], FINALISTS):
+            best = rated
             yield best
         if places is not None or (best and best[0].success >= POOR):
             return
         position = position_of(self._scene, state)
-        others = [indirect_pots]
+        kinds = [indirect_pots]
         if self._safe and find_game(state.game).players > 1:
-            others.append(safeties)
-        for kind in others:
-            pot = best
+            kinds.append(safeties)
+        # Only the best idea of each kind was tried with new errors: the others may be overrated.
+        chosen, others = best[:1], best[1:]
+        for kind in kinds:
+            found: list[Rated] = []
             for found in self._tried(kind(position), OTHERS):
-                best = sorted(pot + found, key=_negative_value)
-                yield best
+                yield _by_value(chosen + found[:1]) + others
+            chosen += found[:1]
 
     def _positions(
         self, state: State, places: Array | None, direct: DirectShots
     ) -> Iterator[tuple[Position, NDArray[np.int64]]]:
         """Yield positions, and numbers of the direct shots that are tried there."""
-        best = np.argsort(-direct.chance, kind='stable')
         if places is None:
-            if len(direct):
-                yield position_of(self._scene, state), best[: self._many(SHOTS)]
+            best = np.argsort(-direct.chance, kind='stable')[: self._many(SHOTS)]
+            if len(best):
+                yield position_of(self._scene, state), best
             return
-        used: set[tuple[int, int]] = set()
-        for number in best.tolist():
-            pair = int(direct.ball[number]), int(direct.pocket[number])
-            if pair not in used and len(used) < self._many(PLACES_TRIED):
-                used.add(pair)
-                x, y = places[direct.table[number]].tolist()
-                yield position_of(self._scene, state.with_cue_ball(x, y)), np.array([number])
+        order = best_in_hand(direct)
+        pair = np.column_stack([direct.ball, direct.pocket])[order]
+        _, first = np.unique(pair, axis=0, return_index=True)
+        for number in order[np.sort(first)][: self._many(PLACES_TRIED)].tolist():
+            x, y = places[direct.table[number]].tolist()
+            yield position_of(self._scene, state.with_cue_ball(x, y)), np.array([number])
 
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rated]]:
         """Try the best ideas with errors, then the best of these with more errors."""
@@ -206,22 +201,22 @@ class Player:
         errors = self._errors(ERRORS_EACH)
         rated: list[Rated] = []
         for i in range(0, len(ranked), IDEAS_AT_ONCE):
-            rated += rate(ranked[i : i + IDEAS_AT_ONCE], errors, self._plies)
-            rated.sort(key=_negative_value)
+            rated = _by_value(rated + rate(ranked[i : i + IDEAS_AT_ONCE], errors, self._plies))
             yield rated
         if not rated:
             return
         for each in rated[:VARIED]:
             some = variations(each.turned, self._many(VARIATIONS), self._draw)
             rated = rated + rate(some, errors, self._plies)
-            yield sorted(rated, key=_negative_value)
-        rated.sort(key=_negative_value)
-        again = [each.turned for each in rated[:WINNERS]]
-        rated = sorted(rate(again, self._errors(MORE_SAMPLES), self._plies), key=_negative_value)
-        yield rated
+            yield _by_value(rated)
+        rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
+        again: list[Rated] = []
+        for each in rated[:WINNERS]:
+            again += rate([each.turned], errors, self._plies)
+            yield rated
+        again = _by_value(again)
         # The largest of several estimates is too large: state the one of new errors.
-        best = rate([rated[0].idea], self._errors(MORE_SAMPLES), self._plies)
-        yield best + rated[1:]
+        yield rate([again[0].idea], self._errors(MORE_SAMPLES), self._plies) + again[1:]
 
     def _many(self, count: int) -> int:
         return max(1, round(count * self._effort))
@@ -231,19 +226,20 @@ class Player:
         sigmas = self._scene.noise.sigmas(self._scene.ball.radius)
         return self._draw.standard_normal((self._many(count), 5)) * sigmas
 
-    def _decision(self, rated: list[Rated]) -> Decision:
-        best = rated[0]
-        call = best.idea.call
-        reason = f'{_in_words(call)}: wins in {100.0 * best.value:.0f} %'
-        other = [each for each in rated if each.idea.call.ball != call.ball]
-        if other:
-            reason += f', {_in_words(other[0].idea.call)} in {100.0 * other[0].value:.0f} %'
-        return Decision(
-            Stroke.from_offsets(*best.idea.offsets.tolist()),
-            call,
-            success=None if call.safety else best.success,
-            reason=reason,
-        )
+
+def _decision(rated: list[Rated]) -> Decision:
+    best = rated[0]
+    call = best.idea.call
+    reason = f'{_in_words(call)}: wins in {100.0 * best.value:.0f} %'
+    other = [each for each in rated if each.idea.call.ball != call.ball]
+    if other:
+        reason += f', {_in_words(other[0].idea.call)} in {100.0 * other[0].value:.0f} %'
+    return Decision(
+        Stroke.from_offsets(*best.idea.offsets.tolist()),
+        call,
+        success=None if call.passes else best.success,
+        reason=reason,
+    )
 
 
 def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
@@ -254,12 +250,14 @@ def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
     return Rated(idea, won, float(chance))
 
 
-def _negative_value(rated: Rated) -> float:
-    return -rated.value
+def _by_value(rated: list[Rated]) -> list[Rated]:
+    return sorted(rated, key=lambda each: -each.value)
 
 
 def _in_words(call: Call) -> str:
-    return f'{call.ball} to {call.pocket}' if call.ball else 'safety'
+    if call.ball:
+        return f'{call.ball} to {call.pocket}'
+    return 'push-out' if call.push_out else 'safety'
 
 
 make = Player

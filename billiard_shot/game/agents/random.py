@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.game.call import Call, Decision
+from billiard_shot.game.placing import places_to_try
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene import Scene
@@ -27,18 +28,19 @@ class RandomAgent:
     """
 
     def __init__(self, scene: Scene, seed: int) -> None:
-        self._robot, self._draw = scene.robot, np.random.default_rng(seed)
+        self._scene, self._draw = scene, np.random.default_rng(seed)
 
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball at any allowed place."""
-        return random_place(state, self._draw)
+        x, y = self._draw.choice(places_to_try(self._scene, state)).tolist()
+        return x, y
 
     def decide(self, state: State) -> Decision:
         """Take any choice, or play any stroke and call any ball."""
         draw = self._draw
         if state.choices:
             return Decision(choice=str(draw.choice(state.choices)))
-        robot = self._robot
+        robot = self._scene.robot
         azimuth = math.radians(
             robot.azimuth_deg + robot.azimuth_half_range_deg * draw.uniform(-1, 1)
         )
@@ -54,17 +56,6 @@ class RandomAgent:
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """Learn nothing."""
-
-
-def random_place(state: State, draw: np.random.Generator) -> tuple[float, float]:
-    """Draw a place where the cue ball may be placed [m]."""
-    half = np.array([state.length, state.width]) / 2.0 - state.radius
-    while True:
-        x, y = (half * draw.uniform(-1.0, 1.0, 2)).tolist()
-        if state.in_hand == 'kitchen':
-            x = -half[0] + (half[0] - 0.25 * state.length) * draw.uniform()
-        if not state.no_place(x, y):
-            return float(x), float(y)
 
 
 make = RandomAgent
