@@ -18,11 +18,13 @@ from tempfile import mkdtemp
 from typing import NamedTuple
 
 import numpy as np
+from tools.foreign import foreign, SHOTS, their_scene
 from tools.timing import machine, Report
 
-from billiard_shot import Scene
-from billiard_shot.game import Decision, find_game, Pairing, play, start, State, summary
+from billiard_shot import predict_batch, Scene
+from billiard_shot.game import Call, Decision, find_game, Pairing, play, start, State, summary
 from billiard_shot.game.agent import scene_of, simulated
+from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.breaks import best_break
 from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
@@ -30,11 +32,13 @@ from billiard_shot.game.referee import judge
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.statistics import percent, wilson_interval
+from billiard_shot.status import Status
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
 NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
 MEDIAN, MOST = 1.0, 3.0  # s of CPU time of a decision: median, and 95 %
 MOST_ENDS = 3  # that the page names, of the ways in which visits end
+AGAIN = 200  # new errors with which strokes are played again
 FEW = 30  # shots of a bin of stated chances: with fewer its interval is too wide to say anything
 
 
@@ -78,7 +82,11 @@ ABLATION = {
     )
 }
 HASTY = 'eight_ball-hasty'
-SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION
+FOREIGN = {
+    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, ('player', 'greedy'), None, 20),
+    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, ('player', 'greedy'), None, 20),
+}
+SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION | FOREIGN
 
 
 class Resigns:
@@ -102,6 +110,9 @@ def play_one(key, number):
     scene = Scene.load(series.scene)
     if key in RUN_OUT:
         return run_out(series, scene, number)
+    if key in FOREIGN:
+        scene = their_scene(key == 'foreign-fitted')
+        return play(Pairing(series.game, scene, series.players, simulator=foreign), number)
     return play(Pairing(series.game, scene, series.players, balls=series.balls), number)
 
 
@@ -173,18 +184,31 @@ def breaks(racks):
 
 
 def calibration(racks):
-    """Yield deciles of the stated chances: shots, mean chance, shots that kept the turn."""
+    """Yield deciles of the stated chances: mean, shots with a scene, which kept the turn."""
     shots = [
-        (shot.success, shot.kept or shot.end == 'won')
-        for rack in racks
+        (shot, SERIES[key].scene)
+        for key in racks
+        for rack in racks[key]
         for shot in rack.shots
         if shot.success is not None and rack.players[shot.state['player']].startswith('player')
     ]
-    stated, came = np.array(shots, float).reshape(-1, 2).T
-    for decile in range(10):
-        inside = np.minimum((10.0 * stated).astype(int), 9) == decile
-        if inside.any():
-            yield int(inside.sum()), float(stated[inside].mean()), int(came[inside].sum())
+    stated = np.array([shot.success for shot, _ in shots])
+    decile = np.minimum((10.0 * stated).astype(int), 9)
+    for each in np.unique(decile).tolist():
+        inside = [shots[i] for i in np.flatnonzero(decile == each)]
+        came = sum(shot.kept or shot.end == 'won' for shot, _ in inside)
+        yield float(stated[decile == each].mean()), inside, came
+
+
+def again(shot, scene):
+    """Return how often a stroke keeps the turn with new errors, by exact predictions."""
+    state, errors = State.from_dict(shot.state), np.random.default_rng(1)
+    there = scene_of(Scene.load(scene), state)
+    offsets = there.noise.sample(shot.offsets, AGAIN, errors, there.ball.radius)
+    played = predict_batch(there, offsets=offsets)
+    refused = played.status >= Status.MISS
+    calls = [Call(**shot.call)] * AGAIN
+    return rule_on(state, calls, played.run, refused, played.double_hit).keeps(state.player).mean()
 
 
 def by_balls_left(racks):
@@ -218,7 +242,7 @@ def report_on(racks):
             '%',
             -100.0 * series.goal if series.goal else None,
         )
-        if key not in ABLATION:
+        if key not in ABLATION | FOREIGN:
             decisions += [
                 shot.cpu
                 for rack in racks[key]
@@ -324,6 +348,25 @@ def as_page(racks):
             )
     lines += [
         '',
+        '## Another simulator',
+        '',
+        'Eight-ball on a table that players do not know (`benchmarks/tools/foreign.py`): a strike',
+        'without squirt, other frictions, cushions and errors, and fouls put the balls back.',
+        f'Players plan with a scene that `fitted_scene` fitted to {SHOTS} shots on that table, or',
+        'with their own.',
+        '',
+        '| scene | won against `greedy` | visits ended by | CPU time |',
+        '|---|---|---|---|',
+    ]
+    for key in FOREIGN:
+        if racks[key]:
+            player = first_player(racks[key])
+            lines.append(
+                f'| {"fitted" if key == "foreign-fitted" else "their own"} | '
+                f'{share(player["wins"], len(racks[key]))} | {ends(player)} | {times(player)} |'
+            )
+    lines += [
+        '',
         '## Which shots fail',
         '',
         'Pots of `player` in eight-ball, by the number of balls that it has to pot to win.',
@@ -338,15 +381,20 @@ def as_page(racks):
         '## Stated and measured chances',
         '',
         'Shots of the racks above, by the chance that the player stated: that it keeps its turn.',
-        f'Deciles with fewer than {FEW} shots say little.',
+        f'Deciles with fewer than {FEW} shots say little. Racks of all series have the same',
+        'errors, so their shots are not independent. The last column says how often the same',
+        f'strokes keep the turn with {AGAIN} new errors each, by exact predictions.',
         '',
-        '| stated | kept the turn |',
-        '|---|---|',
+        '| stated | kept the turn | with new errors |',
+        '|---|---|---|',
     ]
     # With hardly any time the first strokes are played by the chances of direct shots alone.
-    everything = [rack for key in SERIES if key != HASTY for rack in racks[key]]
-    for count, stated, came in calibration(everything):
-        lines.append(f'| {percent(stated)} % | {share(came, count)} |')
+    own = {key: racks[key] for key in SERIES if key != HASTY and key not in FOREIGN}
+    for stated, shots, came in calibration(own):
+        new = ''
+        if stated < 0.9:  # above that nearly all shots are the same, and there are thousands
+            new = f'{percent(np.mean([again(*each) for each in shots]))} %'
+        lines.append(f'| {percent(stated)} % | {share(came, len(shots))} | {new} |')
     return '\n'.join([*lines, *drawn(racks), ''])
 
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from billiard_shot.game.agent import simulated, Simulator
-from billiard_shot.game.agents.random import random_place
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import start
+from billiard_shot.game.placing import places_to_try
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import whole
@@ -109,7 +109,8 @@ def fitted_scene(
 def _table(scene: Scene, seed: int, draw: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Place the cue ball and a ball at random."""
     state = start('practice', scene, seed, balls=1)
-    return {**state.balls, CUE_BALL: random_place(state, draw)}
+    x, y = draw.choice(places_to_try(scene, state)).tolist()
+    return {**state.balls, CUE_BALL: (x, y)}
 
 
 def _stroke(scene: Scene, draw: np.random.Generator) -> Stroke:
