@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.plugins import find, names_in
+from billiard_shot.game.plugins import find_plugin, names_in
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene import Scene, SceneLike
@@ -86,7 +86,7 @@ def find_game(name: str) -> Game:
         If there is no such game.
 
     """
-    game = find(name, 'rules', 'GAME', 'game')
+    game = find_plugin(name, 'rules', 'GAME', 'game')
     if not isinstance(game, Game):
         raise refused(game, 'a Game', f'{name}.GAME')
     return game

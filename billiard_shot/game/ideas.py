@@ -7,7 +7,7 @@ from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import call_of
-from billiard_shot.game.rating import Idea, play, Position
+from billiard_shot.game.rating import Idea, play_strokes, Position
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.planning.candidate_strokes import candidates
@@ -77,7 +77,7 @@ def pots(
     tried = np.repeat(offsets[:, np.newaxis], len(AIM_CHANGES), axis=1)
     tried[..., AZIMUTH] += turns
     calls = [call_of(direct, number) for number in shot.tolist()]
-    batch, kept, value = play(position, tried, calls, plies)
+    batch, kept, value = play_strokes(position, tried, calls, plies)
     # Aim at the middle of the directions that pot.
     count = np.maximum(kept.sum(axis=1), 1)
     middle = (kept * turns).sum(axis=1) / count
@@ -90,11 +90,8 @@ def pots(
         chosen = best * len(AIM_CHANGES) + np.argmin(away[best], axis=1)
         first = value.ravel()[chosen]
         guess[best] += second_ply(scene, state.player, batch.take(chosen), first) - first
-    guess *= (
-        direct.chance[shot]
-        * np.minimum(kept.sum(axis=1), MIN_POTTING_DIRECTIONS)
-        / MIN_POTTING_DIRECTIONS
-    )
+    share = np.minimum(kept.sum(axis=1), MIN_POTTING_DIRECTIONS) / MIN_POTTING_DIRECTIONS
+    guess *= direct.chance[shot] * share
     offsets, playable = raised(scene, offsets)  # which are turned since
     return _ideas(position, offsets, calls, guess * playable)
 
@@ -133,7 +130,7 @@ def indirect_pots(position: Position) -> list[Idea]:
         Call(ball=wanted[i], pocket=POCKET_NAMES[row[balls[i]]]) if row[balls[i]] >= 0 else NO_CALL
         for i, row in zip(first.tolist(), run.pocket.tolist(), strict=True)
     ]
-    _, kept, value = play(position, offsets[:, np.newaxis], calls)
+    _, kept, value = play_strokes(position, offsets[:, np.newaxis], calls)
     return _ideas(position, offsets, calls, (kept * value)[:, 0] * INDIRECT_CHANCE)
 
 
@@ -154,7 +151,7 @@ def safeties(position: Position) -> list[Idea]:
     calls = [call for call in kinds for _ in strokes]
     offsets = np.concatenate([strokes] * len(kinds))
     return _ideas(
-        position, offsets, calls, play(position, offsets[:, np.newaxis], calls).value[:, 0]
+        position, offsets, calls, play_strokes(position, offsets[:, np.newaxis], calls).value[:, 0]
     )
 
 

@@ -12,7 +12,7 @@ def names_in(folder: str) -> list[str]:
     return sorted(path.stem for path in Path(__file__).with_name(folder).glob('[a-z]*.py'))
 
 
-def find(name: str, folder: str, attribute: str, what: str) -> Any:
+def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
     """
     Return the attribute of a module.
 

@@ -68,7 +68,9 @@ def position_of(scene: Scene, state: State) -> Position:
     return Position(state, scene_of(scene, state))
 
 
-def play(position: Position, offsets: Array, calls: Sequence[Call], plies: int = 1) -> Played:
+def play_strokes(
+    position: Position, offsets: Array, calls: Sequence[Call], plies: int = 1
+) -> Played:
     """
     Play strokes as accurately as the errors of the player call for.
 
@@ -110,7 +112,7 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
-        batch, kept, value = play(position, strokes, [idea.call for idea in own], plies)
+        batch, kept, value = play_strokes(position, strokes, [idea.call for idea in own], plies)
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
             some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS)

@@ -13,7 +13,7 @@ import numpy as np
 
 from billiard_shot.game.agent import MakeAgent, simulated, Simulator
 from billiard_shot.game.game import find_game, start
-from billiard_shot.game.plugins import find, names_in
+from billiard_shot.game.plugins import find_plugin, names_in
 from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.planning.statistics import wilson_interval
@@ -43,7 +43,7 @@ def find_agent(name: str) -> MakeAgent:
 
     """
     module, _, words = name.partition(':')
-    make: MakeAgent = find(module, 'agents', 'make', 'player')
+    make: MakeAgent = find_plugin(module, 'agents', 'make', 'player')
     return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
 
 

@@ -113,7 +113,7 @@ def free_places(scene: Scene, others: Array, place: str) -> Array:
     others : (m, 2) float array
         Where the other balls lie [m].
     place : str
-        One of `PLACES`.
+        One of `IN_HAND_PLACES`.
 
     """
     table = scene.table
