@@ -355,7 +355,7 @@ def as_page(racks):
         f'Players plan with a scene that `fitted_scene` fitted to {SHOTS} shots on that table, or',
         'with their own.',
         '',
-        '| scene | won against `greedy` | visits ended by | CPU time |',
+        '| scene | won against `greedy` | visits ended by | CPU (s) |',
         '|---|---|---|---|',
     ]
     for key in FOREIGN:
