@@ -9,6 +9,7 @@ it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
@@ -94,13 +95,14 @@ class Entry:
     """
     A function that Python calls: interpreted until its machine code is loaded.
 
-    An entry never calls another entry: code that two of them need is `inner`.
+    An entry calls another entry only as an argument, see `as_argument`; other code that two of
+    them need is `inner`.
 
     Parameters
     ----------
     function : callable
     example : callable
-        Makes arguments in a storage, for a short call. numba learns their types from it.
+        Makes arguments in a storage, from which numba learns their types.
 
     """
 
@@ -122,6 +124,14 @@ class Entry:
         for listen in Interpreted.listeners:
             listen(Interpreted.seconds)
         return self.interpreted
+
+    def as_argument(self, storage: Storage) -> Any:
+        """
+        Return the function for another entry to call, if it returns nothing.
+
+        Machine code calls it by its address, so that it is compiled once.
+        """
+        return _address_of(self) if storage is ROWS else self.function
 
     def on(self, storage: Storage) -> Run:
         """Return the function that takes arguments in a storage."""
@@ -161,8 +171,43 @@ def compile_entry(entry: Entry, folder: Path) -> Compiled:
     _parts.clear()
     with _cache_in(folder):
         function = numba.njit(cache=True, **OPTIONS)(entry.function)
-    function(*entry.example(ROWS))
+    function.compile(_argument_types(entry))
     return Compiled(function)
+
+
+def _argument_types(entry: Entry) -> tuple[Any, ...]:
+    """Return numba's types of the arguments of an entry."""
+    import numba
+
+    return tuple(map(numba.typeof, entry.example(ROWS)))
+
+
+@cache
+def _address_of(entry: Entry) -> Any:
+    """Make the machine code of an entry an argument of numba's type of functions."""
+    import numba
+
+    import_module('numba.experimental.function_type')  # which knows the type of such arguments
+
+    class Address(numba.types.WrapperAddressProtocol):
+        """Says where the machine code is, once it is loaded, and what it takes."""
+
+        def __wrapper_address__(self) -> int:
+            return address()
+
+        def signature(self) -> Any:
+            return signature
+
+    signature = numba.void(*_argument_types(entry))
+
+    @cache
+    def address() -> int:
+        function: Any = entry.machine_code[entry].function
+        result = function.get_compile_result(signature)
+        found: int = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+        return found
+
+    return Address()
 
 
 @contextmanager

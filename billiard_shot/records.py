@@ -64,6 +64,9 @@ class Storage(Protocol):
     def records(self, kind: type[R], count: int) -> Any:
         """Return new records, all fields zero."""
 
+    def unset(self, kind: type[R], count: int) -> Any:
+        """Return new records that are written before they are read."""
+
     def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> Any:
         """Return rows of an array as records; they may be the rows themselves."""
 
@@ -80,6 +83,8 @@ class Objects:
     def records(self, kind: type[R], count: int) -> list[R]:
         """Return new records, all fields zero."""
         return [kind() for _ in range(count)]
+
+    unset = records
 
     def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> list[R]:
         """Return rows of an array as new records."""
@@ -107,6 +112,11 @@ class Rows:
         """Return new records, all fields zero."""
         dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
         return np.zeros(count, dtype)
+
+    def unset(self, kind: type[R], count: int) -> NDArray[np.void]:
+        """Return new records that are written before they are read."""
+        dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
+        return np.empty(count, dtype)
 
     def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> NDArray[np.void]:
         """Return the rows."""

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
-from math import inf
+from math import ceil, inf
+import os
 from time import perf_counter
 from typing import Any, Protocol, TypeVar
 
@@ -28,7 +29,7 @@ T = TypeVar('T')
 
 FINAL_RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
-CHUNK = 256  # strokes of one task of the executor, some 5 ms of work
+CHUNK, LARGEST_CHUNK = 256, 1024  # strokes of a task of the executor, some 5 to 40 ms of work
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
 SHORT_TASK_S = 0.1  # of work, if there is a time limit
 
@@ -89,12 +90,17 @@ class Runner:
         gone = perf_counter() - self._begin
         return self.simulations / gone if self.simulations else FIRST_RATE
 
-    @property
-    def _chunk(self) -> int:
-        """Strokes of a task; with a time limit, no more than about `SHORT_TASK_S` of work."""
+    def _chunk(self, strokes: int) -> int:
+        """
+        Return how many of the strokes make a task.
+
+        A task for each core, if these are neither small nor large; with a time limit, no more than
+        about `SHORT_TASK_S` of work.
+        """
+        size = min(max(ceil(strokes / (os.cpu_count() or 1)), CHUNK), LARGEST_CHUNK)
         if self._time_limit is None:
-            return CHUNK
-        return min(max(int(SHORT_TASK_S * self._rate), 1), CHUNK)
+            return size
+        return min(max(int(SHORT_TASK_S * self._rate), 1), size)
 
     @property
     def _time_left(self) -> float:
@@ -177,7 +183,7 @@ class Runner:
         if places is not None:
             places = places[: len(strokes)]
             strokes = as_struck(self._problem, strokes, places)
-        size = self._chunk
+        size = self._chunk(len(strokes))
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
         mapped = self._mapped(strokes, strict=exact)
         work = partial(self._work, to_the_end=to_the_end, coarse=not exact)

@@ -1,26 +1,26 @@
 """
 Impacts of three bodies or more, and of the cue, all at once, by billiard_shot.impact.
 
-A simulation stops for such an impact: `gather` (gather.py) writes its bodies and contacts, `solve`
-solves it, and `conclude` lets balls and cue go on. In the record each ball moves evenly, while the
-impact lasts, to where it is at the end. An impact with which a run begins takes no time there: the
-run begins at its end.
+`gather` (gather.py) writes the bodies and contacts of such an impact, `solve` solves it, and
+`conclude` lets balls and cue go on. In the record each ball moves evenly, while the impact lasts,
+to where it is at the end. An impact with which a run begins takes no time there: the run begins at
+its end.
 """
 
 from math import inf, sqrt
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Collisions, ContactProperties
-from billiard_shot.impact.kernel import solve_collisions
+from billiard_shot.impact.kernel import Scratch
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import BodyState, PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.records import as_rows, Storage
+from billiard_shot.records import Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, note_strike, TIP_CONTACT
@@ -76,42 +76,35 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
             storage.records(CollisionOutcome, 1),
         ),
         storage.array(np.zeros((0, 2), np.int64)),
+        storage.zeros(1),
+        storage.zeros(1, 1, 1),
     )
 
 
-def solve(
-    storage: Storage, table: TableModel, p: RunProgress, room: ImpactRoom, phases: int = 0
-) -> NDArray[np.void]:
-    """
-    Solve an impact after `gather`.
-
-    Returns the log (phases, N) of PhaseLog. If there are more phases than asked for, and any were,
-    the impact is solved again, and all are logged.
-    """
-    params, with_cue, count = table.params, p.other == THE_CUE, int(p.contacts)
-    moves = bool(table.cue.moves if with_cue else table.numbers.ball_duration > 0.0)
-    unused = storage.zeros(1, 1, 1)
-    collision = Collisions(
-        properties=room.properties[:count],
-        law=int(params.law),
-        exponent=float(params.exponent),
-        bodies=room.bodies[: int(p.bodies)],
-        moves=moves,
-        interval=table.cue.interval if with_cue else inf,
-        delassus=unused,
-        velocity=unused[0],
-        distances=moves,
-        lengths=unused[0],
-        tolerance=storage.array([p.tolerance]),
+@inner
+def solve(table: TableModel, p: RunProgress, room: ImpactRoom, solver: Any) -> None:
+    """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
+    params, with_cue, count = table.params, p.other == THE_CUE, p.contacts
+    moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
+    work, unused = room.scratch, room.unused
+    room.tolerance[0] = p.tolerance
+    solver(
+        Collisions(
+            room.properties[:count],
+            params.law,
+            params.exponent,
+            room.bodies[: p.bodies],
+            moves,
+            table.cue.interval if with_cue else inf,
+            unused,
+            unused[0],
+            moves,
+            unused[0],
+            room.tolerance,
+        ),
+        Scratch(work.contacts[:count], work.workspace, work.progress),
+        room.results,
     )
-    work = room.scratch._replace(contacts=room.scratch.contacts[:count])
-    while True:
-        log = storage.records(PhaseLog, phases * count)
-        solve_collisions.on(storage)(collision, work, room.results._replace(log=log))
-        needed = int(room.results.outcomes[0].phases) if phases else 0
-        if needed <= phases:
-            return as_rows(PhaseLog, log)[: needed * count].reshape(-1, count)
-        phases = needed
 
 
 @inner
@@ -397,9 +390,3 @@ def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float)
     p.cue_hits += max(room.results.contacts[TIP_CONTACT].closings, 1)
     if p.cue_hits >= MAX_HITS:
         s.cue.end = p.time
-
-
-def losses_of(room: ImpactRoom, contacts: int) -> NDArray[np.float64]:
-    """Losses (contacts, 2) of an impact that is solved [J]: restitution, friction."""
-    rows = as_rows(ContactResult, room.results.contacts)[:contacts]
-    return np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1)

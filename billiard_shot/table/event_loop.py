@@ -10,10 +10,11 @@ import math
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
+from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats, record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OFF_TABLE, OK
-from billiard_shot.table.cluster import conclude, room_for
+from billiard_shot.table.cluster import conclude, room_for, solve
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.event_handlers import (
     defer_to_cluster,
@@ -302,11 +303,11 @@ def _example(storage: Storage) -> tuple[Any, ...]:
             storage.from_rows(BallStart, starts[0]),
             storage.records(CueRecord, 1),
         ),
-        0,
         1,
         room_for(storage, 1, True),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
+        solve_collisions.as_argument(storage),
         Window(math.inf, storage.zeros(1), storage.zeros(1, 1, 1, 3)),
     )
 
@@ -316,17 +317,15 @@ def simulate_tables(
     layout: PackedTable,
     simulation: SimulationRoom,
     beginnings: Beginnings,
-    first: int,
     max_events: int,
     room: ImpactRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
+    solver: Any,
     window: Window,
-) -> int:
+) -> None:
     """
-    Simulate tables, one after the other, each to its end or until an impact is pending.
-
-    The impact is for `cluster.solve`.
+    Simulate tables, one after the other, each to its end.
 
     Parameters
     ----------
@@ -336,20 +335,15 @@ def simulate_tables(
         the last one are recorded as far as there is room.
     beginnings : Beginnings
         Cues that strike are changed.
-    first : int
-        The first table; if an impact was pending, it is the one that goes on.
     max_events : int
         Of a table.
     room : ImpactRoom
-        For an impact that is pending.
+        For impacts of several bodies; afterwards it has the last one.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
+    solver : function
+        `solve_collisions` as an argument.
     window : Window
         Its places are written.
-
-    Returns
-    -------
-    table : int
-        The one at which an impact is pending, or the number of tables: all are simulated.
 
     """
     table = TableModel(
@@ -370,26 +364,23 @@ def simulate_tables(
         simulation.rules,
         simulation.cue[0],
     )
-    p, count, number = s.progress, len(s.balls), first
-    if first == 0 and not p.pending:
-        p.segments = p.events = p.participants = 0
-    while number < len(table_outcomes):
+    p, count = s.progress, len(s.balls)
+    p.segments = p.events = p.participants = 0
+    for number in range(len(table_outcomes)):
         outcome = table_outcomes[number]
-        valid, goes_on = True, p.pending
-        if goes_on:
-            conclude(table, s, beginnings.cues, number, room)
-        else:
-            valid = begin_table(table, s, beginnings, number)
+        valid = begin_table(table, s, beginnings, number)
         outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
-        if valid and window.until > 0.0 and (goes_on or not p.pending):
-            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
-        if p.pending:
-            gather(table, s, beginnings.cues, number, room)
-            break
+        moving = valid and window.until > 0.0
+        while valid and (p.pending or moving):
+            if p.pending:
+                gather(table, s, beginnings.cues, number, room)
+                solve(table, p, room, solver)
+                conclude(table, s, beginnings.cues, number, room)
+            if moving:
+                outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
+                moving = p.pending
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
         outcome.jaws_met = s.balls[0].jaws if valid else 0
         for i in range(count):
             write_outcome(s.balls[i], ball_outcomes[number * count + i], valid)
-        number += 1
-    return number

@@ -19,6 +19,7 @@ from billiard_shot.impact.kernel import Scratch
 from billiard_shot.impact.outcome import Results
 from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE
 from billiard_shot.numerics.vectors import dot, unit
+from billiard_shot.records import Floats
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cue_impact import (
@@ -51,6 +52,8 @@ class ImpactRoom(NamedTuple):
     edges: Any  # (N,) ints: the feature of the table that each contact is with, or NOTHING
     results: Results
     participants: Any  # (room, 2) ints: number of an event, and a ball that took part in it
+    tolerance: Floats  # (1,) part of `Collisions`
+    unused: Floats  # (1, 1, 1) parts of `Collisions` that an impact of bodies does not need
 
 
 @inner

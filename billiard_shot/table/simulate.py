@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property
 import math
 import os
 import threading
@@ -14,13 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
+from billiard_shot.impact.kernel import solve_collisions
+from billiard_shot.impact.outcome import ContactResult
+from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.parameters import rows_of_parameters
 from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
 from billiard_shot.status import Status
-from billiard_shot.table import cluster
-from billiard_shot.table.cluster import losses_of, room_for
+from billiard_shot.table.cluster import room_for
 from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
@@ -32,7 +34,7 @@ from billiard_shot.table.event_loop import (
     Window,
 )
 from billiard_shot.table.gather import ImpactRoom
-from billiard_shot.table.geometry import lay_out, table_of
+from billiard_shot.table.geometry import lay_out
 from billiard_shot.table.initial_states import (
     BallStart,
     in_cushions,
@@ -161,9 +163,10 @@ def simulate(
 
 
 class ImpactDetails(NamedTuple):
-    """An impact of several bodies: phases, and losses of N contacts."""
+    """An impact of several bodies: its phases, and the losses of N contacts."""
 
-    log: NDArray[np.void]  # (phases, N) PhaseLog
+    phases: int
+    log: NDArray[np.void]  # (phases, N) PhaseLog, as far as there was room
     losses: NDArray[np.float64]  # (N, 2) J: restitution, friction
 
 
@@ -227,11 +230,11 @@ def run_with_events(task: TableTask, phases: int = 0) -> BatchRecording:
     segments = events = _CAPACITY * (2 + task.starts.shape[1])
     while True:
         played = run_tables(task, segments, events, phases)
-        end = played.tables
+        end, most = played.tables, played.impact.phases if played.impact else 0
         needed, happened = int(end['segments'][0]), int(end['events'][0])
-        if needed <= segments and happened <= events:
+        if needed <= segments and happened <= events and most <= phases:
             return played
-        segments, events = needed, happened
+        segments, events, phases = needed, happened, most
 
 
 def run_recorded(task: TableTask) -> BatchRecording:
@@ -273,12 +276,12 @@ def run_tables(
     Simulate tables in this thread.
 
     Motion is recorded as far as there is room for segments of all tables, and for events of the
-    last one. If `phases` is above 0, all phases of the last impact are recorded.
+    last one, and for phases of the last impact of several bodies, if `phases` is above 0.
     """
     run = simulate_tables.current()
     storage = run.storage
     tables, count = task.starts.shape
-    cues, impact = task.cues, None
+    cues = task.cues
     layout = lay_out(
         storage,
         task.params,
@@ -290,14 +293,16 @@ def run_tables(
     )
     simulation, room = kept = _thread.rooms(storage, count, cues is not None)
     simulation = simulation._replace(
-        segments=storage.records(SegmentRecord, segments),
+        segments=storage.unset(SegmentRecord, segments),
         events=storage.records(EventRecord, events),
         rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
     )
     if events:
         most = np.zeros((segments, 2), np.int64)  # each participant begins a segment
         room = room._replace(participants=storage.array(most))
-    progress = simulation.progress[0]
+    if phases:
+        log = storage.records(PhaseLog, phases * len(room.properties))
+        room = room._replace(results=room.results._replace(log=log))
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
         storage.from_rows(CueRecord, NO_CUES if cues is None else cues),
@@ -306,16 +311,9 @@ def run_tables(
     ends = storage.records(TableOutcome, tables)
     places = storage.zeros(tables, count, len(task.times), 3)
     window = Window(task.until, storage.array(np.array(task.times, float)), places)
-    number = 0
-    while True:
-        number = run(
-            layout, simulation, beginnings, number, task.max_events, room, balls, ends, window
-        )
-        if number == tables:
-            break
-        log = cluster.solve(storage, table_of(layout), progress, room, phases)
-        if phases:
-            impact = ImpactDetails(log, losses_of(room, int(progress.contacts)))
+    solver = solve_collisions.as_argument(storage)
+    run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
+    progress = simulation.progress[0]
     log_ends, taken = int(progress.events), int(progress.participants)
     _thread.kept[storage, count, cues is not None] = kept  # not after an exception
     return BatchRecording(
@@ -328,7 +326,18 @@ def run_tables(
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
         as_rows(CueRecord, beginnings.cues),
-        impact,
+        _details(room, int(progress.contacts)) if phases else None,
+    )
+
+
+def _details(room: ImpactRoom, contacts: int) -> ImpactDetails:
+    """Return the last impact of a room."""
+    phases, log = int(room.results.outcomes[0].phases), as_rows(PhaseLog, room.results.log)
+    rows = as_rows(ContactResult, room.results.contacts)[:contacts]
+    return ImpactDetails(
+        phases,
+        log[: len(log) // contacts * contacts].reshape(-1, contacts)[:phases],
+        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
     )
 
 
@@ -546,6 +555,8 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
     """
     Divide a batch among threads; return what each part gave, in order.
 
+    `work` must not call this function: its thread would wait for itself.
+
     Parameters
     ----------
     work : callable
@@ -558,8 +569,17 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
     """
     threads = workers or os.cpu_count() or 1
     size = max(1, math.ceil(count / (8 * threads)))  # small parts, because rows differ in cost
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(work, (slice(i, i + size) for i in range(0, count, size))))
+    parts = [slice(i, i + size) for i in range(0, count, size)]
+    if threads == 1 or len(parts) <= 1:
+        return [work(part) for part in parts]
+    return list(_pool(threads, os.getpid()).map(work, parts))
+
+
+@cache
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    """Return threads of this process that stay, because each of them keeps its rooms."""
+    del process  # a process that is forked has none of the threads of its parent
+    return ThreadPoolExecutor(threads, 'batch')
 
 
 def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None) -> TableBatch:

@@ -22,7 +22,7 @@ from billiard_shot.planning.limits import (
 )
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.runner import CHUNK, Runner
+from billiard_shot.planning.runner import CHUNK, LARGEST_CHUNK, Runner
 from billiard_shot.planning.statistics import (
     chance_in_words,
     interval_in_words,
@@ -144,7 +144,7 @@ def test_cancel_gives_the_best_so_far():
     result = plan(SCENE, {'hit': '8'}, cancel=cancel)
     assert result.status == Status.CANCELLED
     assert len(asked) == 6
-    assert result.simulations < 6 * CHUNK
+    assert result.simulations < 6 * LARGEST_CHUNK
     late = []
 
     def cancel_late():
@@ -164,7 +164,7 @@ def test_progress_goes_up_to_the_end():
     counts = [each.simulations for each in seen]
     assert counts == sorted(counts)
     assert counts[-1] == result.simulations
-    assert max(np.diff(counts)) <= CHUNK
+    assert max(np.diff(counts)) <= LARGEST_CHUNK
     assert seen[-1].budget == 2000
     assert 0.0 <= seen[-1].success <= 1.0
 
