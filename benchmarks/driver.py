@@ -5,8 +5,10 @@ Real processes and middleware, the mechanism simulated. Fails if a limit is not 
 - processor time of the idle nodes, as a fraction of a core: the driver at most 10 %, the simulated
   mechanism, the robot model and the display at most 5 % each;
 - from the publication of the emergency stop to the arrival of the command to stop at a listener,
-  p99 at most 20 ms: while one process calls `clear_fault`, and while one publishes `joint_states`
-  of another robot, as fast as they can.
+  always at most 20 ms: while one process calls `clear_fault`, and while one publishes
+  `joint_states` of another robot, as fast as they can.
+
+It takes about a minute.
 
     python benchmarks/driver.py [--seconds S] [--stops N]
 """
@@ -36,6 +38,9 @@ from billiard_shot.ros.service_caller import ServiceCaller
 
 LIMITS = {'cue_driver': 10.0, 'cue_sim': 5.0, 'cue_model': 5.0, 'table_display': 5.0}
 """Largest processor time at rest, by node [% of a core]."""
+
+LATEST = 20.0
+"""Largest time from the publication of the emergency stop to the command to stop [ms]."""
 
 FLOODS = {
     'clear_fault': """
@@ -133,8 +138,8 @@ def stop_latencies(player, clear_fault, name, count):
 def main():
     """Measure; exit code 1 if a limit is not kept."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
-    parser.add_argument('--seconds', type=float, default=5.0 if QUICK else 20.0)
-    parser.add_argument('--stops', type=int, default=10 if QUICK else 40)
+    parser.add_argument('--seconds', type=float, default=3.0 if QUICK else 8.0)
+    parser.add_argument('--stops', type=int, default=5 if QUICK else 20)
     options = parser.parse_args()
     report = Report('The driver, at rest and under a flood')
     with domain_id() as domain:
@@ -168,13 +173,9 @@ def main():
                 with processes([('-c', program)]):
                     player.until(lambda: False, 3.0)
                     latencies = stop_latencies(player, clear_fault, name, options.stops)
-                for percent, limit in ((50, None), (99, 20.0)):
-                    report.row(
-                        f'e-stop to command to stop, flood of {name}, p{percent}',
-                        float(np.percentile(latencies, percent)),
-                        'ms',
-                        limit,
-                    )
+                row = f'e-stop to command to stop, flood of {name}, {options.stops} stops: '
+                report.row(f'{row}median', float(np.median(latencies)), 'ms')
+                report.row(f'{row}largest', max(latencies), 'ms', LATEST)
     report.end()
 
 

@@ -243,9 +243,9 @@ def main():
     for factor in () if QUICK else (0.5, 2.0):
         pots(report, others, 200 if full else 15, factor, 8)
     blocked(report, clock, 50 if full else 1 if QUICK else 3, 1_000_000 if full else 60_000)
-    positions(report, clock, 100 if full else 2 if QUICK else 8)
-    seeds(report, Clock(), 45 if full else 2 if QUICK else 9)
-    crowded(report, 50 if full else 3 if QUICK else 20)
+    positions(report, clock, 100 if full else 2 if QUICK else 5)
+    seeds(report, Clock(), 45 if full else 2 if QUICK else 6)
+    crowded(report, 50 if full else 3 if QUICK else 8)
     median = float(np.median(clock.seconds))
     report.row('time to a plan, median', Time(median, clock.median_cpu), 's')
     tail = float(np.percentile(clock.seconds, 95)) / median

@@ -3,24 +3,29 @@ Writes the tables of docs/benchmarks.md from what the benchmarks measure now.
 
     python benchmarks/tables.py [--quick] [NAME ...]
 
-NAME: benchmarks to run, such as `strike`; by default all that the page has. Each table says at
-which commit it was measured. `--quick` takes smaller samples, in a few minutes; the page says so.
-The last three need a ROS 2. `table` compares with pooltool if POOLTOOL_PYTHON names an interpreter
-that has it.
+NAME: benchmarks to run, such as `strike`; by default all that the page has, in about ten minutes.
+Each table says at which commit it was measured. `--quick` takes smaller samples; the page says so.
+A benchmark that fails or takes too long keeps its former table, and the others go on. The last
+three need a ROS 2. `table` compares with pooltool if POOLTOOL_PYTHON names an interpreter that has
+it.
 """
 
 import argparse
 import json
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 import tempfile
+from time import perf_counter
 
 HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / 'docs' / 'benchmarks.md'
 NAMES = 'strike', 'prediction', 'throughput', 'table', 'plan', 'service', 'cue', 'driver'
 BEGIN, END = '<!-- table: {} -->', '<!-- end: {} -->'
+LONGEST = 600.0  # s that a benchmark may take
+ENDING = 30.0  # s in which an interrupted one may end its processes
 
 
 def measured(name, quick):
@@ -31,7 +36,16 @@ def measured(name, quick):
         if quick:
             environment['BENCHMARK_QUICK'] = '1'
         script = [sys.executable, HERE / f'{name}.py']
-        subprocess.run(script, check=False, env=environment)
+        with subprocess.Popen(script, env=environment) as process:
+            try:
+                process.wait(LONGEST)
+            except subprocess.TimeoutExpired:
+                print(f'{name}: interrupted after {LONGEST:.0f} s', file=sys.stderr)
+                process.send_signal(signal.SIGINT)
+                try:
+                    process.wait(ENDING)
+                except subprocess.TimeoutExpired:
+                    process.kill()
         return json.loads(path.read_text()) if path.exists() else None
 
 
@@ -87,7 +101,9 @@ def main():
     failed = []
     for name in options.names or NAMES:
         print(f'== {name}', flush=True)
+        begin = perf_counter()
         found = measured(name, options.quick)
+        print(f'== {name}: {perf_counter() - begin:.0f} s', flush=True)
         if found is None:
             failed.append(name)
             continue
