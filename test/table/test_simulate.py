@@ -4,15 +4,18 @@ import dataclasses
 import os
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
 from tables import ENDLESS, play, POOL, R, random_states, state
 
+from billiard_shot import machine_code
+from billiard_shot.compiled import Entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion
-from billiard_shot.table.simulate import simulate, simulate_batch
+from billiard_shot.table.simulate import in_threads, simulate, simulate_batch
 from billiard_shot.table.trajectory import (
     BallState,
     EventKind,
@@ -273,6 +276,50 @@ def test_without_the_jit():
         )
         results.append(np.array(out.stdout.split(), float))
     assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
+
+
+def test_an_impact_of_several_balls_is_the_same_interpreted(monkeypatch):
+    scene = Scene.load('nine_ball')
+    states = break_of(scene, 8.0)
+    assert machine_code.require() or not machine_code.available()
+    compiled = simulate(scene, states)
+    monkeypatch.setattr(Entry, 'machine_code', {})
+    interpreted = simulate(scene, states)
+    impact = compiled.events[0]
+    assert impact.kind == EventKind.CLUSTER
+    assert impact.balls == interpreted.events[0].balls
+    assert impact.energy_after == pytest.approx(interpreted.events[0].energy_after, rel=1e-9)
+    for name, state_then in compiled.at(impact.time + 1e-3).items():
+        there = interpreted.at(impact.time + 1e-3)[name]
+        assert state_then.position == pytest.approx(there.position, abs=1e-9)
+
+
+def test_batches_keep_their_threads():
+    threads = set()
+    for _ in range(5):
+        threads.update(in_threads(lambda part: threading.current_thread(), 100, 2))
+    assert len(threads) <= 2
+
+
+@pytest.mark.skipif(not hasattr(os, 'fork'), reason='needs fork')
+def test_a_forked_process_has_threads_of_its_own():
+    code = (
+        'import os\n'
+        'from billiard_shot.table.simulate import in_threads\n'
+        'def total(): return sum(in_threads(lambda part: len(range(100)[part]), 100, 2))\n'
+        'assert total() == 100\n'
+        'child = os.fork()\n'
+        'if not child: os._exit(total() != 100)\n'
+        'print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n'
+    )
+    done = subprocess.run(
+        [sys.executable, '-W', 'ignore', '-c', code],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert done.stdout.strip() == '0'
 
 
 def crowd():
