@@ -305,7 +305,7 @@ def run_tables(
         room = room._replace(results=room.results._replace(log=log))
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(CueRecord, NO_CUES if cues is None else cues),
+        storage.from_rows(CueRecord, NO_CUES if cues is None else cues.copy()),
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
