@@ -188,10 +188,11 @@ logged() {
 # say_how_far LOG: say after 10, 20, 40, 80 s ... how long the step takes, and the last line of its log
 # that is no warning. Few lines, however slow the machine is.
 say_how_far() {
-    local begin=$SECONDS next=10 line short
+    local begin=$SECONDS waits=0 next=1 line short
     # Whoever reads the output need not wait for this sleep, and nothing outlives the set-up.
     while sleep 10 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
-        [ $((SECONDS - begin)) -ge "$next" ] || continue
+        waits=$((waits + 1))
+        [ "$waits" -ge "$next" ] || continue
         next=$((2 * next))
         line=$(grep -v WARNING "$1" | tail -n 1 | sed 's/^== //')
         short=$(fold -s -w 70 <<<"$line" | head -n 1)
