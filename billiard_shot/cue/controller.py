@@ -16,7 +16,7 @@ import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import GoalRegistry, ShotGoal
+from billiard_shot.cue.goals import check_goal, remember, ShotGoal
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
@@ -99,7 +99,7 @@ class Controller:
         self._scene, self._settings = scene, settings
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
-        self._registry = GoalRegistry(settings.max_goal_validity)
+        self._played: dict[str, None] = {}  # ids of shots, in their order
         self.table = TableWatch(settings)
         self.position = self.velocity = np.full(len(JOINTS), math.nan)
         self._last_tick = math.inf
@@ -232,7 +232,7 @@ class Controller:
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
             raise RefusedError(GoalOutcome.NOT_READY, moving)
-        self._registry.check(goal)
+        check_goal(goal, self._played, self._settings.max_goal_validity)
         if problem := self.table_problem(now):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(goal.plan.balls):
@@ -249,7 +249,7 @@ class Controller:
         if not decision.accepted:
             self._execution = None
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
-        self._registry.use(goal.plan.shot_id)
+        remember(goal.plan.shot_id, self._played)
         self._start(aim, now)
 
     def arm(self, shot_id: str, now: float) -> SafetyDecision:
@@ -286,7 +286,7 @@ class Controller:
 
         It consists of a latched state, the distrust of earlier messages, and the used goals.
         """
-        self._registry.take_over(before._registry)
+        self._played = before._played
         self.estop.take_over(before.estop)
         self.interlock.take_over(before.interlock)
         self.joints.take_over(before.joints)

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 import math
+from typing import ClassVar
 
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
@@ -54,6 +55,7 @@ class Settings:
 
     """
 
+    READ_ONLY: ClassVar = ('table_timeout', 'unseen_timeout', 'stamp_tolerance')  # as parameters
     estop_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
     interlock_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
     joint_states_timeout: float = number(

@@ -158,12 +158,6 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
             invalid, f"balls must have 'cue', got {', '.join(plan.balls) or 'none'}"
         )
     for name, ball in plan.balls.items():
-        if not all(map(math.isfinite, (*ball.position, *ball.covariance))):
-            raise RefusedError(
-                invalid,
-                f'position and position_covariance of ball {name!r} must be finite, got '
-                f'{ball.position} m and {ball.covariance} m^2',
-            )
         if ball.is_moving or not ball.is_seen:
             raise RefusedError(invalid, f'ball {name!r} of the plan must be seen and at rest')
     try:

@@ -8,6 +8,7 @@ drive releases the cue during contact.
 
 from dataclasses import dataclass
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Imperfections:
 
     """
 
+    READ_ONLY: ClassVar = None  # as parameters of a node: all
     bandwidth: float = number('rad/s', minimum=1.0, maximum=1000.0, default=150.0)
     latency: float = number('s', minimum=0, maximum=1.0, default=0.0)
     noise: float = number('', minimum=0, maximum=1.0, default=0.0)

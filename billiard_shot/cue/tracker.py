@@ -16,6 +16,7 @@ from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ from scipy.optimize import linear_sum_assignment
 
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.records import Array
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.rack import Place
 
 CHANGE = 36.0
@@ -70,17 +73,21 @@ class TrackerSettings:
     Parameters
     ----------
     window : int
-        Largest number of detections from which a position is estimated, at least twice `settled`.
+        Largest number of detections from which the position of a ball at rest is estimated.
     settled : int
         Number of detections at one place after which a ball counts as being at rest.
     lost_after : float
-        Time without a detection after which a ball counts as not seen [s].
+        Time without a detection after which the state of a ball is UNKNOWN [s].
 
     """
 
-    window: int = 60
-    settled: int = 5
-    lost_after: float = 0.5
+    READ_ONLY: ClassVar = None  # as parameters of a node: all
+    window: int = whole_number(minimum=10, maximum=10_000, default=60)
+    settled: int = whole_number(minimum=2, maximum=5, default=5)
+    lost_after: float = number('s', minimum=0.05, maximum=10.0, default=0.5)
+
+    def __post_init__(self) -> None:
+        check(self)
 
 
 @dataclass(slots=True, eq=False)

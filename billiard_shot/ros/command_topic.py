@@ -2,6 +2,7 @@
 
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode
+from rclpy.time import Time
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory
 
@@ -35,7 +36,7 @@ class CommandTopic:
         if command.trajectory is None:
             self._message = conversions.stop_message(position, self._names, self._frame)
         else:
-            stamp = conversions.time_from_nanoseconds(decided)
+            stamp = Time(nanoseconds=decided).to_msg()
             self._message = conversions.joint_trajectory_message(
                 command.trajectory, self._names, Header(stamp=stamp, frame_id=self._frame)
             )

@@ -8,6 +8,7 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode
 from rclpy.task import Future
+from rclpy.time import Time
 from std_msgs.msg import Header
 
 from billiard_shot.cue.clock import steady_time
@@ -79,16 +80,6 @@ class ControllerClient:
         self._client: ActionClient[Any, Any, Any] = ActionClient(
             node, FollowJointTrajectory, action
         )
-        self._errors = {
-            getattr(FollowJointTrajectory.Result, name): name
-            for name in (
-                'INVALID_GOAL',
-                'INVALID_JOINTS',
-                'OLD_HEADER_TIMESTAMP',
-                'PATH_TOLERANCE_VIOLATED',
-                'GOAL_TOLERANCE_VIOLATED',
-            )
-        }
         self._action = node.resolve_topic_name(action)
         self._command: Command | None = None
         self._start = 0  # ROS time of the start of the trajectory [ns]
@@ -164,7 +155,7 @@ class ControllerClient:
         self._sent = steady_time()
         goal = self._kind.Goal()
         goal.trajectory = conversions.joint_trajectory_message(
-            trajectory, self._names, Header(stamp=conversions.time_from_nanoseconds(start))
+            trajectory, self._names, Header(stamp=Time(nanoseconds=start).to_msg())
         )
         sent = self._newest = self._client.send_goal_async(goal)
         sent.add_done_callback(self._on_answer)
@@ -185,7 +176,9 @@ class ControllerClient:
 
     def _on_result(self, sent: 'Future[Any]', answer: Any) -> None:
         """Note an error, unless a newer goal has replaced this one."""
-        error = answer.result.error_code
-        if sent is self._newest and error != self._kind.Result.SUCCESSFUL:
-            name = self._errors.get(error, f'error {error}')
-            self._failure = f'controller: {name}: {answer.result.error_string}'
+        result = answer.result
+        if sent is self._newest and result.error_code != result.SUCCESSFUL:
+            constants = (each for each in dir(result) if each.isupper())
+            names = (each for each in constants if getattr(result, each) == result.error_code)
+            name = next(names, f'error {result.error_code}')
+            self._failure = f'controller: {name}: {result.error_string}'

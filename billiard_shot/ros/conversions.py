@@ -211,24 +211,7 @@ def place_balls(
     frame: str,
 ) -> tuple[Scene, Triple]:
     """
-    Scene with the balls of a request, and the centre of its cue ball (metres, in `frame`).
-
-    Raises
-    ------
-    BadRequestError
-        INVALID_REQUEST, with the field, its value and the allowed range.
-
-    """
-    check_common(request, frame)
-    if request.use_table_state:
-        scene = table_scene(scene, table, frame)
-        return scene, scene.cue_ball
-    return scene, resting('ball_position', request.ball_position, scene.ball.radius)
-
-
-def check_common(request: PredictShot.Request | PredictShots.Request, frame: str) -> None:
-    """
-    Check the fields that describe neither the stroke nor the ball.
+    Check a request; return the scene with its balls, and the centre of its cue ball [m].
 
     Raises
     ------
@@ -245,6 +228,10 @@ def check_common(request: PredictShot.Request | PredictShots.Request, frame: str
     count = getattr(request, 'sample_count', 0)
     if count > MAX_SAMPLES:
         raise _invalid(f'sample_count must be at most {MAX_SAMPLES}, got {count}')
+    if request.use_table_state:
+        scene = table_scene(scene, table, frame)
+        return scene, scene.cue_ball
+    return scene, resting('ball_position', request.ball_position, scene.ball.radius)
 
 
 def check_frame(field: str, header: Header, frame: str) -> None:

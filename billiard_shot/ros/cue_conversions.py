@@ -1,15 +1,15 @@
 """Conversions between messages and the mechanical cue's library, both ways: pure functions."""
 
 from collections.abc import Container, Mapping, Sequence
-import math
 
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import BallState, CueState, Plan, Strike, TableState
-from builtin_interfaces.msg import Duration, Time
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -235,7 +235,7 @@ def joint_trajectory_message(
                 positions=position.tolist(),
                 velocities=velocity.tolist(),
                 accelerations=acceleration.tolist(),
-                time_from_start=_duration(float(time)),
+                time_from_start=Duration(nanoseconds=round(1e9 * time)).to_msg(),
             )
         )
     return message
@@ -310,16 +310,6 @@ def joints_message(
 
 
 # --- pieces -------------------------------------------------------------------------------------
-
-
-def time_from_nanoseconds(nanoseconds: int) -> Time:
-    """Message of a ROS time [ns]."""
-    return Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-
-
-def _duration(seconds: float) -> Duration:
-    whole = math.floor(seconds)
-    return Duration(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
 
 
 def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:

@@ -1,9 +1,10 @@
 """The node `cue_driver`: plays shots with the mechanical cue, and stops it when necessary."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 import math
 import traceback
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Strike, TableState
@@ -21,17 +22,24 @@ from std_srvs.srv import Trigger
 from billiard_shot import machine_code
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.execution import Command, Result
+from billiard_shot.cue.execution import Command, Result, Settings
 from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.measurement import MeasuredStrike as MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
 from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import parameters
 from billiard_shot.ros.command_topic import CommandTopic
 from billiard_shot.ros.controller_client import ControllerClient
 from billiard_shot.ros.conversions import check_frame, sightings_of
+from billiard_shot.ros.cue_parameters import (
+    guided_scene,
+    OfIncline,
+    OfMechanism,
+    OfUrgent,
+    topic,
+)
 from billiard_shot.ros.node_runner import (
     EndError,
     EVERY_STATE,
@@ -44,6 +52,7 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     warm_up,
 )
+from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.ros.writing_time import (
     nanoseconds,
     publisher_of,
@@ -51,6 +60,9 @@ from billiard_shot.ros.writing_time import (
     stamped,
     written,
 )
+from billiard_shot.scene.fields import number
+
+TOPIC, FOLLOW_JOINT_TRAJECTORY = 'topic', 'follow_joint_trajectory'
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -67,6 +79,57 @@ REMINDER_PERIOD = 8.0
 
 DEAF_TIME = 2.0
 """Time after a pause of this process within which the node must hear something [s]."""
+
+
+def _check_interface(name: str) -> None:
+    if name not in (TOPIC, FOLLOW_JOINT_TRAJECTORY):
+        raise ValueError(
+            f'interface must be {TOPIC!r} or {FOLLOW_JOINT_TRAJECTORY!r}, got {name!r}'
+        )
+
+
+@dataclass(frozen=True)
+class CueDriverParameters(OfTable, OfMechanism, OfIncline, OfUrgent):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    scene : str
+        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue
+        must be guided.
+    autostart : bool
+        Configure and activate the node at start-up.
+    incline_topic : str
+        Topic of the commanded elevation of the cue.
+    interface : str
+        How the mechanism is commanded: `topic`, a trajectory on `actuation_topic`, or
+        `follow_joint_trajectory`, goals to the `controller`.
+    actuation_topic : str
+        Topic of the commanded trajectories, if `interface` is `topic`.
+    controller : str
+        Action of the controller, if `interface` is `follow_joint_trajectory`.
+    period : float
+        Time between two commands [s].
+
+    """
+
+    READ_ONLY: ClassVar = (
+        'autostart',
+        'incline_topic',
+        'interface',
+        'actuation_topic',
+        'controller',
+        'niceness',
+        'period',
+    )
+    scene: str = checked('paper', guided_scene)
+    autostart: bool = False
+    incline_topic: str = topic('~/incline_angle')
+    interface: str = checked(TOPIC, _check_interface)
+    actuation_topic: str = topic('~/actuation')
+    controller: str = topic('joint_trajectory_controller/follow_joint_trajectory')
+    period: float = number('s', minimum=0.001, maximum=0.1, default=0.02)
 
 
 class CueDriver(LifecycleNode):
@@ -92,8 +155,8 @@ class CueDriver(LifecycleNode):
     long ago. Another node that publishes commands is a fault.
 
     All of them exist while the node is configured, and `/diagnostics` always. Goals are rejected
-    while the node is not active. Its parameters are `cue_parameters.CUE_DRIVER`. They can be set
-    while the node is unconfigured.
+    while the node is not active. Its parameters are `CueDriverParameters` and `Settings`. They can
+    be set while the node is unconfigured.
     """
 
     def __init__(self) -> None:
@@ -101,15 +164,17 @@ class CueDriver(LifecycleNode):
         self._inactive = UNCONFIGURED
         parameters.declare(
             self,
-            cue_parameters.CUE_DRIVER,
-            lambda: (
+            CueDriverParameters,
+            Settings,
+            fixed=lambda: (
                 ''
                 if self._inactive is UNCONFIGURED
                 else 'can be set only while the node is unconfigured; deactivate it and clean it '
                 'up first'
             ),
         )
-        set_niceness(self, self.get_parameter('niceness').value)
+        self._own = parameters.read(CueDriverParameters, self)
+        set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
         self._reminded = -math.inf  # time of the last log that the node is not ready
         self._goal: GoalHandle | None = None
@@ -124,7 +189,7 @@ class CueDriver(LifecycleNode):
         except (ValueError, OSError) as error:
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
         steady_timer(self, 1.0, self._look_after)
-        if self.get_parameter('autostart').value and self.trigger_configure() is SUCCESS:
+        if self._own.autostart and self.trigger_configure() is SUCCESS:
             self.trigger_activate()
 
     # --- lifecycle ------------------------------------------------------------------------------
@@ -139,10 +204,22 @@ class CueDriver(LifecycleNode):
             If parameters contradict each other, or if a file that they name can no longer be read.
 
         """
+        self._own = parameters.read(CueDriverParameters, self)
+        settings = parameters.read(Settings, self)
+        if settings.max_pause < 2.0 * self._own.period:
+            raise ValueError(
+                'estop_timeout, interlock_timeout, joint_states_timeout must be at least four '
+                f'times the period, {self._own.period:g}, got {2 * settings.max_pause:g} (s)'
+            )
+        if settings.settle_time >= settings.arm_timeout:
+            raise ValueError(
+                f'settle_time must be below arm_timeout, {settings.arm_timeout:g}, or the cue '
+                f'would disarm before it fires, got {settings.settle_time:g} (s)'
+            )
         return Controller(
-            Mechanism.load(self.get_parameter('mechanism').value),
-            cue_parameters.guided_scene(self.get_parameter('scene').value),
-            cue_parameters.settings_of(self),
+            Mechanism.load(self._own.mechanism),
+            guided_scene(self._own.scene),
+            settings,
             on_state=self._tell_state,
             on_command=self._send_command,
             on_strike=self._tell_strike,
@@ -161,7 +238,7 @@ class CueDriver(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         warm_up(
             self,
-            cue_parameters.guided_scene(self.get_parameter('scene').value),
+            guided_scene(self._own.scene),
             other_balls=True,
             compiles=False,
         )
@@ -180,24 +257,20 @@ class CueDriver(LifecycleNode):
             If the interface of the controller is not installed.
 
         """
-
-        def value(name: str) -> Any:
-            return self.get_parameter(name).value
-
-        names, self._incline_joint = value('joint_names'), value('incline_joint')
+        own, names = self._own, self._own.joint_names
         commands: CommandTopic | ControllerClient
-        if value('interface') == cue_parameters.TOPIC:
-            commands = CommandTopic(self, value('actuation_topic'), names, value('frame'))
+        if own.interface == TOPIC:
+            commands = CommandTopic(self, own.actuation_topic, names, own.frame)
         else:
             accelerations = self._controller.mechanism.accelerations
-            commands = ControllerClient(self, value('controller'), names, accelerations)
+            commands = ControllerClient(self, own.controller, names, accelerations)
         self._commands = commands
         self._feedback = JointFeedback(names)
         self._last_seen = 0  # stamp of the last table_state [ns]
         publishers = [
             self.create_publisher(kind, topic, qos)
             for kind, topic, qos in (
-                (Float64, value('incline_topic'), 10),
+                (Float64, own.incline_topic, 10),
                 (CueState, '~/state', EVERY_STATE),
                 (Strike, '~/strike', 10),
                 (JointState, 'joint_states', 10),
@@ -314,7 +387,7 @@ class CueDriver(LifecycleNode):
         self._last_seen = seen
         now = steady_time()
         try:
-            check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
+            check_frame('header.frame_id', message.header, self._own.frame)
             balls = sightings_of(message.balls, message.header.stamp)
         except ValueError as error:
             self.get_logger().error(f'table_state: {error}; the table is not known any more')
@@ -350,9 +423,7 @@ class CueDriver(LifecycleNode):
         now = self.get_clock().now()
         self._decided = now.nanoseconds
         try:
-            request = conversions.shot_goal_of(
-                goal.request, now.to_msg(), self.get_parameter('frame').value
-            )
+            request = conversions.shot_goal_of(goal.request, now.to_msg(), self._own.frame)
             self._controller.execute(request, steady_time)
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
@@ -383,9 +454,9 @@ class CueDriver(LifecycleNode):
     @property
     def _period(self) -> float:
         """Time between two ticks in the current state [s]."""
-        period: float = self.get_parameter('period').value
         rest = min(DRIVER_REST_PERIOD, 0.4 * self._controller.max_pause)
-        return period if self._controller.state in MOVING else max(period, rest)
+        moves = self._controller.state in MOVING
+        return self._own.period if moves else max(self._own.period, rest)
 
     def _tick(self) -> None:
         assert self._commands
@@ -406,7 +477,7 @@ class CueDriver(LifecycleNode):
             angle, rate = map(np.atleast_1d, elevation)
             stamp = self.get_clock().now().to_msg()
             self._joints.publish(
-                conversions.joints_message([self._incline_joint], angle, rate, stamp)
+                conversions.joints_message([self._own.incline_joint], angle, rate, stamp)
             )
         if now - controller.deaf_since > DEAF_TIME and any(
             self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')

@@ -1,8 +1,10 @@
 """The node `cue_model`: publishes the robot model and the transforms of the mechanical cue."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 import math
 from time import monotonic
+from typing import ClassVar
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from rclpy.node import Node
@@ -10,12 +12,15 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
-from billiard_shot.cue import model
 from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.model import transforms
 from billiard_shot.cue.urdf import urdf_of
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import parameters
+from billiard_shot.ros.cue_parameters import OfIncline, OfMechanism
 from billiard_shot.ros.node_runner import LATCHED, spin_node
+from billiard_shot.ros.parameters import OfTable
+from billiard_shot.scene.fields import number
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -24,6 +29,22 @@ except ImportError:  # PyPI has no wheel for it
 
 TRANSFORMS = QoSProfile(depth=100)
 """QoS with which tf2_ros publishes transforms."""
+
+
+@dataclass(frozen=True)
+class CueModelParameters(OfTable, OfMechanism, OfIncline):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    rate : float
+        Highest rate at which transforms are published [Hz].
+
+    """
+
+    READ_ONLY: ClassVar = None
+    rate: float = number('Hz', minimum=1.0, maximum=1000.0, default=50.0)
 
 
 class CueModel(Node):
@@ -35,29 +56,20 @@ class CueModel(Node):
     joints in `joint_states` (sensor_msgs/msg/JointState). It does not need `incline_angle` in
     `joint_states`, because the elevation follows from the length of the incline's actuator.
     Without the package tf2_msgs it publishes no transforms. Its parameters are
-    `cue_parameters.CUE_MODEL`.
+    `CueModelParameters`.
     """
 
     def __init__(self) -> None:
         super().__init__('cue_model')
-        parameters.declare(self, cue_parameters.CUE_MODEL)
-        self._mechanism = Mechanism.load(self.get_parameter('mechanism').value)
-        self._names = self.get_parameter('joint_names').value
-        self._frame = self.get_parameter('frame').value
-        self._feedback = JointFeedback(self._names)
-        self._period = 1.0 / self.get_parameter('rate').value
+        parameters.declare(self, CueModelParameters)
+        own = parameters.read(CueModelParameters, self)
+        self._mechanism, self._frame = Mechanism.load(own.mechanism), own.frame
+        self._feedback = JointFeedback(own.joint_names)
+        self._period = 1.0 / own.rate
         self._published = -math.inf
         description = self.create_publisher(String, 'robot_description', LATCHED)
-        description.publish(
-            String(
-                data=urdf_of(
-                    self._mechanism,
-                    self._frame,
-                    self._names,
-                    self.get_parameter('incline_joint').value,
-                )
-            )
-        )
+        model = urdf_of(self._mechanism, own.frame, own.joint_names, own.incline_joint)
+        description.publish(String(data=model))
         if TFMessage is None:
             self.get_logger().warning('no transforms on /tf: the package tf2_msgs is missing')
         else:
@@ -73,7 +85,7 @@ class CueModel(Node):
             return
         self._published = now
         try:
-            found = model.transforms(self._mechanism, joints[0], self._frame)
+            found = transforms(self._mechanism, joints[0], self._frame)
         except ValueError as error:
             self.get_logger().warning(f'no transforms: {error}', throttle_duration_sec=5.0)
             return

@@ -1,23 +1,27 @@
 """The node `cue_sim`: a simulated mechanism, which stops by itself when commands cease."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 import math
 from time import monotonic
-from typing import Any
+from typing import Any, ClassVar
 
 from rclpy.node import Node
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
+from billiard_shot.cue.execution import LATEST_STOP, MIN_DURATION
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.kinematics import home
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import parameters
+from billiard_shot.ros.cue_parameters import OfMechanism, OfUrgent, topic
 from billiard_shot.ros.node_runner import JOINT_STATES, set_niceness, spin_node, steady_timer
 from billiard_shot.ros.writing_time import nanoseconds, publisher_of, written
+from billiard_shot.scene.fields import number, whole_number
 
 CATCH_UP = 0.25
 """Longest time that is simulated after an interruption [s]; for the rest, the mechanism pauses."""
@@ -25,6 +29,32 @@ CATCH_UP = 0.25
 
 REST_RATE = 20.0
 """Rate at which joint_states is published at rest [Hz]."""
+
+
+@dataclass(frozen=True)
+class CueSimParameters(OfMechanism, OfUrgent):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    actuation_topic : str
+        Topic of the commanded trajectories.
+    command_timeout : float
+        If no command arrives for longer than this, the mechanism stops. A command older than this
+        is refused [s].
+    rate : float
+        Rate at which joint_states is published [Hz].
+    seed : int
+        Seed of all random numbers.
+
+    """
+
+    READ_ONLY: ClassVar = None
+    actuation_topic: str = topic('cue_driver/actuation')
+    command_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
+    rate: float = number('Hz', minimum=10.0, maximum=1000.0, default=200.0)
+    seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=0)
 
 
 class CueSim(Node):
@@ -38,7 +68,8 @@ class CueSim(Node):
     `command_timeout`, if they are older than an earlier one, or if they come from a second
     publisher while the first one still commands.
     Publishes `joint_states` (sensor_msgs/msg/JointState), less often at rest. Faults are
-    parameters that can be set at any time. Its parameters are `cue_parameters.CUE_SIM`.
+    parameters that can be set at any time. Its parameters are `CueSimParameters`, `Imperfections`
+    and `Faults`.
 
     If this process pauses, the mechanism pauses too. Every simulated step is published. The node
     stands for a machine with its own processor, which a busy desktop computer does not delay.
@@ -46,22 +77,21 @@ class CueSim(Node):
 
     def __init__(self) -> None:
         super().__init__('cue_sim')
-        parameters.declare(self, cue_parameters.CUE_SIM)
-        set_niceness(self, self.get_parameter('niceness').value)
-        mechanism = Mechanism.load(self.get_parameter('mechanism').value)
-        self._names = self.get_parameter('joint_names').value
-        self._command_timeout = self.get_parameter('command_timeout').value
-        rate = self.get_parameter('rate').value
-        self._fast, self._slow = 1.0 / rate, 1.0 / min(rate, REST_RATE)
+        parameters.declare(self, CueSimParameters, Imperfections, Faults)
+        own = parameters.read(CueSimParameters, self)
+        set_niceness(self, own.niceness)
+        mechanism = Mechanism.load(own.mechanism)
+        self._names, self._command_timeout = own.joint_names, own.command_timeout
+        self._fast, self._slow = 1.0 / own.rate, 1.0 / min(own.rate, REST_RATE)
         self._period = self._slow
         self._now, self._behind, self._ran = 0.0, 0.0, monotonic()
         self._mechanism = SimulatedMechanism(
             mechanism,
-            parameters.read_into(Imperfections, self),
-            self._command_timeout,
+            parameters.read(Imperfections, self),
+            own.command_timeout,
             home(mechanism),
             self._now,
-            self.get_parameter('seed').value,
+            own.seed,
         )
         self._set_faults()
         self.add_post_set_parameters_callback(lambda _: self._set_faults())
@@ -71,15 +101,13 @@ class CueSim(Node):
         self._accepted = 0  # number of trajectories so far
         self._refused: tuple[bytes, int] | None = None  # the last refused command
         self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
-        self.create_subscription(
-            JointTrajectoryMessage, self.get_parameter('actuation_topic').value, self._command, 1
-        )
+        self.create_subscription(JointTrajectoryMessage, own.actuation_topic, self._command, 1)
         self._timer = steady_timer(self, self._period, self._move)
         self.get_logger().info('ready: a simulated mechanism')
 
     def _set_faults(self) -> None:
         """Apply the parameters of the faults."""
-        self._mechanism.faults = parameters.read_into(Faults, self)
+        self._mechanism.faults = parameters.read(Faults, self)
 
     def _command(self, message: JointTrajectoryMessage, info: Mapping[str, Any]) -> None:
         if conversions.is_stop(message):  # obeyed from every driver

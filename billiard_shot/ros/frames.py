@@ -6,6 +6,7 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
 
 from billiard_shot.records import Array
 from billiard_shot.ros.conversions import seconds
@@ -90,23 +91,10 @@ class Frames:
                     f'got {apart:.3g} s'
                 )
             turn, way = step.transform.rotation, step.transform.translation
-            r = _matrix(turn.x, turn.y, turn.z, turn.w)
+            r = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).as_matrix()
             rotation, translation = r @ rotation, r @ translation + (way.x, way.y, way.z)
             frame = step.header.frame_id
             if frame in passed:
                 raise FrameError(f'the transforms of {frame!r} form a circle')
             passed.add(frame)
         return frame, rotation, translation
-
-
-def _matrix(x: float, y: float, z: float, w: float) -> Array:
-    """Rotation matrix (3, 3) of a quaternion of any length but 0; identity if it is 0."""
-    length = x * x + y * y + z * z + w * w
-    s = 2.0 / length if length else 0.0
-    return np.array(
-        [
-            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
-            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
-            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
-        ]
-    )

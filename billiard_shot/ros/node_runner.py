@@ -1,6 +1,6 @@
 """Runs a node of the package until a signal ends it, and sets the exit code."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Sequence
 import contextlib
 from dataclasses import replace
 import gc
@@ -18,6 +18,7 @@ from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedE
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from rclpy.timer import Timer
 
 from billiard_shot import machine_code, predict, Scene, Stroke
@@ -86,6 +87,27 @@ def steady_timer(
     return node.create_timer(period, callback, clock=clock, autostart=autostart)
 
 
+def in_thread(node: Node, work: Callable[[], Any]) -> Awaitable[Any]:
+    """
+    Do some work in a thread, while the node answers other requests.
+
+    The future is for `await` in a callback of the node; an exception of `work` is raised there.
+    """
+    executor = node.executor
+    assert executor is not None
+    ended: Future[Any] = Future(executor=executor)
+
+    def do() -> None:
+        try:
+            ended.set_result(work())
+        except Exception as error:
+            ended.set_exception(error)
+        executor.wake()  # it looks at waiting callbacks only when something happens
+
+    threading.Thread(target=do, daemon=True).start()
+    return ended
+
+
 def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True) -> None:
     """
     Load everything that the first request would wait for.
@@ -109,7 +131,13 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
     elif machine_code.available() and compiles:
         machine_code.prepare()
         log.info('compiling the library in the background, once; answers are slower meanwhile')
-        steady_timer(node, PROGRESS_PERIOD, CompiledNotice(node))
+
+        def notice() -> None:
+            if machine_code.is_loaded():
+                timer.cancel()
+                log.info('the library is compiled')
+
+        timer = steady_timer(node, PROGRESS_PERIOD, notice)
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
     if other_balls and not scene.balls:
@@ -133,19 +161,6 @@ def log_compilation(node: Node) -> None:
 
 class EndError(RuntimeError):
     """Ends the node with exit code 1, so that a launch starts it again; the message says why."""
-
-
-class CompiledNotice:
-    """Timer callback that logs once that the library is compiled."""
-
-    def __init__(self, node: Node) -> None:
-        self._node, self._done = node, False
-
-    def __call__(self) -> None:
-        """Check whether the library is compiled."""
-        if not self._done and machine_code.is_loaded():
-            self._done = True
-            self._node.get_logger().info('the library is compiled')
 
 
 def set_niceness(node: Node, niceness: int) -> None:

@@ -1,10 +1,17 @@
-"""Parameters of the nodes: declared with full descriptors, checked at start-up and when set."""
+"""
+Parameters of the nodes: the fields of dataclasses, declared with full descriptors, and checked.
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields
+A dataclass gives each parameter its type, default, unit and range (billiard_shot.scene.fields),
+and its docstring gives the description.
+"""
+
+from collections.abc import Callable, Iterator
+import dataclasses
+from dataclasses import dataclass
 from inspect import cleandoc
+import math
 import re
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import (
@@ -14,102 +21,34 @@ from rcl_interfaces.msg import (
     SetParametersResult,
 )
 from rclpy.node import Node
-from rclpy.parameter import Parameter as Setting
+from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.fields import NUMBER
+from billiard_shot.scene.fields import NUMBER, TAKES, WHOLE
+
+K = TypeVar('K')
+
+CHECK = 'check'
 
 MAX_SAMPLES = 10_000
 """Largest number of trajectory samples in one answer."""
 
-FRAME = 'table'
-"""Default of the parameter `frame` of all nodes."""
+
+def checked(default: Any, check: Callable[[Any], object]) -> Any:
+    """Field whose bad values make `check` raise ValueError or OSError."""
+    if isinstance(default, list):
+        return dataclasses.field(default_factory=default.copy, metadata={CHECK: check})
+    return dataclasses.field(default=default, metadata={CHECK: check})
 
 
-@dataclass(frozen=True, slots=True)
-class NodeParameter:
-    """
-    One parameter of a node.
-
-    Parameters
-    ----------
-    name : str
-    default
-        Its type is the type of the parameter.
-    description : str
-        Meaning of the parameter.
-    unit : str
-        Unit of the value; '' if it has no unit.
-    limits : pair of numbers, optional
-        Smallest and largest allowed value.
-    check : callable, optional
-        Raises ValueError or OSError for bad values within the limits.
-    read_only : bool
-        Whether the value can be given only when the node starts.
-
-    """
-
-    name: str
-    default: Any
-    description: str
-    unit: str = ''
-    limits: tuple[float, float] | None = None
-    check: Callable[[Any], object] | None = None
-    read_only: bool = False
-
-    @property
-    def descriptor(self) -> ParameterDescriptor:
-        """Descriptor for `ros2 param describe`; rclpy itself enforces its range."""
-        unit = f' Unit: {self.unit}.' if self.unit else ''
-        result = ParameterDescriptor(description=self.description + unit, read_only=self.read_only)
-        if self.limits and isinstance(self.default, float):
-            low, high = self.limits
-            result.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
-        elif self.limits:
-            low, high = self.limits
-            result.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
-        return result
+def check_scene(name_or_path: str) -> None:
+    """Raise ValueError or OSError if there is no such scene, or if it has mistakes."""
+    Scene.load(name_or_path)
 
 
-def node_parameters(kind: type, read_only: Iterable[str] = ()) -> tuple[NodeParameter, ...]:
-    """
-    Parameters for the fields of a dataclass (billiard_shot.scene.fields), with their ranges.
-
-    Parameters
-    ----------
-    kind : type
-        Its docstring describes each field under `Parameters`, in numpydoc form.
-    read_only : iterable of str
-        Names of the fields whose values can be given only when the node starts.
-
-    """
-    text = cleandoc(kind.__doc__ or '') + '\n'
-    described = dict(re.findall(r'^(\w+) : .*\n((?:    .+\n)+)', text, re.MULTILINE))
-    fixed = set(read_only)
-    found = []
-    for each in fields(kind):
-        words = ' '.join(described[each.name].split())
-        bounds = each.metadata.get(NUMBER)
-        found.append(
-            NodeParameter(
-                each.name,
-                each.default,
-                re.sub(r' \[[^]]*\]\.$', '.', words),  # the unit is named below
-                bounds.unit if bounds else '',
-                (float(bounds.minimum), float(bounds.maximum)) if bounds else None,
-                read_only=each.name in fixed,
-            )
-        )
-    return tuple(found)
-
-
-def read_into(kind: type, node: Node) -> Any:
-    """Make a dataclass from the node's parameters with the names of its fields."""
-    return kind(**{field.name: node.get_parameter(field.name).value for field in fields(kind)})
-
-
-def _frame(name: str) -> None:
+def check_frame_name(name: str) -> None:
+    """Raise ValueError if no frame can have a name."""
     if not name or name != name.strip('/ ') or len(name.split()) != 1:
         raise ValueError(
             "frame must be the name of a tf2 frame, without spaces and without '/' at either "
@@ -117,40 +56,21 @@ def _frame(name: str) -> None:
         )
 
 
-TABLE_FRAME = NodeParameter(
-    'frame',
-    FRAME,
-    'Frame of the table (REP-103), with its origin on the cloth at the centre of the bed. All '
-    'messages that the node publishes are in this frame. Messages in another frame are refused.',
-    check=_frame,
-)
+@dataclass(frozen=True)
+class OfTable:
+    """
+    Parameter of all nodes that use positions on the table.
 
-PREDICTOR = (
-    TABLE_FRAME,
-    NodeParameter(
-        'scene',
-        'paper',
-        'Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file.',
-        check=Scene.load,
-    ),
-    NodeParameter(
-        'tolerance',
-        1e-4,
-        'Largest error of the trajectory on the cloth, if the request does not give one.',
-        unit='m',
-        limits=(1e-12, 1.0),
-    ),
-    NodeParameter(
-        'sample_count',
-        0,
-        'Samples in the trajectory of an answer, if the request does not give a number. With 0 '
-        'there are samples at the start, at changes of motion, and at rest.',
-        limits=(0, MAX_SAMPLES),
-    ),
-    NodeParameter(
-        'path_samples', 200, 'Number of poses on the topic `~/path`.', limits=(2, MAX_SAMPLES)
-    ),
-)
+    Parameters
+    ----------
+    frame : str
+        Frame of the table (REP-103), with its origin on the cloth at the centre of the bed. All
+        messages that the node publishes are in this frame. Messages in another frame are refused.
+
+    """
+
+    READ_ONLY: ClassVar[Any] = ()
+    frame: str = checked('table', check_frame_name)
 
 
 def table_header(node: Node, stamp: Time | None = None) -> Header:
@@ -160,15 +80,18 @@ def table_header(node: Node, stamp: Time | None = None) -> Header:
     return Header(frame_id=node.get_parameter('frame').value, stamp=stamp)
 
 
-def declare(
-    node: Node,
-    parameters: Iterable[NodeParameter],
-    fixed: Callable[[], str] = lambda: '',
-) -> None:
+def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> None:
     """
-    Declare `parameters`, and refuse bad values from now on.
+    Declare the parameters of a node, and refuse bad values from now on.
 
-    `fixed` returns why the parameters cannot be set at the moment; '' if they can.
+    Parameters
+    ----------
+    node : Node
+    *kinds : type
+        Dataclasses whose fields are the parameters. `READ_ONLY` of a dataclass names the fields
+        whose values can be given only when the node starts; None stands for all fields.
+    fixed : callable
+        Returns why the parameters cannot be set at the moment; '' if they can.
 
     Raises
     ------
@@ -176,22 +99,62 @@ def declare(
         If a value given at start-up has the wrong type, is out of range, or fails its check.
 
     """
-    parameters = tuple(parameters)
-    checks = {parameter.name: parameter.check for parameter in parameters}
+    declared = {each.name: each for kind in kinds for each in dataclasses.fields(kind)}
 
-    def verify(settings: 'list[Setting[Any]]') -> SetParametersResult:
+    def verify(settings: 'list[Parameter[Any]]') -> SetParametersResult:
         for setting in settings:
-            if setting.name not in checks:
+            if setting.name not in declared:
                 continue
             if reason := fixed():
                 return SetParametersResult(successful=False, reason=f'{setting.name}: {reason}')
+            rules = declared[setting.name].metadata
             try:
-                if check := checks[setting.name]:
+                if check := rules.get(CHECK) or rules.get(TAKES):
                     check(setting.value)
             except (ValueError, OSError) as error:
-                return SetParametersResult(successful=False, reason=str(error))
+                reason = str(error) if CHECK in rules else f'{setting.name} {error}'
+                return SetParametersResult(successful=False, reason=reason)
         return SetParametersResult(successful=True)
 
     node.add_on_set_parameters_callback(verify)
-    for parameter in parameters:
-        node.declare_parameter(parameter.name, parameter.default, parameter.descriptor)
+    for kind in kinds:
+        defaults = kind()
+        for name, descriptor in descriptors(kind):
+            node.declare_parameter(name, getattr(defaults, name), descriptor)
+
+
+def read(kind: type[K], node: Node) -> K:
+    """Make a dataclass from the node's parameters with the names of its fields."""
+    names = (each.name for each in dataclasses.fields(kind))  # type: ignore[arg-type]
+    return kind(**{name: node.get_parameter(name).value for name in names})
+
+
+def descriptors(kind: Any) -> Iterator[tuple[str, ParameterDescriptor]]:
+    """Names and descriptors of parameters, as `declare` takes them; rclpy enforces the ranges."""
+    fixed = getattr(kind, 'READ_ONLY', ())
+    words = _descriptions(kind)
+    for each in dataclasses.fields(kind):
+        bounds = each.metadata.get(NUMBER) or each.metadata.get(WHOLE)
+        unit = f' Unit: {bounds.unit}.' if bounds and bounds.unit else ''
+        descriptor = ParameterDescriptor(
+            description=words[each.name] + unit, read_only=fixed is None or each.name in fixed
+        )
+        if bounds and WHOLE in each.metadata:
+            low, high = bounds.minimum, bounds.maximum
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+        elif bounds:
+            low = float(bounds.above if bounds.minimum is None else bounds.minimum)
+            high = math.inf if bounds.maximum is None else float(bounds.maximum)
+            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+        yield each.name, descriptor
+
+
+def _descriptions(kind: type) -> dict[str, str]:
+    """Read the description of each field in the docstrings of a dataclass and its bases."""
+    found = {}
+    for each in kind.__mro__:
+        text = cleandoc(each.__doc__ or '') + '\n'
+        for names, words in re.findall(r'^(\w[\w, ]*) : .*\n((?:    .+\n)+)', text, re.MULTILINE):
+            unit_left_out = re.sub(r' \[[^]]*\]\.$', '.', ' '.join(words.split()))
+            found.update(dict.fromkeys(names.split(', '), unit_left_out))
+    return found

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 import threading
+from time import monotonic
 import traceback
+from typing import Any
 import uuid
 
 from billiard_shot_msgs.action import PlanShot
@@ -13,25 +15,26 @@ import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
+from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 import yaml
 
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
-from billiard_shot.ros import display, parameters, plan_conversions, plan_parameters
+from billiard_shot.planning.targets import KINDS
+from billiard_shot.ros import display, parameters, plan_conversions
 from billiard_shot.ros.node_runner import (
     BURST,
     GoalHandle,
+    in_thread,
     LATCHED,
     log_compilation,
     spin_node,
-    steady_timer,
 )
+from billiard_shot.ros.parameters import check_scene, checked, OfTable
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.scene import Noise, Robot
-
-CANCEL_POLL_PERIOD = 0.02
-"""Time between two checks of a search [s]."""
+from billiard_shot.scene.fields import number, whole_number
 
 BEST_SAMPLES = 200
 """Number of samples of the trajectory on `~/best`."""
@@ -40,56 +43,86 @@ FEEDBACK_PERIOD = 0.1
 """Shortest time between two feedback messages [s]."""
 
 
-@dataclass(slots=True, eq=False)
+def _check_target(text: str) -> None:
+    """Raise ValueError if a target is not a mapping; `plan` checks whether it fits the scene."""
+    try:
+        target = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ValueError(f'target: {text!r} is not YAML: {error}') from None
+    if not isinstance(target, dict) or not {*KINDS} & {*target}:
+        raise ValueError(
+            "target must be such as {pot: '8', pocket: any}, with one of the keys "
+            f'{", ".join(KINDS)}, got {text!r}'
+        )
+
+
+@dataclass(frozen=True)
+class PlannerParameters(OfTable):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    scene : str
+        Table, balls until table_state has been received, robot and noise: name of a bundled
+        scene, or path of a YAML file.
+    target : str
+        Target of the stroke, if the goal does not give one: a YAML mapping, see
+        docs/planning.md.
+    budget : int
+        Largest number of simulated strokes, if the goal does not give one.
+    time_limit : float
+        Time after which a search ends with its best stroke; 0: none [s].
+    seed : int
+        Seed of all random numbers, if the goal does not give one.
+    noise_scale : float
+        Factor on the standard deviations of the scene's noise.
+
+    """
+
+    scene: str = checked('paper', check_scene)
+    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', _check_target)
+    budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
+    time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)
+    seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
+    noise_scale: float = number('', minimum=0.0, maximum=100.0, default=1.0)
+
+
 class Search:
-    """A search that runs in its own thread."""
+    """
+    A search for a goal.
 
-    request: PlanRequest
-    goal: 'GoalHandle | None'  # None: planned at start-up
-    ended: 'Future[None] | None'
-    stop: threading.Event = field(default_factory=threading.Event)
-    preempted: bool = False
-    progress: Progress | None = None
-    reported: int = 0  # simulations in the last feedback
-    result: PlanResult | None = None
-    plan_id: str = field(default_factory=lambda: uuid.uuid4().hex[:8])
-    trace: str = ''  # of an error in the library
-    thread: threading.Thread | None = None
+    Attributes
+    ----------
+    ended : Future
+        Done when the search has ended.
+    stop : threading.Event
+        Set it to end the search.
+    preempted : bool
+        Whether a newer goal has ended it.
 
-    def begin(self) -> None:
-        """Start the thread."""
-        self.thread = threading.Thread(target=self._run, daemon=True)
-        self.thread.start()
+    """
 
-    def _run(self) -> None:
-        request = self.request
-        try:
-            self.result = plan(
-                request.scene,
-                request.target,
-                request.noise,
-                request.budget,
-                request.seed,
-                request.constraints,
-                self._on_progress,
-                lambda: self.stop.is_set() or not rclpy.ok(),
-                time_limit=request.time_limit,
+    def __init__(self, goal: GoalHandle, executor: Any) -> None:
+        self.goal = goal
+        self.ended: Future[None] = Future(executor=executor)
+        self.stop = threading.Event()
+        self.preempted = False
+        self._reported, self._next_report = 0, 0.0
+
+    def is_stopped(self) -> bool:
+        """Whether the search has to end; called by the search."""
+        return self.stop.is_set() or not rclpy.ok()
+
+    def report(self, now: Progress) -> None:
+        """Publish feedback, if there is progress and the last feedback is not quite new."""
+        if now.simulations > self._reported and monotonic() >= self._next_report:
+            self._reported, self._next_report = now.simulations, monotonic() + FEEDBACK_PERIOD
+            self.goal.publish_feedback(
+                PlanShot.Feedback(
+                    simulations=now.simulations, budget=now.budget, success=now.success
+                )
             )
-        except ValueError as error:
-            self._fail(Status.INVALID_REQUEST, str(error))
-        except Exception as error:  # without a result, the status of the answer would be OK
-            self.trace = traceback.format_exc()
-            self._fail(
-                Status.NO_PLAN,
-                f'the search failed with {type(error).__name__}: {error}; the log of the planner '
-                'has the traceback',
-            )
-
-    def _fail(self, status: Status, message: str) -> None:
-        self.result = PlanResult(status, message, (), 0, 0.0, self.request.scene.noise)
-
-    def _on_progress(self, progress: Progress) -> None:
-        self.progress = progress
 
 
 class Planner(Node):
@@ -99,15 +132,15 @@ class Planner(Node):
     Each stroke of the result has the plan that the action `execute_shot` plays. Publishes the last
     plan, latched: its best stroke on `~/best`
     (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
-    (visualization_msgs/msg/MarkerArray). If `plan_at_start` is true, it plans for its parameter
-    `target` at start-up. Subscribes to `table_state` (billiard_shot_msgs/msg/TableState), latched,
-    for goals without positions of the balls. A new goal preempts the one that is being planned.
-    Its parameters are `plan_parameters.PLANNER`.
+    (visualization_msgs/msg/MarkerArray). Subscribes to `table_state`
+    (billiard_shot_msgs/msg/TableState), latched, for goals without positions of the balls. A new
+    goal preempts the one that is being planned.
+    Its parameters are `PlannerParameters` and the fields of `Robot`.
     """
 
     def __init__(self) -> None:
         super().__init__('planner')
-        parameters.declare(self, plan_parameters.PLANNER)
+        parameters.declare(self, PlannerParameters, Robot)
         self.add_post_set_parameters_callback(lambda _: self._configure())
         self._configure()
         self._table: TableState | None = None
@@ -115,8 +148,6 @@ class Planner(Node):
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        self._timer = steady_timer(self, CANCEL_POLL_PERIOD, self._poll, autostart=False)
-        self._polls = 0  # since the last feedback
         log_compilation(self)
         warm_up_planning(self._default)
         self._server = ActionServer(
@@ -130,23 +161,20 @@ class Planner(Node):
             cancel_service_qos_profile=BURST,
         )
         self.get_logger().info(f'ready: action {self.resolve_topic_name("plan_shot")}')
-        if self.get_parameter('plan_at_start').value:
-            self._start(Search(self._default, None, None))
 
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
-        scene = Scene.load(self.get_parameter('scene').value)
-        limits = {name: self.get_parameter(name).value for name in asdict(Robot())}
-        own = asdict(Robot())
-        constraints = {name: value for name, value in limits.items() if value != own[name]}
+        own = parameters.read(PlannerParameters, self)
+        scene, usual = Scene.load(own.scene), asdict(Robot())
+        limits = {name: self.get_parameter(name).value for name in usual}
         self._default = PlanRequest(
             scene,
-            yaml.safe_load(self.get_parameter('target').value),
-            scene.noise.times(self.get_parameter('noise_scale').value),
-            constraints,
-            self.get_parameter('budget').value,
-            self.get_parameter('seed').value,
-            self.get_parameter('time_limit').value or None,
+            yaml.safe_load(own.target),
+            scene.noise.times(own.noise_scale),
+            {name: value for name, value in limits.items() if value != usual[name]},
+            own.budget,
+            own.seed,
+            own.time_limit or None,
         )
 
     def _keep_table(self, message: TableState) -> None:
@@ -162,34 +190,59 @@ class Planner(Node):
         while self._search:  # and all goals that were waiting before this one
             self._search.preempted = True
             self._search.stop.set()
-            ended = self._search.ended
-            if ended is None:
-                ended = self._search.ended = Future(executor=self.executor)
-            await ended
+            await self._search.ended
         if goal.is_cancel_requested:
             goal.canceled()
             return PlanShot.Result(
                 status=int(Status.CANCELLED), message='cancelled before it began'
             )
-        ended = Future(executor=self.executor)
-        search = Search(request, goal, ended)
-        self._start(search)
-        await ended
-        result = search.result
-        assert result is not None
+        search = self._search = Search(goal, self.executor)
+        result = await self._found(request, search)
+        self._search = None
+        search.ended.set_result(None)
         if goal.is_cancel_requested:
             goal.canceled()
         elif result.status == Status.OK:
             goal.succeed()
         else:
             goal.abort()
-        message = plan_conversions.plan_result(
-            result, request, search.plan_id, goal.request, parameters.table_header(self)
-        )
+        self.get_logger().info(f'{result.status.name}: {result.message}')
+        header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
+        self._show(result, request, plan_id, header)
+        message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
         message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
         return message
+
+    async def _found(self, request: PlanRequest, search: Search) -> PlanResult:
+        """Search in a thread; an error of the library becomes a result with its reason."""
+        try:
+            result: PlanResult = await in_thread(
+                self,
+                lambda: plan(
+                    request.scene,
+                    request.target,
+                    request.noise,
+                    request.budget,
+                    request.seed,
+                    request.constraints,
+                    search.report,
+                    search.is_stopped,
+                    time_limit=request.time_limit,
+                ),
+            )
+            return result
+        except ValueError as error:
+            status, message = Status.INVALID_REQUEST, str(error)
+        except Exception as error:  # without a result, the status of the answer would be OK
+            self.get_logger().error(traceback.format_exc())
+            status, message = (
+                Status.NO_PLAN,
+                f'the search failed with {type(error).__name__}: {error}; the log of the planner '
+                'has the traceback',
+            )
+        return PlanResult(status, message, (), 0, 0.0, request.scene.noise)
 
     def _refuse(self, goal: GoalHandle, why: str) -> PlanShot.Result:
         self.get_logger().warning(f'refused: {why}')
@@ -201,64 +254,22 @@ class Planner(Node):
             self._search.stop.set()
         return CancelResponse.ACCEPT
 
-    def _start(self, search: Search) -> None:
-        self._search = search
-        search.begin()
-        self._timer.reset()
-
-    def _poll(self) -> None:
-        """Report the progress of the search; when it has ended, show its result."""
-        search = self._search
-        if search is None:
-            self._timer.cancel()
+    def _show(
+        self, result: PlanResult, request: PlanRequest, plan_id: str, header: Header
+    ) -> None:
+        """Publish a plan, if one was found."""
+        if not result.ranking:
             return
-        if search.thread and search.thread.is_alive():
-            self._report(search)
-            return
-        self._search = None
-        self._timer.cancel()
-        self._show(search)
-        if search.ended:
-            search.ended.set_result(None)
-
-    def _report(self, search: Search) -> None:
-        self._polls += 1
-        now = search.progress
-        if (
-            search.goal
-            and now
-            and self._polls * CANCEL_POLL_PERIOD >= FEEDBACK_PERIOD
-            and now.simulations > search.reported
-        ):
-            self._polls, search.reported = 0, now.simulations
-            search.goal.publish_feedback(
-                PlanShot.Feedback(
-                    simulations=now.simulations, budget=now.budget, success=now.success
-                )
+        self._best.publish(
+            plan_conversions.ranked_message(result, 0, request, plan_id, header, BEST_SAMPLES)
+        )
+        self._markers.publish(
+            display.plan_markers(
+                [each.shot for each in result.ranking],
+                [f'{each.kind}: {each.chance}' for each in result.ranking],
+                header,
             )
-
-    def _show(self, search: Search) -> None:
-        """Log and publish a plan."""
-        result = search.result
-        if result is None:
-            return
-        self.get_logger().info(f'{result.status.name}: {result.message}')
-        if search.trace:
-            self.get_logger().error(search.trace)
-        if result.ranking:
-            header = parameters.table_header(self)
-            self._best.publish(
-                plan_conversions.ranked_message(
-                    result, 0, search.request, search.plan_id, header, BEST_SAMPLES
-                )
-            )
-            self._markers.publish(
-                display.plan_markers(
-                    [each.shot for each in result.ranking],
-                    [f'{each.kind}: {each.chance}' for each in result.ranking],
-                    header,
-                )
-            )
+        )
 
 
 def warm_up_planning(request: PlanRequest) -> None:

@@ -1,8 +1,8 @@
 """The node `predictor`: predicts the shot for a stroke, and shows the last prediction."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 import re
-from threading import Thread
 from time import perf_counter
 import traceback
 
@@ -10,17 +10,50 @@ from billiard_shot_msgs.msg import TableState
 from billiard_shot_msgs.srv import PredictShot, PredictShots
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from rclpy.task import Future
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, predict_batch, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.node_runner import BURST, LATCHED, spin_node, steady_timer, warm_up
+from billiard_shot.ros.node_runner import (
+    BURST,
+    in_thread,
+    LATCHED,
+    spin_node,
+    steady_timer,
+    warm_up,
+)
+from billiard_shot.ros.parameters import check_scene, checked, MAX_SAMPLES, OfTable
+from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
 
 SHOW_DELAY = 0.05
 """Delay from an answer to its path and markers [s]; of several answers, the last is shown."""
+
+
+@dataclass(frozen=True)
+class PredictorParameters(OfTable):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    scene : str
+        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file.
+    tolerance : float
+        Largest error of the trajectory on the cloth, if the request does not give one [m].
+    sample_count : int
+        Samples in the trajectory of an answer, if the request does not give a number. With 0
+        there are samples at the start, at changes of motion, and at rest.
+    path_samples : int
+        Number of poses on the topic `~/path`.
+
+    """
+
+    scene: str = checked('paper', check_scene)
+    tolerance: float = number('m', minimum=1e-12, maximum=1.0, default=1e-4)
+    sample_count: int = whole_number(minimum=0, maximum=MAX_SAMPLES, default=0)
+    path_samples: int = whole_number(minimum=2, maximum=MAX_SAMPLES, default=200)
 
 
 class Predictor(Node):
@@ -32,12 +65,12 @@ class Predictor(Node):
     all moving balls on `~/markers` (visualization_msgs/msg/MarkerArray), and the whole shot on
     `~/shot` (std_msgs/msg/String), as the JSON that `billiard_shot.load_shot` reads. Subscribes to
     `table_state` (billiard_shot_msgs/msg/TableState), latched, for requests with
-    `use_table_state`. Its parameters are `parameters.PREDICTOR`.
+    `use_table_state`. Its parameters are `PredictorParameters`.
     """
 
     def __init__(self) -> None:
         super().__init__('predictor')
-        parameters.declare(self, parameters.PREDICTOR)
+        parameters.declare(self, PredictorParameters)
         self.add_post_set_parameters_callback(lambda _: self._configure())
         self._configure()
         self._table: TableState | None = None
@@ -55,10 +88,8 @@ class Predictor(Node):
 
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
-        self._scene = Scene.load(self.get_parameter('scene').value)
-        self._tolerance = self.get_parameter('tolerance').value
-        self._sample_count = self.get_parameter('sample_count').value
-        self._path_samples = self.get_parameter('path_samples').value
+        self._own = parameters.read(PredictorParameters, self)
+        self._scene = Scene.load(self._own.scene)
 
     def _keep_table(self, message: TableState) -> None:
         self._table = message
@@ -68,20 +99,21 @@ class Predictor(Node):
         request: PredictShot.Request,
         _: PredictShot.Response,
     ) -> PredictShot.Response:
-        frame = self.get_parameter('frame').value
         try:
-            scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
+            scene, ball = conversions.place_balls(
+                request, self._scene, self._table, self._own.frame
+            )
             stroke = conversions.stroke_of(request.cue_pose, request.speed, ball)
         except conversions.BadRequestError as error:
             return conversions.refused_response(error.status, str(error))
         try:
             shot = predict(
-                scene, stroke, tolerance=request.tolerance or self._tolerance, position=ball
+                scene, stroke, tolerance=request.tolerance or self._own.tolerance, position=ball
             )
         except ValueError as error:
             return conversions.refused_response(Status.INVALID_REQUEST, _at_ball(error))
         response = conversions.response_of(
-            shot, request.sample_count or self._sample_count, request.all_balls
+            shot, request.sample_count or self._own.sample_count, request.all_balls
         )
         if response.trajectory.times:
             self._shown = shot
@@ -94,38 +126,29 @@ class Predictor(Node):
     async def _predict_shots(
         self, request: PredictShots.Request, _: PredictShots.Response
     ) -> PredictShots.Response:
-        frame = self.get_parameter('frame').value
         try:
-            scene, ball = conversions.place_balls(request, self._scene, self._table, frame)
+            scene, ball = conversions.place_balls(
+                request, self._scene, self._table, self._own.frame
+            )
             batch = conversions.requested_batch(request, scene, ball)
         except conversions.BadRequestError as error:
             return PredictShots.Response(status=int(error.status), message=str(error))
-        tolerance = request.tolerance or self._tolerance
-        # In a thread, so that other requests are answered meanwhile.
-        executor = self.executor
-        assert executor is not None
-        ended: Future[PredictShots.Response] = Future(executor=executor)
-
-        def compute() -> None:
-            begin = perf_counter()
-            try:
-                result = predict_batch(
+        begin = perf_counter()
+        tolerance = request.tolerance or self._own.tolerance
+        try:
+            result = await in_thread(
+                self,
+                lambda: predict_batch(
                     scene, batch.normals, batch.velocities, tolerance, position=ball
-                )
-                answer = conversions.batch_response(batch, result, perf_counter() - begin)
-            except Exception as error:  # an answer that never comes is worse than a refusal
-                if not isinstance(error, ValueError):
-                    self.get_logger().error(traceback.format_exc())
-                answer = PredictShots.Response(
-                    status=int(Status.INVALID_REQUEST), message=_at_ball(error)
-                )
-            ended.set_result(answer)
-            executor.wake()  # it looks at waiting callbacks only when something happens
-
-        Thread(target=compute, daemon=True).start()
-        answer = await ended
-        assert answer is not None
-        return answer
+                ),
+            )
+            return conversions.batch_response(batch, result, perf_counter() - begin)
+        except Exception as error:  # an answer that never comes is worse than a refusal
+            if not isinstance(error, ValueError):
+                self.get_logger().error(traceback.format_exc())
+            return PredictShots.Response(
+                status=int(Status.INVALID_REQUEST), message=_at_ball(error)
+            )
 
     def _show(self) -> None:
         self._show_timer.cancel()
@@ -135,7 +158,7 @@ class Predictor(Node):
         header = parameters.table_header(self)
         self._path.publish(
             display.path_of(
-                conversions.trajectory_message(shot.trajectory, self._path_samples), header
+                conversions.trajectory_message(shot.trajectory, self._own.path_samples), header
             )
         )
         self._markers.publish(display.shot_markers(shot, header))

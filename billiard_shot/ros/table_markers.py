@@ -1,4 +1,4 @@
-"""Markers of a table, its balls and the mechanical cue, for RViz and Foxglove."""
+"""Markers of a table and its balls, for RViz and Foxglove."""
 
 from collections.abc import Mapping
 
@@ -8,8 +8,6 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from billiard_shot.cue.kinematics import forward_kinematics
-from billiard_shot.cue.mechanism import BASE_X, BASE_Y, BASE_Z, Mechanism
 from billiard_shot.ros import markers
 from billiard_shot.scene import Scene
 from billiard_shot.table.colours import ball_colour
@@ -22,8 +20,6 @@ CLOTH_PAINT, CUSHION_PAINT, WOOD_PAINT, HOLE_PAINT, TEXT = (
     '#111111',
     '#ffffff',
 )
-STEEL = '#a9b3bd'
-SHAFT = 0.01  # m, shown radius of the mechanical cue
 THICKNESS = 0.03  # m, of the bed
 CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
 MARKER_LIFT = 5e-4  # m, height of flat markers above the surface under them
@@ -69,31 +65,6 @@ def ball_markers(balls: BallCentres, radius: float, header: Header) -> MarkerArr
             markers.label_marker(name, (x, y, z + 3 * radius), 2 * radius, markers.colour(TEXT)),
         ]
     return markers.array_of(shown, header)
-
-
-def cue_markers(mechanism: Mechanism, joints: NDArray[np.float64], header: Header) -> MarkerArray:
-    """
-    Show the mechanical cue for its joints (6,), drawn in its full length behind the pivot.
-
-    Raises
-    ------
-    ValueError
-        If a joint is out of its range, or not finite.
-
-    """
-    if not np.isfinite(joints).all():
-        raise ValueError('joint_states: a position is not finite')
-    tip = forward_kinematics(mechanism, joints)
-    end = tip.position - (mechanism.reach + mechanism.stroke.max) * tip.along
-    pivot = joints[[BASE_X, BASE_Y, BASE_Z]]
-    steel = markers.colour(STEEL)
-    return markers.array_of(
-        [
-            markers.cone('mechanical cue', tip.position, end, (SHAFT, SHAFT), steel),
-            markers.ball('pivot', pivot, 2 * SHAFT, steel),
-        ],
-        header,
-    )
 
 
 def ball_centres(table: TableState, radius: float) -> BallCentres:

@@ -1,9 +1,9 @@
 """The node `table_sim`: a simulated table, whose balls move as the library predicts."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import monotonic
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot_msgs.msg import Strike, TableState
 from billiard_shot_msgs.srv import PlaceBalls
@@ -16,10 +16,13 @@ from std_srvs.srv import Trigger
 
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros import cue_parameters, parameters
+from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, requested_scene
+from billiard_shot.ros.cue_parameters import guided_scene, topic
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
+from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
+from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
 from billiard_shot.table.motion import Motion
@@ -27,6 +30,59 @@ from billiard_shot.table.trajectory import Trajectory
 
 REST_PERIOD = 0.2
 """Time between two messages on `table_state` while no ball moves [s]."""
+
+
+@dataclass(frozen=True)
+class TableSimParameters(OfTable):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    scene : str
+        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue
+        must be guided.
+    strike_topic : str
+        Topic of the measured strikes.
+    rate : float
+        Rate at which the balls are published [Hz].
+    real_time_factor : float
+        Speed of the simulation relative to real time.
+    camera : bool
+        Whether to publish `detections` of a camera instead of table_state; needs vision_msgs.
+    seed : int
+        Seed of all random numbers.
+
+    """
+
+    READ_ONLY: ClassVar = ('scene', 'strike_topic', 'rate', 'real_time_factor', 'camera', 'seed')
+    scene: str = checked('paper', guided_scene)
+    strike_topic: str = topic('cue_driver/strike')
+    rate: float = number('Hz', minimum=1.0, maximum=1000.0, default=30.0)
+    real_time_factor: float = number('', minimum=1e-3, maximum=1e6, default=1.0)
+    camera: bool = False
+    seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=0)
+
+
+@dataclass(frozen=True)
+class CameraErrors:
+    """
+    Errors of the simulated camera; parameters that can be set at any time.
+
+    Parameters
+    ----------
+    detection_noise : float
+        Standard deviation of a detected position, in each direction [m].
+    detection_loss : float
+        Fraction of the detections that are lost.
+    detection_swap : float
+        Fraction of the pictures in which two balls have the name of the other one.
+
+    """
+
+    detection_noise: float = number('m', minimum=1e-6, maximum=0.1, default=0.0005)
+    detection_loss: float = number('', minimum=0.0, maximum=1.0, default=0.0)
+    detection_swap: float = number('', minimum=0.0, maximum=1.0, default=0.0)
 
 
 class TableSim(Node):
@@ -42,22 +98,23 @@ class TableSim(Node):
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back, and `~/place` (billiard_shot_msgs/srv/PlaceBalls) puts balls elsewhere. Its parameters
-    are `cue_parameters.TABLE_SIM`.
+    are `TableSimParameters` and `CameraErrors`.
     """
 
     def __init__(self) -> None:
         super().__init__('table_sim')
-        parameters.declare(self, cue_parameters.TABLE_SIM)
-        self._scene = cue_parameters.guided_scene(self.get_parameter('scene').value)
+        parameters.declare(self, TableSimParameters, CameraErrors)
+        own = parameters.read(TableSimParameters, self)
+        self._scene = guided_scene(own.scene)
         warm_up(self, self._scene)
-        self._real_time_factor = self.get_parameter('real_time_factor').value
+        self._real_time_factor = own.real_time_factor
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
-        self._random = np.random.default_rng(self.get_parameter('seed').value)
+        self._random = np.random.default_rng(own.seed)
         self._table: Publisher[Any] | None = None
         self._camera: Publisher[Any] | None = None
-        if self.get_parameter('camera').value:
+        if own.camera:
             from vision_msgs.msg import Detection3DArray
 
             self._camera = self.create_publisher(Detection3DArray, 'detections', 10)
@@ -65,10 +122,8 @@ class TableSim(Node):
             self._table = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._put(self._scene)
-        steady_timer(self, 1.0 / self.get_parameter('rate').value, self._see)
-        self.create_subscription(
-            Strike, self.get_parameter('strike_topic').value, self._strike, 10
-        )
+        steady_timer(self, 1.0 / own.rate, self._see)
+        self.create_subscription(Strike, own.strike_topic, self._strike, 10)
         self.create_service(Trigger, '~/reset', self._answer_reset)
         self.create_service(PlaceBalls, '~/place', self._answer_place)
         self.get_logger().info('ready: a simulated table')
@@ -144,12 +199,8 @@ class TableSim(Node):
         header = parameters.table_header(self)
         if self._camera:
             places = {name: each for name, each in self._balls.items() if name not in self._gone}
-            noise, loss, swap = (
-                self.get_parameter(f'detection_{name}').value for name in ('noise', 'loss', 'swap')
-            )
-            self._camera.publish(
-                detections_message(places, noise, loss, swap, self._random, header)
-            )
+            errors = parameters.read(CameraErrors, self)
+            self._camera.publish(detections_message(places, errors, self._random, header))
         if self._table:
             self._table.publish(
                 conversions.table_message(
@@ -160,9 +211,7 @@ class TableSim(Node):
 
 def detections_message(
     places: Mapping[str, tuple[float, float, float]],
-    noise: float,
-    loss: float,
-    swap: float,
+    errors: CameraErrors,
     random: np.random.Generator,
     header: Header,
 ) -> Any:
@@ -173,12 +222,7 @@ def detections_message(
     ----------
     places : mapping of str to (x, y, z)
         Centres of the balls [m].
-    noise : float
-        Standard deviation of each coordinate [m].
-    loss : float
-        Probability that a ball is not detected.
-    swap : float
-        Probability that two balls have the name of the other one.
+    errors : CameraErrors
     random : Generator
     header : Header
         Frame of the table, and time of the picture.
@@ -187,18 +231,20 @@ def detections_message(
     from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
 
     labels = list(places)
-    if len(labels) > 1 and random.random() < swap:
+    if len(labels) > 1 and random.random() < errors.detection_swap:
         i, k = random.choice(len(labels), 2, replace=False)
         labels[i], labels[k] = labels[k], labels[i]
     message = Detection3DArray(header=header)
     for label, place in zip(labels, places.values(), strict=True):
-        if random.random() < loss:
+        if random.random() < errors.detection_loss:
             continue
         result = ObjectHypothesisWithPose()
         result.hypothesis.class_id, result.hypothesis.score = label, 1.0
-        x, y, z = (place + random.normal(0.0, noise, 3)).tolist()
+        x, y, z = (place + random.normal(0.0, errors.detection_noise, 3)).tolist()
         result.pose.pose.position = Point(x=x, y=y, z=z)
-        result.pose.covariance = (noise**2 * np.diag([1.0, 1, 1, 0, 0, 0])).ravel()
+        result.pose.covariance = (
+            errors.detection_noise**2 * np.diag([1.0, 1, 1, 0, 0, 0])
+        ).ravel()
         message.detections.append(Detection3D(header=header, results=[result]))
     return message
 

@@ -1,9 +1,11 @@
 """The node `table_tracker`: estimates where the balls lie from the detections of a camera."""
 
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 import math
 import sys
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot_msgs.msg import BallState, TableState
 import numpy as np
@@ -14,12 +16,63 @@ from std_srvs.srv import Trigger
 
 from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
 from billiard_shot.records import Array
-from billiard_shot.ros import parameters, table_parameters
+from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
 from billiard_shot.ros.frames import FrameError, Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
+from billiard_shot.ros.parameters import check_scene, checked, OfTable
 from billiard_shot.scene import Scene
+from billiard_shot.scene.fields import number
 from billiard_shot.table.outline import outline_of
+
+
+def class_names_of(pairs: list[str]) -> dict[str, str]:
+    """
+    Names of balls by class id, from pairs such as `white=cue`.
+
+    Raises
+    ------
+    ValueError
+        If a pair has no equals sign, or an empty side.
+
+    """
+    names = {}
+    for pair in pairs:
+        class_id, sign, name = pair.partition('=')
+        if not (class_id and sign and name):
+            raise ValueError(f"class_names must be pairs such as 'white=cue', got {pair!r}")
+        names[class_id] = name
+    return names
+
+
+@dataclass(frozen=True)
+class TableTrackerParameters(OfTable):
+    """
+    Parameters of the node.
+
+    Parameters
+    ----------
+    scene : str
+        Radius of the balls, and pockets: name of a bundled scene, or path of a YAML file.
+    class_names : list of str
+        Names of balls by the class ids of the detections, as pairs such as `white=cue`. Every
+        other class id is the name of a ball itself.
+    detection_noise : float
+        Standard deviation of a detected position, in each direction, if the detection has no
+        covariance [m].
+    min_score : float
+        Smallest score of a detection that is used.
+    repeat_period : float
+        Time after which table_state is repeated if there are no detections [s].
+
+    """
+
+    READ_ONLY: ClassVar = ('scene', 'class_names', 'detection_noise', 'min_score', 'repeat_period')
+    scene: str = checked('paper', check_scene)
+    class_names: list[str] = checked(['cue=cue'], class_names_of)
+    detection_noise: float = number('m', minimum=1e-6, maximum=0.1, default=0.0005)
+    min_score: float = number('', minimum=0.0, maximum=1.0, default=0.5)
+    repeat_period: float = number('s', minimum=0.01, maximum=10.0, default=0.2)
 
 
 class TableTracker(Node):
@@ -33,22 +86,19 @@ class TableTracker(Node):
 
     `table_state` is published after every message, and repeated if there is none, with the stamp
     of the last detection. The service `~/reset` (std_srvs/srv/Trigger) forgets all balls. Its
-    parameters are `table_parameters.TABLE_TRACKER`.
+    parameters are `TableTrackerParameters` and `TrackerSettings`.
     """
 
     def __init__(self, detections_type: type) -> None:
         super().__init__('table_tracker')
-        parameters.declare(self, table_parameters.TABLE_TRACKER)
-
-        def value(name: str) -> Any:
-            return self.get_parameter(name).value
-
-        scene = Scene.load(value('scene'))
-        self._names = table_parameters.class_names_of(value('class_names'))
-        self._variance, self._min_score = value('detection_noise') ** 2, value('min_score')
+        parameters.declare(self, TableTrackerParameters, TrackerSettings)
+        own = parameters.read(TableTrackerParameters, self)
+        scene = Scene.load(own.scene)
+        self._names = class_names_of(own.class_names)
+        self._variance, self._min_score = own.detection_noise**2, own.min_score
         self._tracker = BallTracker(
             scene.ball.radius,
-            TrackerSettings(value('window'), value('settled'), value('lost_after')),
+            parameters.read(TrackerSettings, self),
             outline_of(scene).holes if scene.table else (),
         )
         self._frames = Frames(self)
@@ -58,7 +108,7 @@ class TableTracker(Node):
             detections_type, 'detections', self._on_detections, qos_profile_sensor_data
         )
         self.create_service(Trigger, '~/reset', self._reset)
-        self._repeat = steady_timer(self, value('repeat_period'), self._publish)
+        self._repeat = steady_timer(self, own.repeat_period, self._publish)
         self.get_logger().info('ready: tracks balls')
 
     def _on_detections(self, message: Any) -> None:

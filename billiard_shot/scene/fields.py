@@ -24,7 +24,7 @@ from billiard_shot.scene.values import as_float, check_type, whole
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
-NUMBER = 'number'
+NUMBER, WHOLE = 'number', 'whole'
 A_NAME = "a name, such as '8'"
 
 
@@ -67,13 +67,17 @@ def number(
     return dataclasses.field(default=value, metadata=metadata)
 
 
-def whole_number(*, minimum: int, default: int) -> Any:
-    """Field for an integer, at least `minimum`."""
+def whole_number(*, minimum: int, default: int, maximum: int | None = None) -> Any:
+    """Field for an integer, at least `minimum` and at most `maximum`."""
 
     def convert(value: object) -> int:
-        return whole('', value, minimum)
+        found = whole('', value, minimum)
+        if maximum is not None and found > maximum:
+            raise refused(value, f'a whole number, at most {maximum}')
+        return found
 
-    return _field(convert, default)
+    metadata = {TAKES: convert, WHOLE: Range('', None, minimum, maximum)}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def choice(*options: str, default: str | None = None) -> Any:

@@ -201,7 +201,7 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
         (
             {'balls': sightings({'cue': (0.0, 0.0), '8': (math.inf, 0.0)})},
             GoalOutcome.INVALID_PLAN,
-            "'8'",
+            'balls.8 must be two finite numbers',
         ),
         ({'quaternion': (0.0, 0.0, 0.0, 0.0)}, GoalOutcome.INVALID_PLAN, 'quaternion'),
         ({'position': (-1.0, 1.0, 0.02)}, GoalOutcome.NOT_PREDICTED, 'MISS: position, quaternion'),

@@ -154,7 +154,7 @@ def test_an_error_while_a_goal_is_taken_is_a_fault():
     """If an exception ends an action, rclpy gives it the outcome 0, which is OK."""
     driver, goal = MagicMock(_inactive=''), MagicMock()
     driver._controller.reason = 'error of this program'
-    driver.get_parameter.side_effect = KeyError('frame')
+    driver.get_clock().now().to_msg.side_effect = KeyError('clock')
     with pytest.raises(StopIteration) as ended:
         CueDriver._execute(driver, goal).send(None)
     assert ended.value.value.outcome == GoalOutcome.FAULT

@@ -14,15 +14,12 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from paper import PAPER_SHOTS
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import Marker, MarkerArray
 from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
-from billiard_shot.cue.kinematics import forward_kinematics
-from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros import display, markers, table_markers
 from billiard_shot.table.colours import ball_colour, MOTIONS
 
@@ -117,26 +114,6 @@ def test_balls_lie_where_they_do_in_their_colours():
     for ball, name in zip(balls, ('cue', '3'), strict=True):
         np.testing.assert_allclose(size(ball), 0.056)
         assert ball.color == markers.colour(ball_colour(name))
-
-
-def test_the_mechanical_cue_is_where_its_joints_put_it():
-    mechanism = Mechanism()
-    joints = np.array([0.1, -0.2, 0.5, 0.3, 0.6, 0.25])
-    array = table_markers.cue_markers(mechanism, joints, NOW)
-    drawn(array)
-    tip = forward_kinematics(mechanism, joints)
-    (cue,) = named(array, 'mechanical cue')
-    along = (corners(cue) - tip.position) @ tip.along
-    assert along.max() == pytest.approx(0.0, abs=1e-12)
-    assert along.min() == pytest.approx(-0.9)
-    aside = corners(cue) - tip.position - np.outer(along, tip.along)
-    assert np.linalg.norm(aside, axis=1).max() == pytest.approx(table_markers.SHAFT)
-    (pivot,) = named(array, 'pivot')
-    np.testing.assert_allclose(centre(pivot), joints[:3])
-    for wrong in np.nan, 5.0:
-        joints[4] = wrong
-        with pytest.raises(ValueError, match=r'not finite|incline|length'):
-            table_markers.cue_markers(mechanism, joints, NOW)
 
 
 def test_a_shot_shows_the_cue_and_every_ball_that_moves():
@@ -245,29 +222,6 @@ def test_latched_markers_have_the_sizes_of_the_scene(launch, node):
     node.destroy_publisher(publisher)
 
 
-def test_a_moving_cue_is_shown_where_it_is(launch, node):
-    launch('table_display', '-r', '__ns:=/moving')
-    joints = np.array([0.1, -0.2, 0.5, 0.3, 0.6, 0.25])
-    publisher = node.create_publisher(JointState, '/moving/joint_states', 10)
-    timer = node.create_timer(
-        0.05,
-        lambda: publisher.publish(
-            JointState(name=list(JOINTS), position=joints.tolist(), velocity=[0.0] * 6)
-        ),
-    )
-    for stroke in 0.25, 0.4:
-        joints[5] = stroke
-        tip = forward_kinematics(Mechanism(), joints).position
-
-        def at_the_tip(message, tip=tip):
-            points = corners(named(message, 'mechanical cue')[0])
-            return np.linalg.norm(points - tip, axis=1).min() < table_markers.SHAFT + 1e-6
-
-        arrives(node, '/moving/table_display/cue', at_the_tip)
-    node.destroy_timer(timer)
-    node.destroy_publisher(publisher)
-
-
 def test_another_scene_is_shown_once_it_is_set(launch, node):
     from rcl_interfaces.srv import SetParameters
     from rclpy.parameter import Parameter
@@ -326,7 +280,8 @@ def test_foxglove_shows_what_the_nodes_publish():
     kinds = {name.partition('!')[0]: panel for name, panel in panels.items()}
     assert set(kinds) == {'3D', 'StateTransitions', 'DiagnosticSummary', 'RosOut'}
     assert kinds['3D']['followTf'] == 'table'
-    assert {topic.removeprefix('/') for topic in kinds['3D']['topics']} == published()
+    shown = {topic.removeprefix('/') for topic in kinds['3D']['topics']}
+    assert shown == published() | {'robot_description'}
     sources = {'/cue_driver/state': CueState, '/estop': Bool, '/interlock': Bool}
     for path in kinds['StateTransitions']['paths']:
         topic, _, field = path['value'].partition('.')

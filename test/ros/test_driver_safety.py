@@ -24,7 +24,6 @@ from waiting import PATIENCE, PatientCaller
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.cue_parameters import CUE_MODEL
 from billiard_shot.ros.node_runner import LATCHED
 
 SPACE = '/safety'
@@ -123,10 +122,6 @@ def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
 )
 def test_what_is_read_once_is_read_only(cell, owner, name, value):
     assert 'read-only' in setter(cell, owner)(name, value)
-
-
-def test_cue_model_reads_all_its_parameters_once():
-    assert all(each.read_only for each in CUE_MODEL)
 
 
 def test_an_older_table_state_does_not_replace_a_newer_one(cell):

@@ -97,7 +97,7 @@ def test_the_planner_refuses_balls_in_another_frame():
 @pytest.mark.parametrize('name', ['', ' ', '/table', 'cell1/', 'pool table'])
 def test_names_that_no_frame_can_have(name):
     with pytest.raises(ValueError, match=r'frame must be .*, got .*'):
-        parameters.TABLE_FRAME.check(name)
+        parameters.check_frame_name(name)
 
 
 # --- transforms ---------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """The constants of the interfaces say what the library says."""
 
+from dataclasses import asdict
+import math
 from pathlib import Path
 import re
 
@@ -12,7 +14,19 @@ from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.msg import Status as StatusMessage
 
 from billiard_shot import Status
-from billiard_shot.ros import cue_parameters, parameters, plan_parameters, table_parameters
+from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.simulated import Faults, Imperfections
+from billiard_shot.cue.tracker import TrackerSettings
+from billiard_shot.ros.cue_driver import CueDriverParameters
+from billiard_shot.ros.cue_model import CueModelParameters
+from billiard_shot.ros.cue_sim import CueSimParameters
+from billiard_shot.ros.parameters import descriptors
+from billiard_shot.ros.planner import PlannerParameters
+from billiard_shot.ros.predictor import PredictorParameters
+from billiard_shot.ros.table_display import TableDisplayParameters
+from billiard_shot.ros.table_sim import CameraErrors, TableSimParameters
+from billiard_shot.ros.table_tracker import TableTrackerParameters
+from billiard_shot.scene import Robot
 from billiard_shot.table.motion import Motion
 
 
@@ -28,33 +42,60 @@ def test_status_constants_are_the_status_enum():
     assert constants(StatusMessage) == {status.name: status.value for status in Status}
 
 
-@pytest.mark.parametrize(
-    ('node', 'declared'),
-    [
-        ('predictor', parameters.PREDICTOR),
-        ('planner', plan_parameters.PLANNER),
-        ('cue_driver', cue_parameters.CUE_DRIVER),
-        ('cue_model', cue_parameters.CUE_MODEL),
-        ('cue_sim', cue_parameters.CUE_SIM),
-        ('table_sim', cue_parameters.TABLE_SIM),
-        ('table_display', cue_parameters.TABLE_DISPLAY),
-        ('table_tracker', table_parameters.TABLE_TRACKER),
-    ],
-)
-def test_parameter_files_hold_the_defaults(node, declared):
+PARAMETERS = {
+    'predictor': [PredictorParameters],
+    'planner': [PlannerParameters, Robot],
+    'cue_driver': [CueDriverParameters, Settings],
+    'cue_model': [CueModelParameters],
+    'cue_sim': [CueSimParameters, Imperfections, Faults],
+    'table_sim': [TableSimParameters, CameraErrors],
+    'table_display': [TableDisplayParameters],
+    'table_tracker': [TableTrackerParameters, TrackerSettings],
+}
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+
+
+@pytest.mark.parametrize('node', PARAMETERS)
+def test_parameter_files_hold_the_defaults(node):
     """config/: every parameter, with the value that the node has without the file."""
-    file = Path(__file__).resolve().parents[2] / 'config' / f'{node}.yaml'
-    assert yaml.safe_load(file.read_text())['/**']['ros__parameters'] == {
-        parameter.name: parameter.default for parameter in declared
+    values = yaml.safe_load((CONFIG / f'{node}.yaml').read_text())['/**']['ros__parameters']
+    kinds = PARAMETERS[node]
+    assert values == {name: value for kind in kinds for name, value in asdict(kind()).items()}
+    for kind in kinds:
+        assert all(each.description.endswith('.') for _, each in descriptors(kind))
+
+
+def read_only(node):
+    return {
+        name for kind in PARAMETERS[node] for name, each in descriptors(kind) if each.read_only
     }
-    for parameter in declared:
-        assert parameter.description.endswith('.')
 
 
 def test_the_page_names_the_read_only_parameters_of_the_driver():
-    page = (Path(__file__).resolve().parents[2] / 'docs' / 'cue.md').read_text()
+    page = (CONFIG.parent / 'docs' / 'cue.md').read_text()
     listed = set(re.findall(r'`(\w+)`', page[page.index('Read-only are') :].partition(':')[0]))
-    assert listed == {each.name for each in cue_parameters.CUE_DRIVER if each.read_only}
+    assert listed == read_only('cue_driver')
+
+
+def test_what_only_the_start_decides():
+    """All but what a node applies at once: scenes, errors and faults of simulations."""
+    for node, settable in {
+        'cue_model': set(),
+        'cue_sim': {*asdict(Faults())},
+        'table_sim': {'frame', *asdict(CameraErrors())},
+        'table_tracker': {'frame'},
+    }.items():
+        names = {name for kind in PARAMETERS[node] for name in asdict(kind())}
+        assert names - read_only(node) == settable
+
+
+def test_bounds_are_those_of_the_fields():
+    found = dict(descriptors(Robot))
+    speed, azimuth = (found[name].floating_point_range[0] for name in ('speed_min', 'azimuth_deg'))
+    assert (speed.from_value, speed.to_value) == (0.0, math.inf)
+    assert (azimuth.from_value, azimuth.to_value) == (-360.0, 360.0)
+    budget = dict(descriptors(PlannerParameters))['budget'].integer_range[0]
+    assert (budget.from_value, budget.to_value) == (1, 10_000_000)
 
 
 def test_motion_constants_are_the_motion_codes():

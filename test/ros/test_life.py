@@ -1,5 +1,6 @@
 """How a predictor starts and how it ends."""
 
+from dataclasses import fields
 import re
 import signal
 import subprocess
@@ -15,7 +16,7 @@ from rcl_interfaces.msg import ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from waiting import PATIENCE, PatientCaller
 
-from billiard_shot.ros import parameters
+from billiard_shot.ros.predictor import PredictorParameters
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -144,7 +145,7 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
     set_them = PatientCaller(node, SetParameters, '/predictor/set_parameters')
     assert describe.wait_for_service()
     assert set_them.wait_for_service()
-    names = [parameter.name for parameter in parameters.PREDICTOR]
+    names = [each.name for each in fields(PredictorParameters)]
     request = DescribeParameters.Request(names=names)
     for descriptor in describe.call(request, repeatable=True).descriptors:
         assert descriptor.description.endswith('.')

@@ -3,6 +3,7 @@
 from dataclasses import asdict, replace
 import math
 import re
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,6 +23,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Vector3
 import rclpy
 from rclpy.action import ActionClient
+from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 from waiting import PATIENCE, spin_until
@@ -32,7 +34,7 @@ from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import conversions, plan_conversions, planner
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.plan_conversions import PlanRequest
-from billiard_shot.ros.planner import Search
+from billiard_shot.ros.planner import Planner, Search
 
 SCENE = Scene.load('blocked')
 DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
@@ -111,22 +113,23 @@ def asking(node, launch):
         'target:="{pot: \'8\', pocket: any}"',
         '-p',
         'budget:=2000',
-        '-p',
-        'plan_at_start:=true',
         '-r',
         'table_state:=seen_by_planner',
     )
     return Asking(node)
 
 
-def test_it_plans_for_its_parameters_as_it_starts(node, asking):
+def test_a_goal_without_a_target_is_planned_for_the_parameters_and_shown(node, asking):
     seen = {}
     for kind, topic in ((RankedPlan, 'planner/best'), (MarkerArray, 'planner/markers')):
         node.create_subscription(
             kind, topic, lambda message, topic=topic: seen.update({topic: message}), LATCHED
         )
+    status, result = asking.ask()
+    assert status == GoalStatus.STATUS_SUCCEEDED
     assert spin_until(node, lambda: len(seen) == 2), seen
     best = seen['planner/best']
+    assert best.plan == result.plans[0].plan
     assert best.plan.header.frame_id == 'table'
     assert 0.0 < best.success_low <= best.success <= best.success_high
     assert len(seen['planner/markers'].markers) > 3
@@ -398,17 +401,18 @@ def test_a_warning_is_part_of_the_message():
     assert warning(replace(result.best, stroke=other_way)) == 'without errors the target is missed'
 
 
-def test_a_search_that_fails_has_a_result(monkeypatch):
+def test_a_search_that_fails_has_a_result(node, monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError('in the library')
 
     monkeypatch.setattr(planner, 'plan', broken)
-    search = Search(DEFAULT, None, None)
-    search.begin()
-    search.thread.join()
-    assert search.result.status == Status.NO_PLAN
-    assert 'failed with ZeroDivisionError: in the library' in search.result.message
-    assert 'in broken' in search.trace
+    log, executor = [], SingleThreadedExecutor()
+    fake = SimpleNamespace(executor=executor, get_logger=lambda: SimpleNamespace(error=log.append))
+    found = executor.create_task(Planner._found, fake, DEFAULT, Search(None, executor))
+    executor.spin_until_future_complete(found, PATIENCE)
+    assert found.result().status == Status.NO_PLAN
+    assert 'failed with ZeroDivisionError: in the library' in found.result().message
+    assert 'in broken' in log[0]
 
 
 def test_the_covariance_of_the_balls_is_noise_of_their_places():

@@ -24,7 +24,7 @@ from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.frames import FrameError, Frames, STATIC
 from billiard_shot.ros.node_runner import LATCHED
-from billiard_shot.ros.table_sim import detections_message
+from billiard_shot.ros.table_sim import CameraErrors, detections_message
 
 NOISE = 5e-4
 CAMERA = {
@@ -108,7 +108,7 @@ def test_a_camera_in_its_own_frame(node, launch_once):
 
     def see():
         header = Header(frame_id='camera', stamp=node.get_clock().now().to_msg())
-        camera.publish(detections_message(places, NOISE, 0.0, 0.0, random, header))
+        camera.publish(detections_message(places, CameraErrors(NOISE), random, header))
 
     timer = node.create_timer(1 / 30, see)
 
