@@ -2,11 +2,15 @@
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from dataclasses import dataclass
+import re
 
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros.parameters import checked
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import whole_number
+
+TOPIC_NAME = re.compile(r'(~?/)?[a-z_]\w*(/[a-z_]\w*)*', re.ASCII | re.IGNORECASE)
+"""Names of topics, services and actions that ROS allows."""
 
 
 def guided_scene(name_or_path: str) -> Scene:
@@ -32,8 +36,11 @@ def topic(default: str) -> str:
     """Field for the name of a topic or an action."""
 
     def check(name: str) -> None:
-        if not name or ' ' in name:
-            raise ValueError(f'topic must be the name of a topic, got {name!r}')
+        if not TOPIC_NAME.fullmatch(name):
+            raise ValueError(
+                'topic must be words of letters, digits and _ with / between them, none of which '
+                f'begins with a digit, got {name!r}'
+            )
 
     field: str = checked(default, check)
     return field

@@ -455,9 +455,13 @@ def long_lease(domain, monkeypatch, tmp_path):
         ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
         ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
         ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
-        ('cue_driver', 'estop_timeout:=0.0', 'estop_timeout'),
+        ('cue_driver', 'estop_timeout:=.nan', 'estop_timeout'),
+        ('cue_driver', 'incline_topic:=9x', 'incline_topic'),
+        ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
         ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
         ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
+        ('table_sim', 'strike_topic:=a~b', 'strike_topic'),
+        ('table_tracker', 'window:=many', 'window'),
     ],
 )
 def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):

@@ -19,6 +19,7 @@ from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.cue.tracker import TrackerSettings
 from billiard_shot.ros.cue_driver import CueDriverParameters
 from billiard_shot.ros.cue_model import CueModelParameters
+from billiard_shot.ros.cue_parameters import TOPIC_NAME
 from billiard_shot.ros.cue_sim import CueSimParameters
 from billiard_shot.ros.parameters import descriptors
 from billiard_shot.ros.planner import PlannerParameters
@@ -96,6 +97,16 @@ def test_bounds_are_those_of_the_fields():
     assert (azimuth.from_value, azimuth.to_value) == (-360.0, 360.0)
     budget = dict(descriptors(PlannerParameters))['budget'].integer_range[0]
     assert (budget.from_value, budget.to_value) == (1, 10_000_000)
+
+
+@pytest.mark.parametrize('name', ['a', '/a/b_2', '~/a', '_a'])
+def test_names_of_topics(name):
+    assert TOPIC_NAME.fullmatch(name)
+
+
+@pytest.mark.parametrize('name', ['', ' ', 'a b', '9x', 'a//b', 'a/', 'a~b', '~', 'a/2', 'ä'])
+def test_names_that_no_topic_can_have(name):
+    assert not TOPIC_NAME.fullmatch(name)
 
 
 def test_motion_constants_are_the_motion_codes():
