@@ -303,7 +303,8 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
     """A new table_display publishes the same markers, with the bag's time."""
     topics = topics_of('ros2 bag play')
     assert {topic.removeprefix(SPACE) for topic in topics} == {'/table_state', '/joint_states'}
-    launch('table_display', '-r', f'__ns:={COPY}', '-p', 'use_sim_time:=true')
+    for name in ('table_display', 'cue_model'):  # who listens to the topics of the bag
+        launch(name, '-r', f'__ns:={COPY}', '-p', 'use_sim_time:=true')
     shown = {'balls': [], 'table': []}
     for name, arrays in shown.items():
         node.create_subscription(
