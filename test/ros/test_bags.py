@@ -328,11 +328,11 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
     assert not differ(), 'the last markers differ'
     with Reader(bag) as reader:
         begin, end = reader.start_time // 10**9, reader.end_time // 10**9
-    assert begin <= shown['cue'][-1].markers[0].header.stamp.sec <= end
+    assert begin <= shown['balls'][-1].markers[0].header.stamp.sec <= end
 
 
 def alike(some, others):
-    """Whether markers are the same, within what a display neglects of the motion of a cue."""
+    """Whether markers are the same, within what a display neglects of the motion of balls."""
     return [described(each) for each in some] == [described(each) for each in others] and close(
         some, others
     )
