@@ -22,13 +22,19 @@ from billiard_shot.records import Floats, record, Storage
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cushion_models import HAN
-from billiard_shot.table.geometry import lay_out, PackedTable, PocketGeometry, TableNumbers
+from billiard_shot.table.geometry import (
+    lay_out,
+    PackedTable,
+    PocketGeometry,
+    POCKETS,
+    TableNumbers,
+)
 from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
 
 NO_BALL, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
-POCKETS, CORNERS = 6, 4
+CORNERS = 4
 ELEVATION_COUNT, ELEVATION_STEP = (
     25,
     math.radians(2.5),

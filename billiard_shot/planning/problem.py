@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import Limits
-from billiard_shot.planning.score import Goal, Kind, POCKETS
+from billiard_shot.planning.score import Goal, Kind
 from billiard_shot.planning.targets import (
     ANY,
     Break,
@@ -29,7 +29,7 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import names_of
 from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import layout_of, TableModel
+from billiard_shot.table.geometry import layout_of, POCKETS, TableModel
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulation_state import BallRule

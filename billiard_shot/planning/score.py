@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
+from billiard_shot.table.geometry import POCKETS
 from billiard_shot.table.motion import (
     BALL,
     CLUSTER,
@@ -28,7 +29,6 @@ PENALTY_STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
 NO_SUCCESS = 1e-6  # m: smallest penalty of a target that was not reached
 PENALTY_PIECES = 6
-POCKETS = 6
 NO_DISTANCE = 1e3  # m: stands for "no distance"
 
 

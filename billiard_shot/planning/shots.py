@@ -17,7 +17,6 @@ from billiard_shot.planning.direct_shots import (
     LEGAL,
     NO_BALL,
     PlayerRecord,
-    POCKETS,
     PRESENT,
 )
 from billiard_shot.planning.limits import limits_of
@@ -34,7 +33,7 @@ from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import lay_out
+from billiard_shot.table.geometry import lay_out, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
 from billiard_shot.table.table_states import ManyStates, table_states

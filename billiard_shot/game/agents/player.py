@@ -35,7 +35,7 @@ from billiard_shot.scene.values import positive
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 6, 9  # direct shots that are tried, at points of contact of the tip
-PLACES_TRIED, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
+PLACES_IN_HAND, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
 FINALISTS, ERRORS_EACH = 20, 30  # ideas with errors, and errors of each
 IDEAS_AT_ONCE = 5  # of which so many are tried between two looks at the clock
 WINNERS, MORE_SAMPLES = 5, 100  # of these, ideas with more errors, and errors of each
@@ -191,7 +191,7 @@ class Player:
         order = best_in_hand(direct)
         pair = np.column_stack([direct.ball, direct.pocket])[order]
         _, first = np.unique(pair, axis=0, return_index=True)
-        for number in order[np.sort(first)][: self._many(PLACES_TRIED)].tolist():
+        for number in order[np.sort(first)][: self._many(PLACES_IN_HAND)].tolist():
             x, y = places[direct.table[number]].tolist()
             yield position_of(self._scene, state.with_cue_ball(x, y)), np.array([number])
 
