@@ -47,7 +47,7 @@ def said_by(script):
 FINALIZED = """
 import os, signal
 from rclpy.node import Node
-from billiard_shot.ros.node_runner import run
+from billiard_shot.ros.node_runner import spin_node
 
 class Finalized:
     def __del__(self):
@@ -59,7 +59,7 @@ class Short(Node):
         super().__init__('short')
         self.create_timer(0.01, Finalized)
 
-run(Short, 'short', [])
+spin_node(Short, 'short', [])
 """
 
 
@@ -77,7 +77,7 @@ import signal
 
 from rclpy.node import Node
 
-from billiard_shot.ros.node_runner import run, steady_timer
+from billiard_shot.ros.node_runner import spin_node, steady_timer
 
 class Failing(Node):
     count = 0
@@ -95,7 +95,7 @@ class Failing(Node):
         if self.count == 3:
             os.kill(os.getpid(), signal.SIGINT)
 
-run(Failing, 'failing', [], survive=Failing.survive)
+spin_node(Failing, 'failing', [], survive=Failing.survive)
 """
 
 
