@@ -264,11 +264,11 @@ def test_pages_build_without_warnings(tmp_path):
         check=False,
     )
     assert built.returncode == 0, built.stderr
+    parameters = (tmp_path / 'reference' / 'parameters.html').read_text()
     for node in ('predictor', 'cue_driver', 'table_display'):
-        assert (
-            f'id="{node.replace("_", "-")}"'
-            in (tmp_path / 'reference' / 'parameters.html').read_text()
-        )
+        assert f'id="{node.replace("_", "-")}"' in parameters
+    for name in ('period', 'arm_timeout', 'incline_joint'):
+        assert f'<span class="pre">{name}</span>' in parameters
     named = (tmp_path / 'reference' / 'api.html').read_text()
     for name in billiard_shot.__all__:
         assert f'id="billiard_shot.{name}"' in named, 'docs/reference/api.md lacks it'

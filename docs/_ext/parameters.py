@@ -1,30 +1,35 @@
 """The page of all parameters, made from their declarations in the nodes."""
 
 import ast
+from collections.abc import Iterator
+import dataclasses
 from importlib import import_module
 from pathlib import Path
 import re
 from typing import Any
 
-from sphinx.ext.autodoc.mock import mock
+from sphinx.ext.autodoc.mock import _MockObject, mock
 
-ROS = ('rclpy', 'rcl_interfaces', 'billiard_shot_msgs', 'geometry_msgs', 'std_msgs')
-
-
-def declared(folder: Path) -> dict[str, Any]:
-    """Parameters of each node, by its name; ROS does not have to be installed."""
-    found = {}
-    with mock(list(ROS)):
-        for file in sorted((folder / 'ros').glob('*parameters.py')):
-            module = import_module(f'billiard_shot.ros.{file.stem}')
-            found |= {
-                name.lower(): value
-                for name, value in vars(module).items()
-                if name.isupper()
-                and isinstance(value, tuple)
-                and all(hasattr(each, 'default') for each in value)
-            }
-    return dict(sorted(found.items()))
+ROS = (
+    'action_msgs',
+    'billiard_shot_msgs',
+    'builtin_interfaces',
+    'control_msgs',
+    'diagnostic_msgs',
+    'geometry_msgs',
+    'lifecycle_msgs',
+    'nav_msgs',
+    'rcl_interfaces',
+    'rclpy',
+    'sensor_msgs',
+    'std_msgs',
+    'std_srvs',
+    'tf2_msgs',
+    'trajectory_msgs',
+    'vision_msgs',
+    'visualization_msgs',
+)
+_MockObject.__or__ = lambda mocked, other: mocked  # type: ignore[method-assign]  # `Time | None`
 
 
 def page(root: Path) -> str:
@@ -33,41 +38,63 @@ def page(root: Path) -> str:
         '# Parameters of the nodes',
         '',
         'Defaults are also in `config/NODE.yaml`. Every parameter is checked when a node starts '
-        'and when it is set; a refused value is answered with the reason.',
+        'and when it is set; a refused value is answered with the reason. Parameters with a * can '
+        'be given only when the node starts.',
         '',
     ]
-    for node, parameters in declared(root / 'billiard_shot').items():
-        lines += [
-            f'## {node}',
-            '',
-            '| parameter | default | unit, range | what |',
-            '|---|---|---|---|',
-            *map(_row, parameters),
-            '',
-        ]
+    with mock(list(ROS)):  # ROS does not have to be installed
+        for node, kinds in _declared(root / 'billiard_shot' / 'ros'):
+            lines += [
+                f'## {node}',
+                '',
+                '| parameter | default | unit, range | what |',
+                '|---|---|---|---|',
+                *(row for kind in kinds for row in _rows(kind)),
+                '',
+            ]
     lines += ['## Launch arguments', '', _launch_arguments(root / 'launch' / 'shot.launch.py')]
     return '\n'.join(lines) + '\n'
+
+
+def _declared(folder: Path) -> Iterator[tuple[str, list[type]]]:
+    """Yield each node and the dataclasses that it passes to `parameters.declare`."""
+    for file in sorted(folder.glob('*.py')):
+        for call in ast.walk(ast.parse(file.read_text())):
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == 'parameters.declare':
+                module = import_module(f'billiard_shot.ros.{file.stem}')
+                yield file.stem, [getattr(module, ast.unparse(each)) for each in call.args[1:]]
+
+
+def _rows(kind: Any) -> Iterator[str]:
+    """Yield a row for each field of a dataclass of parameters."""
+    fields = import_module('billiard_shot.scene.fields')
+    words = import_module('billiard_shot.ros.parameters')._descriptions(kind)
+    fixed = getattr(kind, 'READ_ONLY', ())
+    defaults = kind()
+    for each in dataclasses.fields(kind):
+        star = '*' if fixed is None or each.name in fixed else ''
+        bounds = each.metadata.get(fields.NUMBER) or each.metadata.get(fields.WHOLE)
+        yield (
+            f'| `{each.name}`{star} | {_value(getattr(defaults, each.name))} | '
+            f'{_range(bounds) if bounds else ""} | {words[each.name]} |'
+        )
+
+
+def _range(bounds: Any) -> str:
+    """Unit and range of a number."""
+    limits = (
+        ('above', bounds.above),
+        ('from', bounds.minimum),
+        ('to' if bounds.minimum is not None else 'up to', bounds.maximum),
+    )
+    said = ' '.join(f'{word} {limit:g}' for word, limit in limits if limit is not None)
+    return ', '.join(filter(None, (bounds.unit, said)))
 
 
 def _launch_arguments(file: Path) -> str:
     """The docstring of a launch file, with its arguments as a list."""
     said = ast.get_docstring(ast.parse(file.read_text())) or ''
     return re.sub('^    `', '- `', said, flags=re.MULTILINE)
-
-
-def _row(parameter: Any) -> str:
-    about = ', '.join(filter(None, (parameter.unit, _range(parameter))))
-    return (
-        f'| `{parameter.name}` | {_value(parameter.default)} | {about} | {parameter.description} |'
-    )
-
-
-def _range(parameter: Any) -> str:
-    if not parameter.limits:
-        return ''
-    return ' to '.join(
-        f'{limit:g}' if isinstance(limit, float) else str(limit) for limit in parameter.limits
-    )
 
 
 def _value(value: Any) -> str:

@@ -3,7 +3,6 @@
 from dataclasses import asdict
 import math
 from pathlib import Path
-import re
 
 import pytest
 import yaml
@@ -70,12 +69,6 @@ def read_only(node):
     return {
         name for kind in PARAMETERS[node] for name, each in descriptors(kind) if each.read_only
     }
-
-
-def test_the_page_names_the_read_only_parameters_of_the_driver():
-    page = (CONFIG.parent / 'docs' / 'cue.md').read_text()
-    listed = set(re.findall(r'`(\w+)`', page[page.index('Read-only are') :].partition(':')[0]))
-    assert listed == read_only('cue_driver')
 
 
 def test_what_only_the_start_decides():
