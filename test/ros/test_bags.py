@@ -252,16 +252,18 @@ def bag(recorded):
 def test_qos_is_as_documented(recorded):
     """Every topic of the nodes is in the table of docs/ros.md, with what each end asks for."""
     _, ends = recorded
-    rows = re.findall(
-        r'^\| (`.*?) \| .* \| (reliable) \| (volatile|transient local) \|$', PAGE, re.MULTILINE
-    )
+    section = PAGE.partition('## Topics\n')[2].partition('\n## ')[0]
+    (best_effort,) = re.findall(r'best effort: `(\w+)`', section)
     documented = {
         topic if topic in SHARED else f'{SPACE}/{topic}': (
-            reliability.upper(),
+            'RELIABLE',
             durability.upper().replace(' ', '_'),
         )
-        for names, reliability, durability in rows
+        for durability, names in re.findall(
+            r'^- \*(volatile|transient local)\*: ((?:.+\n)+?)(?=-|\n)', section, re.MULTILINE
+        )
         for topic in re.findall(r'`(.*?)`', names)
+        if topic != best_effort
     }
     found = {}
     for topic, end in ends:
