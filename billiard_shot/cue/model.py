@@ -133,11 +133,11 @@ def chain(
                 joint in REVOLUTE,
                 AXES[i],
                 lower,
-                upper,
-                factor * axis.speed,
-                _effort(mechanism, i, factor * axis.acceleration),
-                getattr(mechanism.parts, joint),
-                _centres(mechanism)[i],
+                max=upper,
+                speed=factor * axis.speed,
+                effort=_effort(mechanism, i, factor * axis.acceleration),
+                part=getattr(mechanism.parts, joint),
+                centre=_centres(mechanism)[i],
             )
         )
     return tuple(joints)

@@ -113,7 +113,7 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
             contact.elevation,
             stroke.speed,
             shot.cue_speed,
-            _clearance(contact, scene.cue.ferrule_radius),
+            clearance=_clearance(contact, scene.cue.ferrule_radius),
         )
         aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
@@ -203,7 +203,7 @@ def _check_touch(
             contact.along,
             shape,
             mechanism.stroke.acceleration,
-            trajectory.duration - stroke.leave,
+            until=trajectory.duration - stroke.leave,
         )
         if touch == math.inf:
             continue

@@ -111,7 +111,7 @@ def stroke_profile(
         deceleration,
         drive.jerk,
         mechanism.steady_time,
-        mechanism.contact_time,
+        contact_time=mechanism.contact_time,
     )
     why = (
         f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, limited by '

@@ -105,7 +105,7 @@ def play(pairing: Pairing, number: int) -> RackRecord:
     ]
     state = start(game, pairing.scene, rack, breaker, pairing.balls)
     return play_rack(
-        state, pairing.scene, agents, players, pairing.seed, number, pairing.simulator
+        state, pairing.scene, agents, players, pairing.seed, number, simulator=pairing.simulator
     )
 
 

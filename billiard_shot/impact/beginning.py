@@ -151,9 +151,9 @@ def begin_collision(
     tolerance = min(given.tolerance[number], METHOD_OPTIONS.max_tolerance)
     reset_progress(p)
     if not approaches:
-        return Model(law, exponent, tolerance, False, distances, bodies, False, inf), Units(
-            0.0, 0.0, 0.0
-        )
+        return Model(
+            law, exponent, tolerance, False, distances, bodies, moves=False, interval=inf
+        ), Units(0.0, 0.0, 0.0)
     for row in range(3 * count):
         for column in range(3 * count):
             ws.delassus[row][column] /= mobility
@@ -161,7 +161,7 @@ def begin_collision(
     length = units.speed * units.time
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
-        start_contact(c, properties, velocity, units, firmness, distances, j)
+        start_contact(c, properties, velocity, units, firmness, distances, j=j)
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
@@ -173,7 +173,9 @@ def begin_collision(
             c.velocity[0] = 0.0
         start_length(c, -gap / length if distances else 0.0)
     planar, interval = is_planar(contacts, ws), given.interval / units.time
-    m = Model(law, exponent, tolerance, planar, distances, bodies, given.moves, interval)
+    m = Model(
+        law, exponent, tolerance, planar, distances, bodies, moves=given.moves, interval=interval
+    )
     if m.moves:
         change_responses(ws, bodies, mobility)
         change_units(contacts, ws, bodies, units.speed, length)

@@ -213,7 +213,16 @@ def collide(
             for name in ('velocity', 'spin')
         )
         return CollisionResult(
-            Status.OK, velocities, spins, none, none[:, :2], none[:, 0], none[:, 0], 0.0, (), 0
+            Status.OK,
+            velocities,
+            spins,
+            none,
+            none[:, :2],
+            none[:, 0],
+            lengths=none[:, 0],
+            duration=0.0,
+            phases=(),
+            evaluations=0,
         )
     system = system_of(bodies, contacts)
     space = contact_space(system)
@@ -230,6 +239,6 @@ def collide(
     return CollisionResult(
         Status(solved.status[0]), system.velocities + changes[:, :3],
         system.spins + changes[:, 3:], impulses, solved.losses[0], solved.final_slips[0],
-        solved.lengths[0], float(solved.durations[0]),
-        read_log(solved.log, space.axes), int(solved.steps[0]),
+        lengths=solved.lengths[0], duration=float(solved.durations[0]),
+        phases=read_log(solved.log, space.axes), evaluations=int(solved.steps[0]),
     )  # fmt: skip

@@ -42,9 +42,9 @@ def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
         mobilities(bodies),
         np.array([body.inertia is not None for body in bodies]),
         np.array([body.guide for body in bodies if body.guide is not None]).reshape(-1, 3),
-        np.array([(contact.a, contact.b) for contact in contacts]),
-        np.array([contact.point for contact in contacts]),
-        np.array([contact.normal for contact in contacts]),
+        pairs=np.array([(contact.a, contact.b) for contact in contacts]),
+        points=np.array([contact.point for contact in contacts]),
+        normals=np.array([contact.normal for contact in contacts]),
     )
 
 

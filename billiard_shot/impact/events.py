@@ -88,7 +88,7 @@ def first_event(
             continue
         sign = -1.0 if c.normal_mode == COMPRESSION else 1.0
         at_start = noise * speed if c.velocity[0] == 0.0 else NOT_ZERO
-        x = first_root(c.velocity, order, sign, 0.0, at_start, end, work)
+        x = first_root(c.velocity, order, sign, 0.0, at_start, end, work=work)
         opens = False
         if x == 0.0 and c.normal_mode == COMPRESSION and c.compression[0] == 0.0:
             # A reversal right after activation is rounding noise, unless the compression clearly
@@ -103,7 +103,7 @@ def first_event(
         if c.normal_mode == RESTITUTION:
             margin = METHOD_OPTIONS.end_margin * c.peak_compression
             goal = 0.0 if m.law == POISSON else c.restitution_end + margin
-            x = first_root(c.compression, order, 1.0, goal, NOT_ZERO, end, work)
+            x = first_root(c.compression, order, 1.0, goal, NOT_ZERO, end, work=work)
             if x != NO_ROOT:
                 end, contact = x, j
                 kind = SPRING_EXHAUSTED if m.law == POISSON else RESTITUTION_END
@@ -113,7 +113,7 @@ def first_event(
                     end, kind, contact = x, RESTITUTION_END, j
         elif force_is_negligible(m, c) or c.friction_mode == DEFERRED:
             x = first_root(
-                c.compression, order, -1.0, -c.negligible_compression, NOT_ZERO, end, work
+                c.compression, order, -1.0, -c.negligible_compression, NOT_ZERO, end, work=work
             )
             if x != NO_ROOT:
                 end, kind, contact = x, NO_EVENT, j
@@ -135,7 +135,7 @@ def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Fl
     """First x at which an open contact closes; or, if it is HELD, at which it is clear."""
     at_start = step.noise * speed * step.scale if c.compression[0] == 0.0 else NOT_ZERO
     sign = -1.0 if c.hold == FREE else 1.0
-    return first_root(c.compression, step.order, sign, 0.0, at_start, end, work)
+    return first_root(c.compression, step.order, sign, 0.0, at_start, end, work=work)
 
 
 @inner
@@ -145,7 +145,7 @@ def impulse_root(c: ContactState, ws: Workspace, step: Step, end: float) -> floa
     p[0] = c.restitution_end - c.impulse
     for k in range(step.order):
         p[k + 1] = -step.scale * c.force[k] / (k + 1)
-    return first_root(p, step.order, 1.0, 0.0, NOT_ZERO, end, ws.polynomials)
+    return first_root(p, step.order, 1.0, 0.0, NOT_ZERO, end, work=ws.polynomials)
 
 
 @inner
@@ -169,9 +169,9 @@ def slip_root(
         power *= end
     if m.planar or turning <= METHOD_OPTIONS.planar_slip * m.tolerance:
         at_start = noise if c.friction_mode == SLIP_ONSET else NOT_ZERO
-        return first_root(p, order, 1.0, 0.0, at_start, end, ws.polynomials), True
+        return first_root(p, order, 1.0, 0.0, at_start, end, work=ws.polynomials), True
     kept = METHOD_OPTIONS.min_remaining_slip * slip_speed(c)
-    return first_root(p, order, 1.0, kept, NOT_ZERO, end, ws.polynomials), False
+    return first_root(p, order, 1.0, kept, NOT_ZERO, end, work=ws.polynomials), False
 
 
 @inner
@@ -194,4 +194,4 @@ def cone_root(c: ContactState, ws: Workspace, order: int, noise: float, end: flo
             p[k] -= c.friction_2[i] * c.friction_2[k - i]
     noise *= mu * largest * mu * largest
     at_start = noise if p[0] <= noise else NOT_ZERO
-    return first_root(p, order - 1, 1.0, 0.0, at_start, end, ws.polynomials)
+    return first_root(p, order - 1, 1.0, 0.0, at_start, end, work=ws.polynomials)

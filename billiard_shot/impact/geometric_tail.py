@@ -80,7 +80,7 @@ def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactPro
         size = amplitude(m, contacts, ws, before, first)
         ratio = amplitude(m, contacts, ws, last, before) / size if size > 0.0 else 1.0
         if ratio < METHOD_OPTIONS.max_tail_ratio and is_geometric(
-            m, contacts, ws, last, before, first, ratio
+            m, contacts, ws, last, before, first, ratio=ratio
         ):
             add_cycles(contacts, last, before, first, ratio)
             return True

@@ -98,7 +98,7 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
                 if ends_in_geometric_tail(m, contacts, ws, p):
                     end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
                     break
-            finish(m, units, contacts, ws, p, results, i)
+            finish(m, units, contacts, ws, p, results, number=i)
         else:
             for j in range(count):
                 length = given.lengths[i][j] if given.distances and m.bodies == 0 else 0.0

@@ -434,7 +434,7 @@ def couple(contacts: list[ContactState], ws: Workspace, j: int, k: int) -> None:
         body = ws.bodies[b]
         if body.response > 0.0 and (b == d.body_a or b == d.body_b):
             sign = 1.0 if (b == c.body_a) == (b == d.body_a) else -1.0
-            add_response(body, c, d, sign, w, row, column)
+            add_response(body, c, d, sign, w, row, column=column)
             largest = max(largest, body.response, body.across + body.turning)
     rounded = 2.0 * rounding.COUPLING * largest
     for x in range(row, row + 3):

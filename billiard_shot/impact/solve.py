@@ -104,7 +104,7 @@ def solve_in_contact_space(
         storage.array(velocity),
         storage.array(tolerance),
         phases,
-        lengths,
+        lengths=lengths,
     )
     rows = as_rows(ContactResult, results).reshape(n, count)
     ends = as_rows(CollisionOutcome, outcomes)
@@ -115,11 +115,11 @@ def solve_in_contact_space(
         rows['discontinuity_margin'],
         rows['length'],
         rows['closings'],
-        ends['status'],
-        ends['phases'],
-        ends['steps'],
-        ends['duration'],
-        logged,
+        status=ends['status'],
+        phases=ends['phases'],
+        steps=ends['steps'],
+        durations=ends['duration'],
+        log=logged,
     )
 
 

@@ -56,7 +56,7 @@ def first_quartic_root(a: float, b: float, c: float, d: float, e: float) -> floa
         # Starting from positive, the signs change once if they never become positive again.
         once = b4 <= 0.0 and (b3 <= 0.0 or (b2 > 0.0 and b1 > 0.0)) and (b2 <= 0.0 or b1 > 0.0)
         if once:
-            return refine_quartic_root(a, b, c, d, e, low, low + width)
+            return refine_quartic_root(a, b, c, d, e, low, high=low + width)
         if width < NARROW:
             low += width
             if b4 <= 0.0:

@@ -63,7 +63,7 @@ def history_of(trails: Trails) -> History:
         {name: s.spin for name, s in states.items()},
         sum((0.5 * ball.mass * v**2 for v in speeds.values()), nothing),
         sum((0.5 * ball.inertia * w**2 for w in sizes.values()), nothing),
-        sum((ball.mass * gravity * z for z in heights), nothing),
+        height=sum((ball.mass * gravity * z for z in heights), nothing),
     )
 
 

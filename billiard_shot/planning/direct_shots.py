@@ -360,7 +360,7 @@ def rate_shot(
         high = math.asin(min(edge_of(openings, shot.pocket, angle + high, arrival, 1) / way, 1.0))
         if high <= low:
             return False
-    low, high = free_part(seen, cue, ball, x, y, way, into, low, high)
+    low, high = free_part(seen, cue, ball, x, y, way, ahead=into, low=low, high=high)
     if high <= low:
         return False
     into += 0.5 * (low + high)  # from here on the middle of the directions that pot the ball
@@ -394,7 +394,7 @@ def rate_shot(
     low = azimuth_to(distance, diameter, min(line + half, reach)) - azimuth
     high = azimuth_to(distance, diameter, max(line - half, -reach)) - azimuth
     low, high = max(low, -grazing - azimuth), min(high, grazing - azimuth)
-    low, high = free_part(seen, cue, ball, px, py, run, ahead + azimuth, low, high)
+    low, high = free_part(seen, cue, ball, px, py, run, ahead=ahead + azimuth, low=low, high=high)
     if high <= low:
         return False
     azimuth += 0.5 * (low + high)
@@ -501,7 +501,9 @@ def find_direct_shots(
                 for arrival in ARRIVALS:
                     hole = layout.pockets[pocket]
                     there = (
-                        rate_shot(seen, player, openings, hole, axes[pocket], arrival, cue, shot)
+                        rate_shot(
+                            seen, player, openings, hole, axes[pocket], arrival, cue=cue, shot=shot
+                        )
                         or there
                     )
                 if there:

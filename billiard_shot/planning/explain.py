@@ -127,7 +127,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
         -side * _turn(one, other)  # type: ignore[arg-type]
         for one, other in pairwise(steps)
     )
-    return Deviation(ball, pocket, aim + squirt + swerve + throw, aim, squirt, swerve, throw)
+    return Deviation(ball, pocket, aim + squirt + swerve + throw, aim, squirt, swerve, throw=throw)
 
 
 def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:

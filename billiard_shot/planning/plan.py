@@ -179,7 +179,9 @@ def _plan_from(
     machine_code.require()
     threads = ThreadPoolExecutor(os.cpu_count() or 1)
     try:
-        runner = Runner(problem, budget, executor or threads, progress, cancel, time_limit, value)
+        runner = Runner(
+            problem, budget, executor or threads, progress, cancel, time_limit, value=value
+        )
         found = search(problem, runner, seed)
     finally:
         # after a cancellation, do not wait for running tasks
@@ -192,8 +194,8 @@ def _plan_from(
             Stroke.from_offsets(*finalist.stroke.tolist()),
             finalist.successes,
             finalist.trials,
-            finalist.value,
-            finalist.value_error,
+            value=finalist.value,
+            value_error=finalist.value_error,
         )
         for finalist in found.finalists
         if finalist.value > 0.0
@@ -208,7 +210,7 @@ def _plan_from(
         runner.simulations,
         perf_counter() - begin,
         spread,
-        found.converged,
+        converged=found.converged,
     )
 
 

@@ -242,11 +242,11 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
         speed,
         limits.elevation_margin,
         lowest,
-        min(highest, steepest),
-        float(robot.speed_min),
-        float(robot.speed_max),
-        float(scene.cue.length),
-        float(scene.cue.ferrule_radius),
+        highest=min(highest, steepest),
+        slowest=float(robot.speed_min),
+        fastest=float(robot.speed_max),
+        cue_length=float(scene.cue.length),
+        ferrule_radius=float(scene.cue.ferrule_radius),
     )
 
 

@@ -96,8 +96,8 @@ def plan_request_of(
         constraints,
         goal.budget or default.budget,
         goal.seed or default.seed,
-        goal.time_limit or default.time_limit,
-        balls,
+        time_limit=goal.time_limit or default.time_limit,
+        balls=balls,
     )
 
 

@@ -174,7 +174,7 @@ class Planner(Node):
             {name: value for name, value in limits.items() if value != usual[name]},
             own.budget,
             own.seed,
-            own.time_limit or None,
+            time_limit=own.time_limit or None,
         )
 
     def _keep_table(self, message: TableState) -> None:
@@ -227,8 +227,8 @@ class Planner(Node):
                     request.budget,
                     request.seed,
                     request.constraints,
-                    search.report,
-                    search.is_stopped,
+                    progress=search.report,
+                    cancel=search.is_stopped,
                     time_limit=request.time_limit,
                 ),
             )

@@ -102,7 +102,7 @@ def play_turn(
     except AgentError as error:
         print(f'  turn        {error}', flush=True)
         return False
-    turn = Turn(client, scene, agent, tell, ask, may_fire, state)
+    turn = Turn(client, scene, agent, tell, ask, may_fire, state=state)
     print(f'{state.game}: {len(state.object_balls)} balls, player {state.player}', flush=True)
     outcome, message = turn.play()
     print(f'  turn        {message}', flush=True)

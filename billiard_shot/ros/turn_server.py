@@ -168,7 +168,13 @@ class TurnServer(Node):
         except ValueError as error:
             return _failed(PlayTurn.Result.INVALID, str(error), goal)
         turn = Turn(
-            self._client, self._scene, agent, tell, self._ask, lambda: bool(request.arm), state
+            self._client,
+            self._scene,
+            agent,
+            tell,
+            self._ask,
+            lambda: bool(request.arm),
+            state=state,
         )
         outcome, message = turn.play()
         self.get_logger().info(message)

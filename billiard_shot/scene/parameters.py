@@ -152,8 +152,8 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
                 -math.inf if low is None else low,
                 math.inf if found.maximum is None else found.maximum,
                 found.above is None,
-                published and published[:2],
-                published.source if published else '',
+                published=published and published[:2],
+                source=published.source if published else '',
             )
         elif SECTION_KEY in field.metadata and value is not None and here[0] not in PLAYER:
             yield from _numbers(value, here)

@@ -33,7 +33,7 @@ class Surroundings(NamedTuple):
     balls: Any  # (balls, 2) floats: centres of the others
 
 
-NOTHING_AROUND = Surroundings(0.0, 0.0, 0.0, inf, inf, 0.0, np.zeros((0, 2)))
+NOTHING_AROUND = Surroundings(0.0, 0.0, 0.0, inf, inf, 0.0, balls=np.zeros((0, 2)))
 
 
 def surroundings_of(scene: Scene) -> Surroundings:
@@ -53,7 +53,7 @@ def surroundings_of(scene: Scene) -> Surroundings:
         half_length,
         half_width,
         nose_height,
-        np.array(others, float).reshape(-1, 2),
+        balls=np.array(others, float).reshape(-1, 2),
     )
 
 

@@ -84,12 +84,12 @@ def predict(
         tolerance,
         wall_time,
         Status(int(played.status[0])),
-        float(played.error[0]),
-        float(played.discontinuity[0]),
-        run_of(played.run, names_of(scene), wall_time),
-        strikes.cues[0],
-        strikes.log,
-        strikes.losses,
+        error_estimate=float(played.error[0]),
+        discontinuity=float(played.discontinuity[0]),
+        run=run_of(played.run, names_of(scene), wall_time),
+        _cue=strikes.cues[0],
+        _log=strikes.log,
+        _losses=strikes.losses,
     )
 
 

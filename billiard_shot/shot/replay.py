@@ -183,9 +183,9 @@ def _run(data: dict[str, Any]) -> TableRun:
         data['wall_time'],
         data['searches'],
         _rows(SegmentRecord, data['segments'], 'run: segments'),
-        EventLog(_rows(EventRecord, data['events'], 'run: events'), participants),
-        np.array(data['places'], dtype=np.int64),
-        data['jaws_met'],
+        _events=EventLog(_rows(EventRecord, data['events'], 'run: events'), participants),
+        _places=np.array(data['places'], dtype=np.int64),
+        jaws_met=data['jaws_met'],
     )
 
 

@@ -203,7 +203,7 @@ def finish_strikes(
                 results[CONTACTS * i + TIP_CONTACT],
                 results[CONTACTS * i + CLOTH_CONTACT],
             )
-            note_strike(cue, follows, outcomes[i], upper, lower, upper.final_slip, tip)
+            note_strike(cue, follows, outcomes[i], upper, lower, upper.final_slip, body=tip)
             cue.hits = max(upper.closings, lower.closings) if repeats else 1
             for k in range(3):
                 cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k] / radius

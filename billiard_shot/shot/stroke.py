@@ -188,9 +188,9 @@ class Stroke:
             _angle('cut', cut, cut_deg, -half, half),
             pocket,
             a,
-            b,
-            elevation,
-            correct_squirt,
+            b=b,
+            elevation=elevation,
+            correct_squirt=correct_squirt,
         )
 
     @classmethod

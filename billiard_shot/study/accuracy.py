@@ -99,10 +99,10 @@ def _impulse_scheme(problem: ContactProblem, step: float) -> TimedRun:
             model.surface.mass,
             model.surface.radius,
             (friction[0], friction[1]),
-            (restitution[0], restitution[1]),
-            float(problem.stiffness[0] / problem.stiffness[1]),
-            step * model.surface.mass * stroke.speed,
-            problem.law,
+            restitution=(restitution[0], restitution[1]),
+            ratio=float(problem.stiffness[0] / problem.stiffness[1]),
+            step=step * model.surface.mass * stroke.speed,
+            law=problem.law,
         )
         if done.status == Status.BUDGET_EXCEEDED:
             raise NoAnswerError
@@ -200,7 +200,16 @@ class Task:
             velocity, spin, evaluations = run()()
         except NoAnswerError:
             return Measurement(
-                self.name, self.method.name, self.setting, nan, nan, nan, nan, 0, nan, nan
+                self.name,
+                self.method.name,
+                self.setting,
+                nan,
+                nan,
+                nan,
+                part=nan,
+                evaluations=0,
+                seconds=nan,
+                memory=nan,
             )
         rest = resting_place(self.problem.scene, velocity, spin)
         dv = float(np.abs(velocity - self.truth[0]).max())
@@ -221,10 +230,10 @@ class Task:
             dv,
             dw,
             1e3 * dx,
-            max(dv, self.problem.model.surface.radius * dw) / speed,
-            evaluations,
-            median(times),
-            memory,
+            part=max(dv, self.problem.model.surface.radius * dw) / speed,
+            evaluations=evaluations,
+            seconds=median(times),
+            memory=memory,
         )
 
 
@@ -278,9 +287,9 @@ def curve(measurements: Sequence[Measurement], method: str) -> list[AccuracyPoin
                     max(m.spin for m in these),
                     max(m.rest for m in these),
                     max(m.part for m in these),
-                    fmean(m.evaluations for m in these),
-                    fmean(m.seconds for m in these),
-                    max(m.memory for m in these),
+                    evaluations=fmean(m.evaluations for m in these),
+                    seconds=fmean(m.seconds for m in these),
+                    memory=max(m.memory for m in these),
                 )
             )
     return points

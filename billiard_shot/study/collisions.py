@@ -222,7 +222,7 @@ def cradle(
     return Collision(
         tuple(Body(1.0, velocity=(float(i == 0), 0, 0)) for i in range(count)),
         tuple(
-            Contact(i, i + 1, (i + 0.5, 0, 0), (-1, 0, 0), restitution, 0.0, springs[i])
+            Contact(i, i + 1, (i + 0.5, 0, 0), (-1, 0, 0), restitution, 0.0, stiffness=springs[i])
             for i in range(count - 1)
         ),
         exponent,

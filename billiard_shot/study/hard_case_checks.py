@@ -146,7 +146,15 @@ def examine(family: Family, member: str, law: str) -> CaseResult:
     if isinstance(case, StrikeCollision):
         faults += _of_prediction(case, tight, law, SAME * (1.0 + sensitivity))
     return CaseResult(
-        family.name, member, law, tight, seconds, off, order, sensitivity, tuple(faults)
+        family.name,
+        member,
+        law,
+        tight,
+        seconds,
+        off,
+        order=order,
+        sensitivity=sensitivity,
+        faults=tuple(faults),
     )
 
 
@@ -170,7 +178,15 @@ def _of_hopeless(
         if outcome.steps > most:
             faults.append(f'takes {outcome.steps} steps at tolerance {tolerance:g}')
     return CaseResult(
-        family.name, member, law, outcomes[0], seconds, np.nan, np.nan, np.nan, tuple(faults)
+        family.name,
+        member,
+        law,
+        outcomes[0],
+        seconds,
+        np.nan,
+        order=np.nan,
+        sensitivity=np.nan,
+        faults=tuple(faults),
     )
 
 

@@ -117,14 +117,18 @@ def two_balls(
     response[3, 0], response[3, 3] = -lower, lower  # u2 = v2
     velocity = np.zeros(6)
     velocity[0] = -speed
-    run = _run(response, velocity, np.zeros(2), restitution, np.array([1.0, ratio]), law, step)
+    run = _run(
+        response, velocity, np.zeros(2), restitution, np.array([1.0, ratio]), law, step=step
+    )
     status, impulse, states, steps, curve = run
     velocities = np.zeros((2, 3))
     velocities[0, 2] = -speed + upper * impulse[0]  # (13)
     velocities[1, 2] = lower * (impulse[3] - impulse[0])
     before = 0.5 * masses[0] * speed**2
     after = 0.5 * float(np.asarray(masses) @ velocities[:, 2] ** 2)
-    return _result(status, states, velocities, np.zeros((2, 3)), before - after, curve, steps)
+    return _result(
+        status, states, velocities, np.zeros((2, 3)), before - after, curve, steps=steps
+    )
 
 
 def solve_strike(
@@ -189,14 +193,14 @@ def solve_strike(
     mu = np.asarray(friction, float)
     if mu.shape != (2,) or not (np.isfinite(mu) & (mu >= 0.0)).all():
         raise ValueError(f'friction must be two finite numbers >= 0, got {friction!r}')
-    run = _run(response, contact_velocity, mu, restitution, np.array([ratio, 1.0]), law, step)
+    run = _run(response, contact_velocity, mu, restitution, np.array([ratio, 1.0]), law, step=step)
     status, impulse, states, steps, curve = run
     motion = mobility * (impulse @ to_contacts)
     motion[0] += speed
     before = 0.5 * cue_mass * speed**2
     velocities, spins = np.array([motion[0] * c, motion[1:4]]), np.array([np.zeros(3), motion[4:]])
     lost = before - 0.5 * float((motion**2 / mobility).sum())
-    return _result(status, states, velocities, spins, lost, curve, steps)
+    return _result(status, states, velocities, spins, lost, curve, steps=steps)
 
 
 def _frame(n: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -229,7 +233,16 @@ def _run(
     impulse = np.zeros(6)
     log, curve = np.zeros((MAX_STATES, 5)), np.zeros((CURVE_ROWS, 4))
     status, states, steps, rows = integrate_impulse(
-        response, velocity, friction, e, stiffness, LAWS[law], step, impulse, log, curve
+        response,
+        velocity,
+        friction,
+        e,
+        stiffness,
+        LAWS[law],
+        step=step,
+        impulse=impulse,
+        log=log,
+        curve=curve,
     )
     return status, impulse, log[:states], steps, curve[:rows]
 
@@ -246,7 +259,15 @@ def _result(
     states = tuple(ACTIVE_STATE_NAMES[int(active)] for active in log[:, 0])
     impulses, energies = log[:, 1:3].copy(), log[:, 3:5].copy()
     return ImpulseRun(
-        Status(status), states, impulses, energies, velocities, spins, lost, curve, steps
+        Status(status),
+        states,
+        impulses,
+        energies,
+        velocities,
+        spins,
+        lost=lost,
+        curve=curve,
+        steps=steps,
     )
 
 
@@ -465,7 +486,9 @@ def integrate_impulse(
         active = (1 if phase[0] != NOT_ACTIVE_YET else 0) + (
             2 if phase[1] != NOT_ACTIVE_YET else 0
         )
-        increments(response, u, friction, stiffness, phase, energy, lead, step, push)
+        increments(
+            response, u, friction, stiffness, phase, energy, lead=lead, step=step, push=push
+        )
         if joins(phase, u, response, push, impulse, memory):
             if not idle:  # no state ends where nothing has happened yet
                 log_state(log, states, active, impulse, energy)
@@ -485,7 +508,9 @@ def integrate_impulse(
         ended = 0
         for j in range(2):
             e = restitution[j]
-            if update_phase(law, e, j, u[3 * j], impulse[3 * j], phase, energy, memory):
+            if update_phase(
+                law, e, j, u[3 * j], impulse[3 * j], phase, energy=energy, memory=memory
+            ):
                 ended += 1 + j
         if ended != 0:
             log_state(log, states, active, impulse, energy)

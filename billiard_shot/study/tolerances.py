@@ -107,8 +107,8 @@ def study_tolerances(
             float(strikes[i]),
             float(on_table[i]),
             float(openings[i]),
-            judging,
-            float(reached.mean()),
+            plan=judging,
+            success=float(reached.mean()),
         )
 
 

@@ -57,7 +57,7 @@ def collision_time(a: BallRecord, b: BallRecord, now: float, end: float, diamete
         c2 += vz * vz + 2.0 * z * hz
         c3 += 2.0 * vz * hz
         c4 += hz * hz
-    return now + contact_time(c0, c1, c2, c3, c4, lasting, 2.0 * diameter)
+    return now + contact_time(c0, c1, c2, c3, c4, lasting, scale=2.0 * diameter)
 
 
 @inner
@@ -112,5 +112,5 @@ def collide_balls(
     friction = friction_of_balls(n, slip)
     drag = friction_impulse_per_slip(params, push, slip, friction, 2.0)
     u, v, w = push * x - drag * u, push * y - drag * v, push * z - drag * w
-    apply_impulse(params, a, -params.radius, x, y, z, u, v, w)
-    apply_impulse(params, b, params.radius, x, y, z, -u, -v, -w)
+    apply_impulse(params, a, -params.radius, x, y, z, u=u, v=v, w=w)
+    apply_impulse(params, b, params.radius, x, y, z, u=-u, v=-v, w=-w)

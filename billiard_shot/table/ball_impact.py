@@ -86,7 +86,7 @@ def collide_fixed(
         x,
         y,
         z,
-        push * x - drag * u,
-        push * y - drag * v,
-        push * z - drag * w,
+        u=push * x - drag * u,
+        v=push * y - drag * v,
+        w=push * z - drag * w,
     )

@@ -75,9 +75,9 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
             storage.records(PhaseLog, 0),
             storage.records(CollisionOutcome, 1),
         ),
-        storage.array(np.zeros((0, 2), np.int64)),
-        storage.zeros(1),
-        storage.zeros(1, 1, 1),
+        participants=storage.array(np.zeros((0, 2), np.int64)),
+        tolerance=storage.zeros(1),
+        unused=storage.zeros(1, 1, 1),
     )
 
 
@@ -96,11 +96,11 @@ def solve(table: TableModel, p: RunProgress, room: ImpactRoom, solver: Any) -> N
             room.bodies[: p.bodies],
             moves,
             table.cue.interval if with_cue else inf,
-            unused,
-            unused[0],
-            moves,
-            unused[0],
-            room.tolerance,
+            delassus=unused,
+            velocity=unused[0],
+            distances=moves,
+            lengths=unused[0],
+            tolerance=room.tolerance,
         ),
         Scratch(work.contacts[:count], work.workspace, work.progress),
         room.results,
@@ -321,7 +321,7 @@ def let_go(table: TableModel, s: Simulation, room: ImpactRoom, lasting: float) -
         p.participants += 1
     note_meetings(s, room)
     cause, other = (CUE, NOTHING) if with_cue else (CLUSTER, p.other)
-    log_event(s, p.time, cause, first, other, before, after, was)
+    log_event(s, p.time, cause, first, other, before, after=after, motion=was)
 
 
 @inner
@@ -365,10 +365,10 @@ def begin_after_strike(
             one, other = s.balls[room.members[c.body_a]], s.balls[room.members[c.body_b]]
             energy = energy_of(params, one) + energy_of(params, other)
             one.motion = SLIDE
-            log_event(s, p.time, BALL, one, other.ball, energy, energy, SLIDE)
+            log_event(s, p.time, BALL, one, other.ball, energy, after=energy, motion=SLIDE)
     tip, cloth = room.results.contacts[TIP_CONTACT], room.results.contacts[CLOTH_CONTACT]
     outcome, body = room.results.outcomes[0], bodies[p.members]
-    note_strike(cue, table.cue.follows, outcome, tip, cloth, tip.first_slip, body)
+    note_strike(cue, table.cue.follows, outcome, tip, cloth, tip.first_slip, body=body)
     for i in range(3):
         cue.velocity[i], cue.spin[i] = s.balls[0].velocity[i], s.balls[0].spin[i]
 

@@ -40,7 +40,9 @@ def change_velocity(table: TableModel, ball: BallRecord, x: float, y: float, z: 
 def collide_han(table: TableModel, ball: BallRecord, x: float, y: float, z: float) -> None:
     """Let a ball collide with a cushion as if there were no cloth (Han 2005)."""
     restitution = restitution_at(table.numbers, ball, x, y, z)
-    collide_fixed(table.params, ball, x, y, z, restitution, table.numbers.cushion_friction)
+    collide_fixed(
+        table.params, ball, x, y, z, restitution, friction=table.numbers.cushion_friction
+    )
 
 
 @inner

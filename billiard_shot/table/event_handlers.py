@@ -164,7 +164,7 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
         before = energy_of(table.params, ball)
         after = start_next_segment(table, s, ball, RELEASE)
         if ball.motion != motion:
-            log_event(s, ball.time, RELEASE, ball, NOTHING, before, after, motion)
+            log_event(s, ball.time, RELEASE, ball, NOTHING, before, after=after, motion=motion)
         return
     before = energy_of(table.params, ball)
     if motion == FLIGHT and not table.numbers.endless and lands_off_table(table, ball):
@@ -174,7 +174,7 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
         end_segment(table.params, ball)
     after = energy_of(table.params, ball)
     start_next_segment(table, s, ball, cause)
-    log_event(s, ball.time, cause, ball, NOTHING, before, after, motion)
+    log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
 
 
 @inner
@@ -221,10 +221,10 @@ def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) 
         ball.position[1] += q
     if slow:
         if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
-            collide_fixed(table.params, ball, x, y, z, 0.0, n.cushion_friction)
+            collide_fixed(table.params, ball, x, y, z, 0.0, friction=n.cushion_friction)
             if lies:
                 ball.velocity[2] = 0.0  # the cloth holds it
-        separate(table, s, ball, 2.0 * SLOW_SEPARATION, x, y, 0.0)
+        separate(table, s, ball, 2.0 * SLOW_SEPARATION, x, y, z=0.0)
     elif feature < FACINGS and n.cushion_duration > 0.0:
         ball.nose = feature
     else:
@@ -280,7 +280,7 @@ def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     else:
         meet_edge(table, s, ball, feature)
     after = start_next_segment(table, s, ball, cause)
-    log_event(s, ball.time, cause, ball, feature, before, after, motion)
+    log_event(s, ball.time, cause, ball, feature, before, after=after, motion=motion)
 
 
 @inner
@@ -294,7 +294,7 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
     approach = -relative_component(a.velocity, b.velocity, x, y, z)
     slow = approach <= MIN_APPROACH_SPEED
     if not slow:
-        reach = impact_reach(table, a, b, x, y, z, approach)
+        reach = impact_reach(table, a, b, x, y, z, approach=approach)
         if is_cluster(table, s, i, j, time, reach):
             defer_to_cluster(s, time, i, j, reach)
             return
@@ -302,15 +302,15 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
         collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
     if slow:
         space = SLOW_SEPARATION - distance + 2.0 * params.radius
-        separate(table, s, a, space, x, y, z)
-        separate(table, s, b, space, -x, -y, -z)
+        separate(table, s, a, space, x, y, z=z)
+        separate(table, s, b, space, -x, -y, z=-z)
     if a.first_contact == NOTHING:
         a.first_contact = j
     if b.first_contact == NOTHING:
         b.first_contact = i
     note_meeting(s, i, j, time)
     after = start_next_segment(table, s, a, BALL) + start_next_segment(table, s, b, BALL)
-    log_event(s, time, BALL, a, j, before, after, motion)
+    log_event(s, time, BALL, a, j, before, after=after, motion=motion)
 
 
 @inner

@@ -361,8 +361,8 @@ def simulate_tables(
         simulation.rebound[0],
         simulation.segments,
         simulation.events,
-        simulation.rules,
-        simulation.cue[0],
+        rules=simulation.rules,
+        cue=simulation.cue[0],
     )
     p, count = s.progress, len(s.balls)
     p.segments = p.events = p.participants = 0

@@ -96,7 +96,9 @@ def bounce(params: BallClothParams, ball: BallRecord) -> None:
     if lumped:
         ball.velocity[2] = -ball.landing_speed
     ball.position[2] = params.radius
-    collide_fixed(params, ball, 0.0, 0.0, 1.0, params.cloth_restitution, params.cloth_friction)
+    collide_fixed(
+        params, ball, 0.0, 0.0, 1.0, params.cloth_restitution, friction=params.cloth_friction
+    )
     if lumped:
         ball.velocity[2] = 0.0
     ball.bounces += 1

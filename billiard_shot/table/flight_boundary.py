@@ -77,7 +77,7 @@ def reach_line(table: TableModel, ball: BallRecord, feature: int, end: float) ->
         2.0 * climb * half,
         half * half,
         end,
-        2.0 * radius,
+        scale=2.0 * radius,
     )
 
 

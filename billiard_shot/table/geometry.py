@@ -178,14 +178,18 @@ def edges_of(
         if i < 4:
             sx = 1.0 if i in (0, 3) else -1.0
             sy = 1.0 if i < 2 else -1.0
-            place_jaw(table, one, table.corner, sx * (x - at_corner), sy * y, sx, 0.0, 0.0, sy)
-            place_jaw(table, other, table.corner, sx * x, sy * (y - at_corner), 0.0, sy, sx, 0.0)
+            place_jaw(
+                table, one, table.corner, sx * (x - at_corner), sy * y, sx, dy=0.0, ox=0.0, oy=sy
+            )
+            place_jaw(
+                table, other, table.corner, sx * x, sy * (y - at_corner), 0.0, dy=sy, ox=sx, oy=0.0
+            )
             pocket.hole_x, pocket.hole_y = sx * (x + out), sy * (y + out)
             pocket.hole_radius = table.corner_hole[1]
         else:
             sy = 1.0 if i == 4 else -1.0
-            place_jaw(table, one, table.side, half, sy * y, -1.0, 0.0, 0.0, sy)
-            place_jaw(table, other, table.side, -half, sy * y, 1.0, 0.0, 0.0, sy)
+            place_jaw(table, one, table.side, half, sy * y, -1.0, dy=0.0, ox=0.0, oy=sy)
+            place_jaw(table, other, table.side, -half, sy * y, 1.0, dy=0.0, ox=0.0, oy=sy)
             pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
             pocket.hole_radius = table.side_hole[1]
         bound_pocket(pocket, (one, other), _standoff(table, radius))

@@ -70,7 +70,7 @@ def reach_circle(ball: BallRecord, x: float, y: float, radius: float, end: float
         2.0 * (u * f + v * g),
         f * f + g * g,
         end,
-        2.0 * radius,
+        scale=2.0 * radius,
     )
 
 

@@ -173,7 +173,9 @@ class TableRun:
         events = []
         energy, energy_after = float(row['energy_before']), float(row['energy_after'])
         for kind in kinds_of(before, after, cause):
-            events.append(TableEvent(time, kind, balls, place, position, energy, energy_after))
+            events.append(
+                TableEvent(time, kind, balls, place, position, energy, energy_after=energy_after)
+            )
             energy = energy_after  # all that is lost is booked to the first
         return events
 

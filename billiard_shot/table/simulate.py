@@ -219,9 +219,9 @@ def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> 
         wall_time,
         int(end['searches'][0]),
         played.segments,
-        played.events,
-        places,
-        int(end['jaws_met'][0]),
+        _events=played.events,
+        _places=places,
+        jaws_met=int(end['jaws_met'][0]),
     )
 
 
@@ -289,7 +289,7 @@ def run_tables(
         task.tolerance,
         task.hop_tolerance,
         task.fast_rebounds,
-        task.cue,
+        cue=task.cue,
     )
     simulation, room = kept = _thread.rooms(storage, count, cues is not None)
     simulation = simulation._replace(
@@ -326,7 +326,7 @@ def run_tables(
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
         as_rows(CueRecord, beginnings.cues),
-        _details(room, int(progress.contacts)) if phases else None,
+        impact=_details(room, int(progress.contacts)) if phases else None,
     )
 
 

@@ -118,8 +118,8 @@ def room_for_simulation(storage: Storage, balls: int) -> SimulationRoom:
         storage.records(Rebound, 1),
         storage.records(SegmentRecord, 0),
         storage.records(EventRecord, 0),
-        storage.records(BallRule, 0),
-        storage.records(BallRecord, 1),
+        rules=storage.records(BallRule, 0),
+        cue=storage.records(BallRecord, 1),
     )
 
 

@@ -150,7 +150,9 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
             executor=_Immediately(),
         )
     except ValueError as error:  # the cue has no clearance
-        return LayoutResult(layout, Status.INVALID_REQUEST, str(error), 0, 0, 0, '', None)
+        return LayoutResult(
+            layout, Status.INVALID_REQUEST, str(error), 0, 0, 0, kind='', stroke=None
+        )
     best = result.best
     if best is None:
         return LayoutResult(
@@ -160,8 +162,8 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
             0,
             0,
             result.simulations,
-            '',
-            None,
+            kind='',
+            stroke=None,
         )
     return LayoutResult(
         layout,
@@ -170,8 +172,8 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
         best.successes,
         best.trials,
         result.simulations,
-        best.kind,
-        best.stroke.offsets,
+        kind=best.kind,
+        stroke=best.stroke.offsets,
     )
 
 

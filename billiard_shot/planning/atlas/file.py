@@ -167,6 +167,6 @@ def _from_json(data: Mapping[str, Any]) -> LayoutResult:
         data['successes'],
         data['trials'],
         data['simulations'],
-        data['kind'],
-        stroke and tuple(stroke[name] for name in OFFSETS),
+        kind=data['kind'],
+        stroke=stroke and tuple(stroke[name] for name in OFFSETS),
     )

@@ -137,9 +137,13 @@ def _collisions(scene: Scene) -> Group:
     ):
         case, accuracy = f'{shot.speed:.3f} m/s, {shot.cut:.2f} deg', published.SPEED_ACCURACY
         rows += [
-            Comparison(case, 'cue ball', 'm/s', shot.cue_speed, cue_speed, accuracy, 3),
-            Comparison(case, 'object ball', 'm/s', shot.object_speed, object_speed, accuracy, 3),
-            Comparison(case, 'cue ball direction', 'deg', shot.direction, direction, None, 2),
+            Comparison(case, 'cue ball', 'm/s', shot.cue_speed, cue_speed, accuracy, digits=3),
+            Comparison(
+                case, 'object ball', 'm/s', shot.object_speed, object_speed, accuracy, digits=3
+            ),
+            Comparison(
+                case, 'cue ball direction', 'deg', shot.direction, direction, None, digits=2
+            ),
         ]
     return Group(
         'A rolling snooker ball meets a resting ball (Table I): speeds, and direction from the '
@@ -184,7 +188,7 @@ def _rebounds(scene: Scene) -> Group:
             published.rebound_speed(speed),
             shots.rebound(scene, speed),
             None,
-            3,
+            digits=3,
         )
         for speed in SHOWN_REBOUNDS
     ]
@@ -202,7 +206,7 @@ def _rebounds(scene: Scene) -> Group:
             None,
             rms,
             None,
-            3,
+            digits=3,
         )
     )
     return Group(
@@ -218,9 +222,13 @@ def _carom_rebounds(scene: Scene) -> Group:
     for each in published.CAROM_REBOUNDS:
         case = f'{each.speed:.2f} m/s, {each.angle:.0f} deg'
         away, along = shots.kept_speeds(scene, each.speed, each.angle)
-        rows.append(Comparison(case, 'away from it', '', each.away, away, each.away_error, 3))
+        rows.append(
+            Comparison(case, 'away from it', '', each.away, away, each.away_error, digits=3)
+        )
         if each.along is not None:
-            rows.append(Comparison(case, 'along it', '', each.along, along, each.along_error, 3))
+            rows.append(
+                Comparison(case, 'along it', '', each.along, along, each.along_error, digits=3)
+            )
     return Group(
         'A carom ball rolls at a cushion, at an angle from its normal: speed after slip, relative '
         'to that before. Medians of 6 to 31 rebounds. Scene carom, whose cushion is a fit to all '
@@ -238,8 +246,10 @@ def _pool_cushions(scene: Scene) -> Group:
     just_after = shots.rebound(scene, MEASURED_SPEED) / MEASURED_SPEED
     after_slip = shots.kept_speeds(scene, MEASURED_SPEED, 0.0)[0]
     rows = [
-        Comparison(case, 'just after', '', 0.5 * (low + high), just_after, 0.5 * (high - low), 2),
-        Comparison(case, 'after slip', '', published.POOL_KEPT, after_slip, None, 2),
+        Comparison(
+            case, 'just after', '', 0.5 * (low + high), just_after, 0.5 * (high - low), digits=2
+        ),
+        Comparison(case, 'after slip', '', published.POOL_KEPT, after_slip, None, digits=2),
     ]
     rows += [
         Comparison(
@@ -249,7 +259,7 @@ def _pool_cushions(scene: Scene) -> Group:
             0.5 * (fewest + most),
             shots.table_lengths(cloth, published.POWER_SHOT),
             0.5 * (most - fewest),
-            2,
+            digits=2,
         )
         for cloth in (scene, least)
     ]
@@ -278,7 +288,7 @@ def _corner_five(scene: Scene) -> Group:
                 origin - first,
                 shots.third_cushion(scene, origin, first, side),
                 None,
-                2,
+                digits=2,
             )
             for origin, first in published.CORNER_FIVE
         ),
@@ -356,7 +366,7 @@ def _rolling(snooker: Scene, carom: Scene) -> Group:
         'carom take it from these sources.',
         ('imaging', 'carom'),
         tuple(
-            Comparison('', name, '', value, resistance_of(scene), uncertainty, 4)
+            Comparison('', name, '', value, resistance_of(scene), uncertainty, digits=4)
             for name, scene, value, uncertainty in (
                 ('snooker cloth', snooker, 0.5 * (low + high), 0.5 * (high - low)),
                 ('carom cloth', carom, middle, 0.5 * (most - least)),
@@ -392,7 +402,7 @@ def _ramp(scene: Scene) -> Group:
                 1e3 * distance,
                 1e3 * shots.roll_out(cloth, shots.speed_from_ramp(cloth, height)),
                 None,
-                0,
+                digits=0,
             )
             for height, distance in published.RAMP
         ),
