@@ -158,7 +158,7 @@ class Options(NamedTuple):
 
     explicit_margin: float = 0.9
     max_rescale: float = 1e3
-    direction_error: float = 1e-2
+    direction_error: float = 1e-3
     min_remaining_slip: float = 0.05
     planar_slip: float = 0.1
 
