@@ -8,9 +8,9 @@ from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_aft
 from test_clusters import SMOOTH
 
 from billiard_shot import predict_batch, Scene, Stroke
+from billiard_shot.compiled import Entry
 from billiard_shot.status import Status
-from billiard_shot.table import cluster
-from billiard_shot.table.cluster import solve
+from billiard_shot.table import event_loop
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.trajectory import EventKind
@@ -167,16 +167,18 @@ def test_a_frozen_rack_breaks_whatever_its_springs(exponent):
 
 @pytest.mark.parametrize('status', [Status.BUDGET_EXCEEDED, Status.TOLERANCE_NOT_REACHED])
 def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
-    """With the status of the collision, in its row only."""
+    """With the status of the collision, in its row only. Interpreted code can be changed."""
+    solve = event_loop.solve
 
-    def unsolved(storage, table, progress, room, phases):
-        solve(storage, table, progress, room, phases)
+    def unsolved(table, progress, room, solver):
+        solve(table, progress, room, solver)
         room.results.outcomes[0].status = status
 
+    monkeypatch.setattr(Entry, 'machine_code', {})
     frozen = {'cue': rolling(-0.3, 0, 2, 0), '1': state(0, 0), '2': state(2 * R, 0)}
     free = {**frozen, '2': state(0.5, 0)}
     expected = play(ENDLESS, **free)
-    monkeypatch.setattr(cluster, 'solve', unsolved)
+    monkeypatch.setattr(event_loop, 'solve', unsolved)
     run = play(ENDLESS, **frozen)
     assert run.status == status
     assert run.events[-1].kind == EventKind.CLUSTER
