@@ -109,7 +109,7 @@ def main():
     """Measure everything."""
     report = Report('One prediction')
     cross = yardstick()
-    report.row('yardstick: np.cross of two vectors', cross, 'us')
+    report.row(' yardstick: np.cross of two vectors', cross, 'us')
 
     normals, velocities = ordinary(400 if QUICK else 2000)
     for name in ('paper', 'pool'):
@@ -136,7 +136,7 @@ def main():
 
     wall, cpu = min(tuple(map(float, fresh(NUMPY))) for _ in range(5))
     bare = Time(wall, cpu)
-    report.row('yardstick: import of NumPy in a new process', bare, 's')
+    report.row(' yardstick: import of NumPy in a new process', bare, 's')
     with tempfile.TemporaryDirectory() as cache:
         for name, limit in FIRST_LIMITS.items():
             first = min(float(fresh(FIRST, name, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))

@@ -109,7 +109,7 @@ def against_the_paper(report):
             slow = seconds(impulse_strike, *arguments, repeats=3)
             ratio = slow / time_of(fast, strike, tolerance)
             report.row(
-                f'impulse scheme over the kernel at equal error, {error:.0e}, {shot}', ratio, 'x'
+                f' impulse scheme over the kernel at equal error, {error:.0e}, {shot}', ratio, 'x'
             )
 
 
@@ -117,7 +117,7 @@ def main():
     """Measure everything."""
     report = Report('One strike')
     cross = yardstick()
-    report.row('yardstick: np.cross of two vectors', cross, 'us')
+    report.row(' yardstick: np.cross of two vectors', cross, 'us')
     for law in ('energetic', 'bistiffness'):
         against_scipy(report, law)
         distribution(report, law, cross)

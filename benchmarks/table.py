@@ -150,7 +150,7 @@ def main():
     python = parser.parse_args().pooltool
     report = Report('Tables')
     cross = yardstick()
-    report.row('yardstick: np.cross', cross, 'us')
+    report.row(' yardstick: np.cross', cross, 'us')
     where = scene('mathavan')
     cue = {'cue': BallState((0.0, 0.0, where.ball.radius), (1.0, 0.3, 0.0), (0.0, 0.0, 20.0))}
     beyond = seconds(simulate, where, cue) - per_shot(where, cue)

@@ -50,10 +50,23 @@ def measured(name, quick):
 
 
 def commit():
-    """Name the commit that is measured, and say if files differ from it."""
-    git = ['git', '-C', HERE, 'describe', '--always', '--dirty=, with changes', '--exclude=*']
-    done = subprocess.run(git, text=True, capture_output=True, check=False)
-    return done.stdout.strip() or 'an unknown commit'
+    """Name the commit that is measured, and say if files but the page differ from it."""
+    git = ['git', '-C', HERE]
+    named = subprocess.run(
+        [*git, 'describe', '--always', '--exclude=*'], text=True, capture_output=True, check=False
+    ).stdout.strip()
+    others = [
+        'diff',
+        '--quiet',
+        'HEAD',
+        '--',
+        ':/',
+        f':(exclude,top){PAGE.relative_to(HERE.parent)}',
+    ]
+    same = not subprocess.run([*git, *others], check=False).returncode
+    if not named:
+        return 'an unknown commit'
+    return named if same else f'{named}, with changes'
 
 
 def as_table(found):
