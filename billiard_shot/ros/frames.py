@@ -6,8 +6,8 @@ from geometry_msgs.msg import TransformStamped
 import numpy as np
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from scipy.spatial.transform import Rotation
 
+from billiard_shot.impact.bodies import rotation_matrix
 from billiard_shot.records import Array
 from billiard_shot.ros.conversions import seconds
 
@@ -91,10 +91,16 @@ class Frames:
                     f'got {apart:.3g} s'
                 )
             turn, way = step.transform.rotation, step.transform.translation
-            r = Rotation.from_quat((turn.x, turn.y, turn.z, turn.w)).as_matrix()
+            r = _rotation(np.array([turn.x, turn.y, turn.z, turn.w]))
             rotation, translation = r @ rotation, r @ translation + (way.x, way.y, way.z)
             frame = step.header.frame_id
             if frame in passed:
                 raise FrameError(f'the transforms of {frame!r} form a circle')
             passed.add(frame)
         return frame, rotation, translation
+
+
+def _rotation(quaternion: Array) -> Array:
+    """Rotation matrix (3, 3) of a quaternion x, y, z, w of any length; identity if that is 0."""
+    length = float(np.linalg.norm(quaternion))
+    return rotation_matrix(quaternion / length) if length else np.eye(3)

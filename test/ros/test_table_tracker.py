@@ -80,6 +80,18 @@ def test_frames_are_connected_over_their_common_parent():
     np.testing.assert_allclose(frames.between('table', 'table', 0.0)[1], 0.0)
 
 
+@pytest.mark.parametrize('length', [0.0, 0.5, 3.0])
+def test_a_rotation_of_any_length(length):
+    """A zero is no rotation: a node that reads it must go on."""
+    turned = transform('camera', 'table', (1.0, 2.0, 0.0), math.pi / 4)
+    rotation = turned.transform.rotation
+    rotation.z, rotation.w = length * rotation.z, length * rotation.w
+    turn, way = frames_with(static=[turned]).between('camera', 'table', 0.0)
+    wanted = (0.0, 1.0, 0.0) if length else (1.0, 0.0, 0.0)
+    np.testing.assert_allclose(turn @ (1.0, 0.0, 0.0), wanted, atol=1e-12)
+    np.testing.assert_allclose(way, (1.0, 2.0, 0.0))
+
+
 def test_transforms_that_cannot_be_used_are_named():
     with pytest.raises(FrameError, match="'camera' is not known in 'table': no transform"):
         frames_with().between('camera', 'table', 0.0)
