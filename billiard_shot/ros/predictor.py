@@ -135,14 +135,16 @@ class Predictor(Node):
             return PredictShots.Response(status=int(error.status), message=str(error))
         begin = perf_counter()
         tolerance = request.tolerance or self._own.tolerance
-        try:
-            result = await in_thread(
-                self,
-                lambda: predict_batch(
-                    scene, batch.normals, batch.velocities, tolerance, position=ball
-                ),
+
+        def compute() -> PredictShots.Response:
+            result = predict_batch(
+                scene, batch.normals, batch.velocities, tolerance, position=ball
             )
             return conversions.batch_response(batch, result, perf_counter() - begin)
+
+        try:
+            answer: PredictShots.Response = await in_thread(self, compute)
+            return answer
         except Exception as error:  # an answer that never comes is worse than a refusal
             if not isinstance(error, ValueError):
                 self.get_logger().error(traceback.format_exc())
