@@ -7,7 +7,7 @@ from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import call_of
-from billiard_shot.game.rating import Idea, play_strokes, Position
+from billiard_shot.game.rating import Idea, play_strokes, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.planning.candidate_strokes import candidates
@@ -123,14 +123,15 @@ def indirect_pots(position: Position) -> list[Idea]:
     offsets = found.offsets[found.penalty == 0.0]
     if not len(offsets):
         return []
-    run = predict_within_noise(scene, offsets).run
+    result = predict_within_noise(scene, offsets)
+    run = result.run
     balls = [run.names.index(ball) for ball in wanted]
     first = np.argmax(run.pocket[:, balls] != NOTHING, axis=1)
     calls = [
         Call(ball=wanted[i], pocket=POCKET_NAMES[row[balls[i]]]) if row[balls[i]] >= 0 else NO_CALL
         for i, row in zip(first.tolist(), run.pocket.tolist(), strict=True)
     ]
-    _, kept, value = play_strokes(position, offsets[:, np.newaxis], calls)
+    _, kept, value = rule_strokes(position, result, calls)
     return _ideas(position, offsets, calls, (kept * value)[:, 0] * INDIRECT_CHANCE)
 
 
@@ -142,17 +143,18 @@ def safeties(position: Position) -> list[Idea]:
         find_game(state.game).targets(state),
         key=lambda ball: np.hypot(state.balls[ball][0] - x, state.balls[ball][1] - y),
     )
-    strokes = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
-    if not len(strokes):
+    offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
+    if not len(offsets):
         return []
     kinds = [Call(safety=True)]
     if state.phase == 'second':
         kinds.append(Call(push_out=True))
-    calls = [call for call in kinds for _ in strokes]
-    offsets = np.concatenate([strokes] * len(kinds))
-    return _ideas(
-        position, offsets, calls, play_strokes(position, offsets[:, np.newaxis], calls).value[:, 0]
-    )
+    result, found = predict_within_noise(scene, offsets), []
+    for kind in kinds:
+        calls = [kind] * len(offsets)
+        guess = rule_strokes(position, result, calls).value[:, 0]
+        found += _ideas(position, offsets, calls, guess)
+    return found
 
 
 def variations(idea: Idea, count: int, draw: np.random.Generator) -> list[Idea]:

@@ -13,7 +13,7 @@ from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
 from billiard_shot.planning.limits import AZIMUTH
-from billiard_shot.planning.within_noise import predict_within_noise
+from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import with_errors
@@ -84,10 +84,17 @@ def play_strokes(
         As of `rate`.
 
     """
+    result = predict_within_noise(position.scene, offsets.reshape(-1, 5))
+    return rule_strokes(position, result, calls, plies)
+
+
+def rule_strokes(
+    position: Position, result: NoisyBatch, calls: Sequence[Call], plies: int = 1
+) -> Played:
+    """Rule on strokes that are predicted, as many for each of the calls; see `play_strokes`."""
     state, scene = position
-    shape = offsets.shape[:2]
+    shape = len(calls), len(result.status) // len(calls)
     every = [call for call in calls for _ in range(shape[1])]
-    result = predict_within_noise(scene, offsets.reshape(-1, 5))
     batch = rule_on(state, every, result.run, result.status >= Status.MISS, result.double_hit)
     kept = batch.keeps(state.player)
     value = values(scene, state.player, batch) if plies else kept.astype(float)
