@@ -55,6 +55,22 @@ def _check_joints(names: list[str]) -> None:
 
 
 @dataclass(frozen=True)
+class OfGuidedScene:
+    """
+    Parameter of the nodes whose scene must have a guided cue.
+
+    Parameters
+    ----------
+    scene : str
+        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue
+        must be guided.
+
+    """
+
+    scene: str = checked('paper', guided_scene)
+
+
+@dataclass(frozen=True)
 class OfMechanism:
     """
     Parameters of the nodes that know the mechanism.

@@ -131,13 +131,12 @@ def read(kind: type[K], node: Node) -> K:
 
 def descriptors(kind: Any) -> Iterator[tuple[str, ParameterDescriptor]]:
     """Names and descriptors of parameters, as `declare` takes them; rclpy enforces the ranges."""
-    fixed = getattr(kind, 'READ_ONLY', ())
-    words = _descriptions(kind)
+    words = descriptions(kind)
     for each in dataclasses.fields(kind):
         bounds = each.metadata.get(NUMBER) or each.metadata.get(WHOLE)
         unit = f' Unit: {bounds.unit}.' if bounds and bounds.unit else ''
         descriptor = ParameterDescriptor(
-            description=words[each.name] + unit, read_only=fixed is None or each.name in fixed
+            description=words[each.name] + unit, read_only=is_read_only(kind, each.name)
         )
         if bounds and WHOLE in each.metadata:
             low, high = bounds.minimum, bounds.maximum
@@ -149,7 +148,13 @@ def descriptors(kind: Any) -> Iterator[tuple[str, ParameterDescriptor]]:
         yield each.name, descriptor
 
 
-def _descriptions(kind: type) -> dict[str, str]:
+def is_read_only(kind: Any, name: str) -> bool:
+    """Whether the value of a field can be given only when the node starts; see `declare`."""
+    fixed = getattr(kind, 'READ_ONLY', ())
+    return fixed is None or name in fixed
+
+
+def descriptions(kind: type) -> dict[str, str]:
     """Read the description of each field in the docstrings of a dataclass and its bases."""
     found = {}
     for each in kind.__mro__:

@@ -18,9 +18,9 @@ from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, requested_scene
-from billiard_shot.ros.cue_parameters import guided_scene, topic
+from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene, topic
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
-from billiard_shot.ros.parameters import checked, OfTable
+from billiard_shot.ros.parameters import OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.placement import CUE_BALL
@@ -33,15 +33,12 @@ REST_PERIOD = 0.2
 
 
 @dataclass(frozen=True)
-class TableSimParameters(OfTable):
+class TableSimParameters(OfTable, OfGuidedScene):
     """
     Parameters of the node.
 
     Parameters
     ----------
-    scene : str
-        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue
-        must be guided.
     strike_topic : str
         Topic of the measured strikes.
     rate : float
@@ -56,7 +53,6 @@ class TableSimParameters(OfTable):
     """
 
     READ_ONLY: ClassVar = ('scene', 'strike_topic', 'rate', 'real_time_factor', 'camera', 'seed')
-    scene: str = checked('paper', guided_scene)
     strike_topic: str = topic('cue_driver/strike')
     rate: float = number('Hz', minimum=1.0, maximum=1000.0, default=30.0)
     real_time_factor: float = number('', minimum=1e-3, maximum=1e6, default=1.0)

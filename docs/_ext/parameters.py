@@ -68,11 +68,10 @@ def _declared(folder: Path) -> Iterator[tuple[str, list[type]]]:
 def _rows(kind: Any) -> Iterator[str]:
     """Yield a row for each field of a dataclass of parameters."""
     fields = import_module('billiard_shot.scene.fields')
-    words = import_module('billiard_shot.ros.parameters')._descriptions(kind)
-    fixed = getattr(kind, 'READ_ONLY', ())
-    defaults = kind()
+    parameters = import_module('billiard_shot.ros.parameters')
+    words, defaults = parameters.descriptions(kind), kind()
     for each in dataclasses.fields(kind):
-        star = '*' if fixed is None or each.name in fixed else ''
+        star = '*' if parameters.is_read_only(kind, each.name) else ''
         bounds = each.metadata.get(fields.NUMBER) or each.metadata.get(fields.WHOLE)
         yield (
             f'| `{each.name}`{star} | {_value(getattr(defaults, each.name))} | '
