@@ -28,7 +28,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import GoalOutcome
-from billiard_shot.cue.safety import SafetyState
+from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import initialized
@@ -56,14 +56,7 @@ incline: {min: 0.40, max: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 """
 """A mechanism that aims quickly, so that many shots take minutes."""
 
-WAY = [
-    SafetyState.AIMING,
-    SafetyState.AIMED,
-    SafetyState.ARMED,
-    SafetyState.FIRING,
-    SafetyState.RETRACTING,
-    SafetyState.DISARMED,
-]
+WAY = [*MOVING, SafetyState.DISARMED]
 SCENE = Scene.load('paper')
 
 

@@ -19,7 +19,7 @@ from billiard_shot.cue import joint_trajectory
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Result
 from billiard_shot.cue.goals import ShotGoal
-from billiard_shot.cue.measurement import MeasuredStrike as MeasuredStrike
+from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState

@@ -144,7 +144,7 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
         predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
 
 
-def log_compilation(node: Node) -> None:
+def wait_for_library(node: Node) -> None:
     """Wait until the library is compiled, and log the progress."""
     logged = 0.0
 

@@ -28,8 +28,8 @@ from billiard_shot.ros.node_runner import (
     GoalHandle,
     in_thread,
     LATCHED,
-    log_compilation,
     spin_node,
+    wait_for_library,
 )
 from billiard_shot.ros.parameters import check_scene, checked, OfTable
 from billiard_shot.ros.plan_conversions import PlanRequest
@@ -148,7 +148,7 @@ class Planner(Node):
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        log_compilation(self)
+        wait_for_library(self)
         warm_up_planning(self._default)
         self._server = ActionServer(
             self,

@@ -40,7 +40,7 @@ from billiard_shot.ros.client import (
     START_UP,
     VALIDITY,
 )
-from billiard_shot.ros.node_runner import initialized, log_compilation, steady_timer
+from billiard_shot.ros.node_runner import initialized, steady_timer, wait_for_library
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.turn_console import (
     add_turn_arguments,
@@ -353,7 +353,7 @@ def main(args: Sequence[str] | None = None) -> None:
 
     def wait(client: RobotClient) -> None:
         if options.serve or plays_game:
-            log_compilation(client)
+            wait_for_library(client)
         if options.targets:
             client.wait_for_planner()
         if plays_game:

@@ -8,10 +8,10 @@ from billiard_shot.impact.laws import BISTIFFNESS, LAWS
 from billiard_shot.scene import Scene
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue import CueParams, TIP_DURATION
+from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
 from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams, TableParams
 
-TIP_CONTACT, CLOTH_CONTACT = 0, 1  # the contacts: cue on ball, ball on table
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has in TIP_DURATION
 

@@ -1,4 +1,4 @@
-"""The impact of a cue with ball 0: tip and cloth as bodies, their contacts, and what it did."""
+"""The impact of a cue with ball 0: its bodies, its contacts, and the record of its outcome."""
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import ContactProperties, UNLIMITED
@@ -10,10 +10,8 @@ from billiard_shot.records import Floats, Vector
 from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK
 from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time
 
-TIP_CONTACT, CLOTH_CONTACT = (
-    0,
-    1,
-)  # contacts of an impact with the cue: tip and ball 0, ball 0 and cloth
+# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth.
+TIP_CONTACT, CLOTH_CONTACT = 0, 1
 MAX_HITS = 8  # of a cue that follows: then it is taken away
 UP = 0.0, 0.0, 1.0
 # Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
@@ -112,7 +110,7 @@ def note_strike(
     body: BodyState,
 ) -> None:
     """
-    Write what a strike did to a cue.
+    Write the outcome of a strike into the record of its cue.
 
     Parameters
     ----------

@@ -42,8 +42,7 @@ from billiard_shot.table.motion import (
     stop_ball,
     WENT_OFF,
 )
-from billiard_shot.table.params import BallClothParams, GATE_AUTO
-from billiard_shot.table.params import GATE_OFF as NEVER
+from billiard_shot.table.params import BallClothParams, GATE_AUTO, GATE_OFF
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS, HOLES, OUTSIDE
 from billiard_shot.table.segments import end_segment, start_segment
 from billiard_shot.table.simulation_state import (
@@ -81,7 +80,7 @@ def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: f
     small = (
         params.flight_gate == GATE_AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
     )
-    if small or params.flight_gate == NEVER:
+    if small or params.flight_gate == GATE_OFF:
         ball.velocity[2] = 0.0
         return up if small else 0.0
     if up < 0.0:

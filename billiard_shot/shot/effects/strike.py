@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 from billiard_shot.shot.effects.context import ShotContext
-from billiard_shot.shot.model import CLOTH_CONTACT
+from billiard_shot.table.cue_impact import CLOTH_CONTACT
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
 from billiard_shot.table.words import moment_in_words
 
