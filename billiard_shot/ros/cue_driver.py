@@ -24,7 +24,7 @@ from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result, Settings
 from billiard_shot.cue.feedback import JointFeedback
-from billiard_shot.cue.measurement import MeasuredStrike as MeasuredStrike
+from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
@@ -35,6 +35,7 @@ from billiard_shot.ros.controller_client import ControllerClient
 from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.cue_parameters import (
     guided_scene,
+    OfGuidedScene,
     OfIncline,
     OfMechanism,
     OfUrgent,
@@ -89,15 +90,12 @@ def _check_interface(name: str) -> None:
 
 
 @dataclass(frozen=True)
-class CueDriverParameters(OfTable, OfMechanism, OfIncline, OfUrgent):
+class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfIncline, OfUrgent):
     """
     Parameters of the node.
 
     Parameters
     ----------
-    scene : str
-        Ball, cue, cloth and impact law: name of a bundled scene, or path of a YAML file. Its cue
-        must be guided.
     autostart : bool
         Configure and activate the node at start-up.
     incline_topic : str
@@ -123,7 +121,6 @@ class CueDriverParameters(OfTable, OfMechanism, OfIncline, OfUrgent):
         'niceness',
         'period',
     )
-    scene: str = checked('paper', guided_scene)
     autostart: bool = False
     incline_topic: str = topic('~/incline_angle')
     interface: str = checked(TOPIC, _check_interface)
