@@ -190,7 +190,7 @@ def _address_of(entry: Entry) -> Any:
     import_module('numba.experimental.function_type')  # which knows the type of such arguments
 
     class Address(numba.types.WrapperAddressProtocol):
-        """Says where the machine code is, once it is loaded, and what it takes."""
+        """Gives the address of the machine code, once it is loaded, and its signature."""
 
         def __wrapper_address__(self) -> int:
             return address()

@@ -101,13 +101,9 @@ def _millimetres(length: float) -> str:
         return 'it never rests'
     if length >= 1e3:
         return f'{length / 1e3:.1f} m'
-    return (
-        '0'
-        if length < MIN_DRAWN_CHANGE
-        else f'{length:.0f} mm'
-        if length >= 10.0
-        else f'{length:.2g} mm'
-    )
+    if length < MIN_DRAWN_CHANGE:
+        return '0'
+    return f'{length:.0f} mm' if length >= 10.0 else f'{length:.2g} mm'
 
 
 def _microseconds(time: float) -> str:

@@ -31,14 +31,12 @@ from billiard_shot.table.geometry import (
 )
 from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
 
-NO_BALL, PRESENT, LEGAL = 0, 1, 2  # what a ball is on a table
+NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; also a target
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
 CORNERS = 4
-ELEVATION_COUNT, ELEVATION_STEP = (
-    25,
-    math.radians(2.5),
-)  # elevations of `PlayerRecord.strikes`, and their step
+# Elevations of `PlayerRecord.strikes`, and their step [rad].
+ELEVATION_COUNT, ELEVATION_STEP = 25, math.radians(2.5)
 OUT = -10.0  # rad: a bound of an interval without directions
 
 

@@ -22,10 +22,8 @@ PLACE_SPACING = 0.15  # m, at least, between the places that are chosen
 NEAREST = 0.15  # m to the ball: from nearer the cue may hit the cue ball twice
 ALIKE = 0.01  # chance: among places that differ by less, the one with the shortest ways is better
 HEAD_STRING = -0.25  # table lengths: x of the head string; the kitchen is behind it
-BREAK_BEHIND, BREAK_BESIDE = (
-    0.02,
-    0.4,
-)  # of breaks: table lengths from the head string; table widths, at most
+# Places of breaks: table lengths behind the head string; table widths beside the middle, at most.
+BREAK_BEHIND, BREAK_BESIDE = 0.02, 0.4
 
 
 def places_in_hand(
@@ -51,7 +49,7 @@ def places_in_hand(
     Raises
     ------
     ValueError
-        If `place` is none of `IN_HAND_PLACES`, or the target is neither a pot nor a break.
+        If `place` is not in `IN_HAND_PLACES`, or the target is neither a pot nor a break.
 
     """
     if place not in IN_HAND_PLACES:

@@ -25,11 +25,8 @@ ANGLE_STEP, ANGLE_STEPS = math.radians(5.0), 18
 ANGLES = 2 * ANGLE_STEPS + 1
 HOLE_SPEEDS = np.array([0.3, 0.6, 1.2, 2.4, 4.8])  # m/s at the hole, as a factor of two
 WAY = 0.25  # m that the ball rolls to the hole
-WIDEST, COARSE_LINES_OF_OPENING, HALVINGS = (
-    0.1,
-    21,
-    5,
-)  # m: largest distance; lines; halvings of their spacing
+# Of the lines that are tried: largest distance [m]; number; halvings of their spacing.
+WIDEST, COARSE_LINES_OF_OPENING, HALVINGS = 0.1, 21, 5
 
 
 @lru_cache(maxsize=8)

@@ -10,9 +10,8 @@ from billiard_shot.scene.errors import Mistake, must_be
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
-NOSE_END_ROUNDING = (
-    0.002  # m: how much closer a ball comes to the ends of noses, because they are rounded
-)
+# How much closer a ball comes to the ends of noses, because they are rounded [m].
+NOSE_END_ROUNDING = 0.002
 # Largest depth of a moving ball in a nose [radii]: at 20 m/s a ball reaches 0.4.
 PRESSED = 0.5
 

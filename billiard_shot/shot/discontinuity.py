@@ -17,9 +17,8 @@ from billiard_shot.status import MISS
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables
 
-NEAR_A_JUMP = (
-    10.0  # tolerances of the strike, relative to the stiffness: near enough to be on a jump
-)
+# Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
+NEAR_A_JUMP = 10.0
 COARSEST_STRIKE = 1e-6  # tolerance of a strike
 SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
 

@@ -15,10 +15,8 @@ from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
 NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
-COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = (
-    math.radians(4.0),
-    math.radians(0.25),
-)  # steps of the elevations that are tried
+# Steps of the elevations that are tried [rad].
+COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = math.radians(4.0), math.radians(0.25)
 ELEVATION_OFFSET = 2  # column of offsets
 
 

@@ -26,10 +26,8 @@ from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
-ENOUGH, MAX_RUNS = (
-    0.02,
-    51,
-)  # total time [s] and number of runs at which a measurement of time ends
+# Total time [s] and number of runs at which a measurement of time ends.
+ENOUGH, MAX_RUNS = 0.02, 51
 ROUNDING = 1e-13  # smaller relative errors are rounding
 
 IMPULSE_STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # of impulse, relative to ball mass times cue speed

@@ -15,15 +15,9 @@ from billiard_shot.scene import Scene
 from billiard_shot.shot.model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 
-PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = (
-    0.1673,
-    0.5018,
-    0.0286,
-)  # kg, kg, m: the paper's measured constants
-PAPER_FRICTION, PAPER_RESTITUTION = (
-    (0.4, 0.152479),
-    (0.656532, 0.51625),
-)  # of tip and cloth, the paper's
+# The paper's measured constants [kg, kg, m], and those of the contacts of tip and cloth.
+PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = 0.1673, 0.5018, 0.0286
+PAPER_FRICTION, PAPER_RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)
 UP = (0.0, 0.0, 1.0)
 
 

@@ -27,13 +27,11 @@ CHECKED_LAWS = ('bistiffness', 'energetic')
 TIGHT = 1e-12
 CHECKED_TOLERANCES = (1e-10, 1e-8, 1e-6, 1e-4)
 GAIN = 1e-12  # energy at the tight tolerance, relative to the energy before
-DISTURBANCE, MAX_ANSWER_CHANGE = (
-    1e-10,
-    1e-6,
-)  # relative change of all numbers, and of the answer at most
+# Relative change of all numbers, and of the answer at most.
+DISTURBANCE, MAX_ANSWER_CHANGE = 1e-10, 1e-6
 SAME = 1e-9  # between orders of contacts, and between `collide` and `predict`
 SUM_ERROR_FACTOR = 10.0  # errors of a velocity that is a sum of several, in tolerances
-STRICTEST_TOLERANCE = 1e-14  # m at 1 m/s: `predict` does what it can
+STRICTEST_TOLERANCE = 1e-14  # m at 1 m/s, below the error that `predict` reaches
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,11 +39,8 @@ from billiard_shot.table.rebound import (
     Z,
 )
 
-NOSE_INTERVALS, CLOTH_INTERVALS, RESTITUTION_INTERVALS = (
-    24,
-    32,
-    20,
-)  # intervals of a ratio of slips, and of the restitution
+# Intervals of the ratios of slips at nose and cloth, and of the restitution.
+NOSE_INTERVALS, CLOTH_INTERVALS, RESTITUTION_INTERVALS = 24, 32, 20
 TABLES = 8  # kept, of different balls, cloths and cushions
 LEAST_TABLED_RESTITUTION = 0.05
 NODE_ERROR = 5e-5  # of a step, relative to the ball's speed

@@ -334,7 +334,7 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
 
 
 def alike(some, others):
-    """Whether markers are the same, within what a display neglects of the motion of balls."""
+    """Whether markers are the same, but for motions of balls that a display does not show."""
     return [described(each) for each in some] == [described(each) for each in others] and close(
         some, others
     )

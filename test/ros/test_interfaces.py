@@ -72,7 +72,7 @@ def read_only(node):
 
 
 def test_what_only_the_start_decides():
-    """All but what a node applies at once: scenes, errors and faults of simulations."""
+    """All parameters of these nodes but frames, and the errors and faults of simulations."""
     for node, settable in {
         'cue_model': set(),
         'cue_sim': {*asdict(Faults())},
