@@ -40,12 +40,19 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
         for one, other in combinations(balls, 2)
         if _may_touch(balls[one], balls[other], diameter)
     ]
+    room = _room(scene)
     for _ in range(MAX_MOVE_ROUNDS):
         moved = [_push(places, *pair, diameter) for pair in pairs]
-        moved += [_pull(places, name, ball, scene) for name, ball in balls.items()]
+        moved += [_pull(places, name, ball, scene, room) for name, ball in balls.items()]
         if not any(moved):
             break
     return places
+
+
+def _room(scene: Scene) -> Place:
+    """Half of the length and width of the rectangle in which centres of balls can be [m]."""
+    numbers = layout_of(*params_on_table(scene)).numbers
+    return numbers.centre_half_length - GAP_AFTER_MOVE, numbers.centre_half_width - GAP_AFTER_MOVE
 
 
 def _may_touch(one: Sighting, other: Sighting, diameter: float) -> bool:
@@ -70,16 +77,12 @@ def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bo
     return True
 
 
-def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene) -> bool:
+def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene, room: Place) -> bool:
     """Move a ball out of a cushion, if it may lie at it; return whether it has moved."""
     x, y = places[name]
     if scene.table is None or not no_place(scene.table, x, y, scene.ball.radius):
         return False
-    numbers = layout_of(*params_on_table(scene)).numbers
-    along, across = (
-        numbers.centre_half_length - GAP_AFTER_MOVE,
-        numbers.centre_half_width - GAP_AFTER_MOVE,
-    )
+    along, across = room
     inside = min(max(x, -along), along), min(max(y, -across), across)
     xx, _, yy = ball.covariance
     if not 0.0 < math.dist(inside, (x, y)) <= SURE_SIGMAS * math.sqrt(max(xx, yy)):
