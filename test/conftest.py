@@ -2,12 +2,14 @@
 
 import os
 import sys
+from typing import Any
 
 from hypothesis import settings
 import pytest
 from recorded_launch import launch_file  # noqa: F401 (a fixture)
 
 from billiard_shot import machine_code
+from billiard_shot.compiled import Compiled
 
 NIGHTLY = 'NIGHTLY' in os.environ
 if 'WITHOUT_NUMBA' in os.environ:
@@ -21,8 +23,33 @@ settings.load_profile('patient')
 
 
 def pytest_sessionstart() -> None:
-    """Run machine code in the tests where there can be any."""
-    machine_code.require()
+    """Run machine code in the tests where there can be any, and check the types of arguments."""
+    if machine_code.require():
+        Compiled.__call__ = _checked_call
+
+
+_known: set[tuple[Any, ...]] = set()  # functions and kinds of their arguments
+
+
+def _checked_call(entry: Compiled, *args: Any) -> Any:
+    """Call an entry whose arguments have its types; nobody else checks this."""
+    from numba import typeof
+
+    kinds = entry.function, *map(_kind, args)
+    if kinds not in _known:
+        assert tuple(map(typeof, args)) == entry.signature
+        _known.add(kinds)
+    return entry.run(*args)
+
+
+def _kind(argument: Any) -> Any:
+    """Return what numba knows types of arguments by; `typeof` takes milliseconds."""
+    from numba._dispatcher import compute_fingerprint
+
+    try:
+        return compute_fingerprint(argument)
+    except NotImplementedError:  # a function
+        return type(argument)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
