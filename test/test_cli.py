@@ -85,6 +85,7 @@ def test_refused_strokes_are_said_on_stderr(capsys):
         (['--speed', '1', '--strokes', 'x.yaml'], '--strokes must not be given together'),
         (['--strokes', 'x.yaml'], 'No such file'),
         (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
+        (['--speed', '1', '-t', '-1e-3'], 'tolerance must be finite and above 0, got -0.001'),
     ],
 )
 def test_wrong_input(capsys, arguments, text):
@@ -302,6 +303,42 @@ def test_usage_is_one_line_and_names_the_help(capsys):
     with pytest.raises(SystemExit):
         main(['predict', '--help'])
     assert capsys.readouterr().out.startswith('usage: billiard-shot predict [SCENE] [options]\n')
+
+
+@pytest.mark.parametrize('words', ['predict --pott 8', 'study laws --pott', 'scene list pott'])
+def test_a_command_refuses_its_unknown_options_itself(words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    message, hint = capsys.readouterr().err.splitlines()
+    command = 'scene' if 'scene' in words else words.partition(' --')[0]
+    assert message.startswith(f'billiard-shot {command}: unrecognized arguments: ')
+    assert hint == f'see billiard-shot {command} --help'
+
+
+def test_numbers_of_strokes_may_have_an_exponent(capsys):
+    assert main(['predict', '-a', '-1e-1', '-z', '-2E+1', '-s', '2']) == 0
+    assert 'a -0.10, b +0.00 radii; elevation 0.0°, azimuth -20.00°' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('words', 'text'),
+    [
+        ('plan blocked --pot 9', "pot must be one of 1, 8, got '9'"),
+        ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
+    ],
+)
+def test_a_wrong_request_does_not_wait_for_machine_code(words, text, capsys, monkeypatch):
+    monkeypatch.setattr('billiard_shot.machine_code.require', None)
+    assert main(words.split()) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_the_end_of_the_input_ends_a_game(capsys, monkeypatch):
+    monkeypatch.setattr('sys.stdin', io.StringIO('?\n'))
+    words = ['play', 'practice', '--balls', '1', '--players', 'person']
+    assert main(words) == INTERRUPTED
+    assert capsys.readouterr().err.endswith('billiard-shot: interrupted\n')
 
 
 def test_every_command_is_in_the_help(capsys):

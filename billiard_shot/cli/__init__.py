@@ -13,8 +13,9 @@ from collections.abc import Container, Sequence
 from concurrent.futures import BrokenExecutor
 from importlib import import_module
 import os
+import re
 import sys
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code, see `EXIT_CODES`."""
     words = sys.argv[1:] if arguments is None else list(arguments)
     try:
-        options = make_parser((words[:1], words[:2])).parse_args(words)
+        options = _parse(words)
         _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
@@ -79,7 +80,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors have two lines, and no list of all options."""
+    """A parser that takes -1e-3 as a number; its errors have two lines, without all options."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._negative_number_matcher = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and where the help is, and exit."""
@@ -117,6 +122,15 @@ def make_parser(complete: Container[list[str]] | None = None) -> argparse.Argume
     return parser
 
 
+def _parse(words: list[str]) -> argparse.Namespace:
+    """Parse the words of a command line; the command itself refuses unknown words."""
+    options, unknown = make_parser((words[:1], words[:2])).parse_known_args(words)
+    if unknown:
+        parser: Parser = options.parser
+        parser.error(f'unrecognized arguments: {" ".join(unknown)}')
+    return options
+
+
 def _complete(
     parser: argparse.ArgumentParser, words: list[str], wanted: Container[list[str]] | None
 ) -> None:
@@ -124,7 +138,7 @@ def _complete(
     if wanted is None or words in wanted:
         module = import_module('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
         module.add_arguments(parser)
-        parser.set_defaults(run=module.run)
+        parser.set_defaults(run=module.run, parser=parser)
         words = [_word(each) for each in parser._get_positional_actions()]
         parser.usage = ' '.join(['%(prog)s', *words, '[options]'])
 

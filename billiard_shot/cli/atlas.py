@@ -117,10 +117,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plan from all layouts and print a line for each map; ValueError for an invalid request."""
-    wait_for_machine_code()
     scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)
+    wait_for_machine_code()
     results = start_file(options.output, scene, request) if options.output else []
     done = {result.layout for result in results}
     missing = [layout for layout in layouts if layout not in done]

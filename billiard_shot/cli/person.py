@@ -16,7 +16,8 @@ N [SPEED [B [A]]]      play shot N of the list: speed in m/s, tip B up and A rig
 A B ELEVATION AZIMUTH SPEED [BALL POCKET]
                        play any stroke (ball radii, degrees, m/s), with a call
 safe N [SPEED [B [A]]] the same as a safety; push N ...: as a push-out
-?                      this text"""
+?                      this text
+Ctrl+C                 ends the game"""
 
 
 class Person:
@@ -38,7 +39,7 @@ class Person:
         """Ask until the place is allowed."""
         _show(state)
         while True:
-            words = input(f'cue ball in hand ({state.in_hand}), x y (m): ').split()
+            words = _ask(f'cue ball in hand ({state.in_hand}), x y (m): ').split()
             try:
                 x, y = map(float, words)
             except ValueError:
@@ -52,9 +53,7 @@ class Person:
     def decide(self, state: State) -> Decision:
         """Ask until there is a choice, or a stroke that can be read."""
         if state.choices:
-            while (
-                choice := input(f'{" or ".join(state.choices)}: ').strip()
-            ) not in state.choices:
+            while (choice := _ask(f'{" or ".join(state.choices)}: ').strip()) not in state.choices:
                 pass
             return Decision(choice=choice)
         _show(state)
@@ -64,7 +63,7 @@ class Person:
             call, chance = call_of(direct, number), 100.0 * direct.chance[number]
             print(f'{number:3}  {call.ball} to {call.pocket}, chance {chance:.0f} %')
         while True:
-            line = input('shot (? for help): ')
+            line = _ask('shot (? for help): ')
             try:
                 return _decision(line.split(), direct)
             except (ValueError, IndexError) as error:
@@ -73,6 +72,14 @@ class Person:
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """Print the ruling."""
         print(f'player {state.player}: {decision.reason or "shot"}: {ruling.text}')
+
+
+def _ask(prompt: str) -> str:
+    """Ask for a line; the end of the input (Ctrl+D) ends the program as Ctrl+C does."""
+    try:
+        return input(prompt)
+    except EOFError:
+        raise KeyboardInterrupt from None
 
 
 def _decision(words: list[str], direct: DirectShots) -> Decision:

@@ -33,7 +33,7 @@ from billiard_shot.planning.in_hand import IN_HAND_PLACES
 from billiard_shot.planning.limits import BALL_CONSTRAINTS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
-from billiard_shot.planning.targets import KINDS
+from billiard_shot.planning.targets import KINDS, target_of
 from billiard_shot.scene import Robot
 from billiard_shot.table.run import POCKET_NAMES
 
@@ -175,11 +175,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Plan and print; 1 if there is no plan. ValueError for an invalid request."""
-    wait_for_machine_code()
     if options.rank < 1:
         raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
     noise = selected_noise(options, scene)
+    target = target_of(scene, _target(options))  # what is wrong with it is said before compiling
+    wait_for_machine_code()
     estimate_without_machine_code(options.budget, scene)
     with (
         working(options.workers, options.dask) as executor,
@@ -187,7 +188,7 @@ def run(options: argparse.Namespace) -> int:
     ):
         result = billiard_shot.plan(
             scene,
-            _target(options),
+            target,
             noise,
             options.budget,
             options.seed,

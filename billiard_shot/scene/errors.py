@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 Path = tuple[str, ...]  # keys from the top down, such as ('ball', 'mass')
 TWICE = 'is there twice'
+LONGEST_VALUE = 200  # characters of a value in a message
 Lines = Mapping[Path, int]  # line of each key of a file, from 1
 
 
@@ -72,8 +73,11 @@ class InputError(ValueError):
 
 
 def must_be(allowed: str, got: object, unit: str = '') -> str:
-    """Text of a mistake: the allowed values, and the given one as `repr` writes it."""
-    return f'must be {allowed}, got {got!r}' + (f' ({unit})' if unit else '')
+    """Text of a mistake: the allowed values, and the start of the `repr` of the given one."""
+    text = repr(got)
+    if len(text) > LONGEST_VALUE:
+        text = f'{text[:LONGEST_VALUE]} ...'
+    return f'must be {allowed}, got {text}' + (f' ({unit})' if unit else '')
 
 
 def must_be_one_of(known: Iterable[object], got: object, what: str = '') -> str:

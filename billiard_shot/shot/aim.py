@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import must_be_one_of
+from billiard_shot.scene.errors import must_be_one_of, refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.refusals import lowest_elevation
@@ -63,12 +63,16 @@ def azimuth_at(scene: Scene, target: AimTarget, cut: float = 0.0) -> float:
     Raises
     ------
     ValueError
-        If there is no such ball, or the cut is not possible.
+        If there is no such ball, if the point is the middle of the cue ball, or the cut is not
+        possible.
 
     """
     start = np.array(scene.cue_ball[:2])
     if not isinstance(target, str):
-        return _heading(np.array(target, float) - start)
+        line = np.array(target, float) - start
+        if not line.any():
+            raise refused(tuple(target), 'a point other than the middle of the cue ball', 'target')
+        return _heading(line)
     away = _place_of(scene, target) - start
     if not abs(cut) < 0.5 * math.pi:
         raise ValueError(f'cut must be between -90 and 90, got {math.degrees(cut):.4g} (degrees)')

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from html import escape
 import math
+import re
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from billiard_shot.shot.shot import Shot
 
 STORY_WIDTH = 80  # characters of a line
+NO_BREAK = '\xa0'
 LABEL = 16  # characters of the name of a fact
 FASTEST_CUE = 30.0  # m/s; no cue is as fast
 
@@ -83,14 +85,14 @@ def as_text(shot: Shot) -> str:
 
 
 def wrapped_fact(name: str, text: str) -> str:
-    """Write a fact below its sentence, in lines of at most 80 characters."""
+    """Write a fact below its sentence, in lines of at most 80 characters; units stay in place."""
     return textwrap.fill(
-        text,
+        re.sub(r'(?<=\d) (?=m/s)', NO_BREAK, text),
         STORY_WIDTH,
         initial_indent=f'  {name:{LABEL}}',
         subsequent_indent=' ' * (2 + LABEL),
         break_on_hyphens=False,
-    )
+    ).replace(NO_BREAK, ' ')
 
 
 def as_html(shot: Shot) -> str:

@@ -178,6 +178,8 @@ class Stroke:
 
         if pocket is not None and (cut is not None or cut_deg is not None):
             raise ValueError('pocket must not be given together with a cut')
+        if not isinstance(target, str) and (cut is not None or cut_deg is not None):
+            raise ValueError('cut must not be given for a point; it needs a ball')
         if elevation is not None or elevation_deg is not None:
             elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         half = 0.5 * math.pi

@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+import re
 from typing import Any
 
 from billiard_shot.scene import Scene
@@ -120,11 +121,19 @@ def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> 
             target = [float(word) for word in words]
         except ValueError:
             raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)') from None
-    return Stroke.at(
-        scene,
-        target,
-        cut_deg=options.cut,
-        pocket=options.pocket,
-        correct_squirt=options.correct_squirt,
-        **given,
-    )
+    try:
+        return Stroke.at(
+            scene,
+            target,
+            cut_deg=options.cut,
+            pocket=options.pocket,
+            correct_squirt=options.correct_squirt,
+            **given,
+        )
+    except ValueError as error:
+        raise ValueError(re.sub(r'^(target|cut_deg|cut|pocket) ', _option, str(error))) from None
+
+
+def _option(match: re.Match[str]) -> str:
+    """Name of the option that gave an argument of `Stroke.at`."""
+    return {'target': '--aim ', 'pocket': '--pocket '}.get(match[1], '--cut ')

@@ -81,6 +81,8 @@ def test_the_cue_is_as_low_as_it_can_be():
         ),
         ('8', {'pocket': 'foot_left', 'cut': 0.1}, 'pocket must not be given together with a cut'),
         ((0.1, 0.2), {'pocket': 'foot_left'}, 'pocket must not be given for a point'),
+        ((0.1, 0.2), {'cut': 0.1}, 'cut must not be given for a point'),
+        ((-0.4, 0.1), {}, r'target must be a point other than .*, got \(-0.4, 0.1\)'),
         ((0.1, math.nan), {}, r'target must .*, got nan'),
     ],
 )
@@ -105,7 +107,9 @@ def test_commands_aim(capsys, tmp_path):
         (['--aim', '8', '-s', '2', '-z', '3'], '--aim must not be given together with --azimuth'),
         (['--aim', 'x', 'y', '-s', '2'], '--aim must be a ball, or X Y, got x y'),
         (['--cut', '3', '-s', '2'], '--cut needs --aim BALL'),
-        (['--aim', '9', '-s', '2'], "target must be one of 8, got '9'"),
+        (['--aim', '9', '-s', '2'], "--aim must be one of 8, got '9'"),
+        (['--aim', '8', '--cut', '95', '-s', '2'], '--cut must be -90 to 90, got 95.0 (degrees)'),
+        (['--aim', '1', '0', '--cut', '0', '-s', '2'], '--cut must not be given for a point'),
     ):
         assert main(['predict', scene, *wrong]) == 2
         assert text in capsys.readouterr().err

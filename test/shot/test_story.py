@@ -155,6 +155,11 @@ def test_a_miscue_says_why():
     assert shot.message.startswith('the tip still slid when it left the ball; at rest after ')
 
 
+def test_a_number_keeps_its_unit():
+    stroke = Stroke.from_offsets(-0.43, -0.17, elevation_deg=56, azimuth_deg=-35.1, speed=2.02)
+    assert '2.02 m/s' in [line.strip() for line in str(predict('pool', stroke)).splitlines()]
+
+
 def test_text_is_narrow_and_says_everything():
     shot = predict('eight_ball', level(math.radians(-6.1), 8.0, b=0.1))
     lines = str(shot).splitlines()

@@ -151,7 +151,8 @@ def _no_pockets(scene: Scene) -> Iterator[Mistake]:
 def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
     there = _object_balls(scene)
     if not request.ball and len(there) != 1:
-        yield Mistake(('ball',), f'is missing; the scene has {", ".join(there) or "none"}')
+        scene_has = ', '.join(there) or 'only the cue ball; ball_at or ball_grid put one there'
+        yield Mistake(('ball',), f'is missing; the scene has {scene_has}')
     if not request.ball_at and not request.ball_grid:
         for name in request.ball:
             if name not in there:
