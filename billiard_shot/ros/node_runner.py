@@ -5,6 +5,7 @@ import contextlib
 from dataclasses import replace
 import gc
 import os
+import re
 import signal
 import sys
 import threading
@@ -70,9 +71,14 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
     """
     Initialize rclpy with `options`, and shut it down at the end.
 
-    `with rclpy.init()` does the same, but not on Jazzy, where `init` returns None.
+    If the ROS arguments or a file of parameters cannot be read, exit with one line.
+    `with rclpy.init()` does the rest, but not on Jazzy, where `init` returns None.
     """
-    rclpy.init(args=None if args is None else list(args), **options)
+    try:
+        rclpy.init(args=None if args is None else list(args), **options)
+    except RuntimeError as error:  # of rcl, with the places in its source
+        reason = ' '.join(re.sub(r', at \S+:\d+', '', str(error)).split())
+        sys.exit(f'ROS arguments: {reason}')
     try:
         yield
     finally:

@@ -107,6 +107,10 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
                 continue
             if reason := fixed():
                 return SetParametersResult(successful=False, reason=f'{setting.name}: {reason}')
+            if setting.value is None:  # rcl reads an empty list so
+                return SetParametersResult(
+                    successful=False, reason=f'{setting.name} must have a value, got none'
+                )
             rules = declared[setting.name].metadata
             try:
                 if check := rules.get(CHECK) or rules.get(TAKES):

@@ -19,14 +19,14 @@ S = TypeVar('S')
 
 
 class _WrongFieldError(Exception):
-    """A rule read a field whose value is invalid."""
+    """A rule read a field whose value is invalid, or a method of a wrong section."""
 
 
 class _Known:
-    """The valid fields of an object with mistakes, as attributes."""
+    """The valid fields of an object, as attributes; a wrong section has no methods either."""
 
-    def __init__(self, kind: type, values: dict[str, Any]) -> None:
-        self._names = {field.name for field in _inputs(kind)}
+    def __init__(self, kind: type, values: dict[str, Any], is_wrong: bool = False) -> None:
+        self._names = {field.name for field in _inputs(kind)} | set(dir(kind) if is_wrong else ())
         self._values = values
 
     def __getattr__(self, name: str) -> Any:
@@ -114,7 +114,7 @@ def _plain(value: Any, derived: bool) -> Any:
 def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
     """Return the object and no mistakes, or its valid fields and its mistakes."""
     if not isinstance(data, Mapping):
-        return _Known(kind, {}), list(found_in(refused(data, 'a mapping')))
+        return _Known(kind, {}, is_wrong=True), list(found_in(refused(data, 'a mapping')))
     names = [field.name for field in _inputs(kind)]
     given = {}
     mistakes = []
@@ -126,7 +126,7 @@ def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
     known, wrong = _examine(kind, given, reading=True)
     mistakes += wrong
     if mistakes:
-        return _Known(kind, known), mistakes
+        return _Known(kind, known, is_wrong=True), mistakes
     return kind(**{name: known[name] for name in given}), []
 
 

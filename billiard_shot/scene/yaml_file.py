@@ -107,6 +107,10 @@ def read_document(path: Path) -> Document:
                 loader.dispose()
     except OSError as error:
         raise ValueError(f'{path}: {error.strerror or error}') from error
+    except yaml.MarkedYAMLError as error:
+        mark, parts = error.problem_mark or error.context_mark, (error.context, error.problem)
+        place = f'line {mark.line + 1}, column {mark.column + 1}: ' if mark else ''
+        raise ValueError(f'{path}: {place}{": ".join(filter(None, parts))}') from error
     except (
         RecursionError,
         yaml.YAMLError,
@@ -115,7 +119,7 @@ def read_document(path: Path) -> Document:
         AttributeError,
         TypeError,
     ) as error:
-        raise ValueError(f'{path}: {error}') from error
+        raise ValueError(f'{path}: {" ".join(str(error).split())}') from error
 
 
 def read_yaml(path: Path) -> Any:

@@ -134,3 +134,21 @@ def test_settings_are_checked(tmp_path):
     assert Mechanism.load('') == Mechanism()
     assert Mechanism.load(ROOT / 'config' / 'mechanism.yaml') == Mechanism()
     assert len(Mechanism().axes) == len(JOINTS)
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        ('incline_geometry: {shortest: 0.1}', r'line 1: incline_geometry\.shortest and longest'),
+        ('min_speed: [1', r'line 1, column 14: while parsing a flow sequence: expected'),
+        ('min_speed: *a', r"line 1, column 12: found undefined alias 'a'"),
+        ('min_speed: "\0"', 'unacceptable character'),
+    ],
+)
+def test_a_mistake_in_a_file_is_told_in_a_line(tmp_path, text, words):
+    file = tmp_path / 'mechanism.yaml'
+    file.write_text(text)
+    with pytest.raises(ValueError, match=words) as caught:
+        Mechanism.load(file)
+    assert len(str(caught.value).splitlines()) == 1
+    assert str(file) in str(caught.value)

@@ -125,6 +125,29 @@ def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
     assert 'Traceback' not in said
 
 
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        (None, 'Error opening YAML file'),
+        ('/**: [\n', 'Sequences'),
+        ('/**:\n  scene: paper\n', 'before ros__parameters'),
+        ('/**:\n  ros__parameters:\n    scene:\n', 'No value at line'),
+        ('/**:\n  ros__parameters:\n    scene: []\n', 'scene must have a value'),
+        ('/**:\n  ros__parameters:\n    scene: *a\n', 'alias'),
+    ],
+)
+def test_a_bad_file_of_parameters_is_refused_in_a_line(start, tmp_path, text, words):
+    file = tmp_path / 'parameters.yaml'
+    if text:
+        file.write_text(text)
+    process = start('--params-file', str(file))
+    said, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1, said
+    own = [line for line in said.splitlines() if '[rcl]' not in line]  # rcl logs a line itself
+    assert len(own) == 1, said
+    assert words in own[0]
+
+
 def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
     from billiard_shot.scene.bundled import scene_path
 
