@@ -12,7 +12,6 @@ Real processes and middleware, the mechanism simulated. Fails if a limit is not 
 
 import argparse
 import contextlib
-from functools import partial
 import gc
 import os
 import tempfile
@@ -20,17 +19,14 @@ from time import perf_counter
 
 from domain_coordinator import domain_id
 import numpy as np
-from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from tools.processes import processes
+from tools.stopping import clear, goal, stop_latencies, stroke
 from tools.timing import QUICK, Report, resident
-from trajectory_msgs.msg import JointTrajectory
 
-from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.processes import quiet_environment
 from billiard_shot.ros.service_caller import ServiceCaller
@@ -57,49 +53,6 @@ incline: {min: 0.40, max: 0.72, speed: 5.0, acceleration: 50.0, jerk: 2000.0}
 """A mechanism that aims quickly, so that many shots take minutes."""
 
 WAY = [*MOVING, SafetyState.DISARMED]
-SCENE = Scene.load('paper')
-
-
-def stroke(random):
-    """A stroke that the mechanism can play."""
-    return Stroke.from_offsets(
-        *random.uniform(-0.3, 0.3, 2),
-        random.uniform(0.0, 0.3),
-        random.uniform(-3.0, 3.0),
-        random.uniform(0.2, 1.5),
-    )
-
-
-def stop_latencies(player, clear_fault, count):
-    """Times [ms] from pressing the e-stop to the zero command."""
-    estop = player.safety_publishers['estop']  # the publisher that says later that it is released
-    stopped = []
-    player.create_subscription(
-        JointTrajectory,
-        'cue_driver/actuation',
-        lambda message: stopped.append(perf_counter()) if is_stop(message) else None,
-        10,
-    )
-    random = np.random.default_rng(1)
-    latencies = []
-    for i in range(count):
-        goal = player.goal(stroke(random), SCENE, f'stop {i}')
-        del player.states[:-1]
-        player.execute_shot.send_goal_async(goal)
-        assert player.until(
-            lambda: any(each.state == SafetyState.AIMING for each in player.states), 10.0
-        )
-        player.until(lambda: False, 0.05 + 0.1 * random.random())
-        stopped.clear()
-        player.safety_inputs_on = False
-        begin = perf_counter()
-        estop.publish(Bool(data=True))
-        assert player.until(lambda: stopped, 5.0)
-        latencies.append(1e3 * (stopped[0] - begin))
-        player.safety_inputs_on = True
-        assert player.until(lambda: clear_fault().success, 5.0)
-        player.until(lambda: False, 0.05)
-    return latencies
 
 
 def play(player, clear_fault, reset, count):
@@ -108,19 +61,19 @@ def play(player, clear_fault, reset, count):
     speed = angle = 0.0
     failed = 0
     for i in range(count):
-        snapshot = int(reset().message.split()[1])
+        snapshot = int(reset.call(Trigger.Request()).message.split()[1])
         assert player.until(lambda wanted=snapshot: player.table.snapshot_id >= wanted, 5.0)
         player.until(lambda: False, 0.02)  # so that the driver has received it too
         planned = stroke(random)
         del player.states[:-1]
-        result = player.execute(player.goal(planned, SCENE, f'shot {i}')).result
+        result = player.execute(goal(player, planned)).result
         complete = player.until(lambda: player.states[-1].state == SafetyState.DISARMED, 5.0)
         seen = [SafetyState(each.state) for each in player.states[1:]]
         if result.outcome != GoalOutcome.OK or not complete or seen != WAY:
             failed += 1
             names = ' '.join(state.name for state in seen)
             print(f'  shot {i}: {GoalOutcome(result.outcome).name}: {result.message}: {names}')
-            player.until(lambda: clear_fault().success, 1.0)
+            player.until(lambda: clear(player, clear_fault), 1.0)
             continue
         speed = max(speed, abs(result.strike.speed / planned.speed - 1))
         angle = max(angle, abs(np.degrees(result.elevation - planned.offsets[2])))
@@ -160,12 +113,12 @@ def main():
             gc.freeze()
             player.wait_for_all()
             clear_fault, reset = (
-                partial(ServiceCaller(player, Trigger, name).call, Trigger.Request())
+                ServiceCaller(player, Trigger, name)
                 for name in ('cue_driver/clear_fault', 'table_sim/reset')
             )
             with processes([('-c', PLANNING)] * 2):
                 player.until(lambda: False, 5.0)
-                latencies = stop_latencies(player, clear_fault, options.stops)
+                latencies = stop_latencies(player, options.stops)
             for percent, limit in ((50, None), (99, 20.0), (100, None)):
                 report.row(
                     f'e-stop to zero command, both cores planning, p{percent}',

@@ -22,19 +22,13 @@ from time import perf_counter
 
 from domain_coordinator import domain_id
 import numpy as np
-from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 from tools.processes import processes
+from tools.stopping import stop_latencies
 from tools.timing import QUICK, Report
-from trajectory_msgs.msg import JointTrajectory
 
-from billiard_shot import Scene, Stroke
-from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.processes import quiet_environment
-from billiard_shot.ros.service_caller import ServiceCaller
 
 LIMITS = {'cue_driver': 10.0, 'cue_sim': 5.0, 'cue_model': 5.0, 'table_display': 5.0}
 """Largest processor time at rest, by node [% of a core]."""
@@ -70,7 +64,6 @@ while True:
     time.sleep(0.0005)
 """,
 }
-SCENE = Scene.load('paper')
 
 
 def processor_time(process):
@@ -89,50 +82,6 @@ def fractions_at_rest(player, running, seconds):
         100.0 * (processor_time(each) - was) / elapsed
         for each, was in zip(running, before, strict=True)
     ]
-
-
-def aim(player, shot_id):
-    """Send goals until the cue moves: on a busy machine the driver refuses some after a pause."""
-    stroke = Stroke.from_offsets(0.1, 0.1, 0.1, 0.3, 0.8)
-    for attempt in range(30):
-        del player.states[:-1]
-        player.execute_shot.send_goal_async(player.goal(stroke, SCENE, f'{shot_id}.{attempt}'))
-        if player.until(
-            lambda: any(each.state == SafetyState.AIMING for each in player.states), 2.0
-        ):
-            return
-    raise AssertionError(player.states[-1])
-
-
-def stop_latencies(player, clear_fault, name, count):
-    """Times [ms] from the publication of the emergency stop to the command to stop."""
-    estop = player.safety_publishers['estop']  # the publisher that says later that it is released
-    stopped = []
-    player.create_subscription(
-        JointTrajectory,
-        'cue_driver/actuation',
-        lambda message: stopped.append(perf_counter()) if is_stop(message) else None,
-        10,
-    )
-    latencies = []
-    for i in range(count):
-        aim(player, f'{name} {i}')
-        stopped.clear()
-        player.safety_inputs_on = False
-        begin = perf_counter()
-        estop.publish(Bool(data=True))
-        assert player.until(lambda: stopped, 5.0)
-        latencies.append(1e3 * (stopped[0] - begin))
-        assert player.until(
-            lambda: any(each.state == SafetyState.ESTOP for each in player.states), 10.0
-        ), player.states[-1]  # the driver stopped for another reason
-        player.safety_inputs_on = True
-        assert player.until(
-            lambda: player.states[-1].state == SafetyState.DISARMED or clear_fault(), 60.0
-        )
-        player.until(lambda: player.states[-1].state == SafetyState.DISARMED, 10.0)
-        player.until(lambda: False, 0.05)
-    return latencies
 
 
 def main():
@@ -156,14 +105,6 @@ def main():
             player = RobotClient(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
-            caller = ServiceCaller(player, Trigger, 'cue_driver/clear_fault')
-
-            def clear_fault():
-                try:
-                    return caller.call(Trigger.Request(), repeatable=True).success
-                except TimeoutError:  # the flood has displaced the request from the queue
-                    return False
-
             player.until(lambda: False, 3.0)
             for name, used in zip(
                 LIMITS, fractions_at_rest(player, running, options.seconds), strict=False
@@ -172,7 +113,7 @@ def main():
             for name, program in FLOODS.items():
                 with processes([('-c', program)]):
                     player.until(lambda: False, 3.0)
-                    latencies = stop_latencies(player, clear_fault, name, options.stops)
+                    latencies = stop_latencies(player, options.stops)
                 row = f'e-stop to command to stop, flood of {name}, {options.stops} stops: '
                 report.row(f'{row}median', float(np.median(latencies)), 'ms')
                 report.row(f'{row}largest', max(latencies), 'ms', LATEST)
