@@ -45,7 +45,6 @@ def openings_of(params: BallClothParams, table: TableParams) -> Array:
     grid = np.stack(np.meshgrid(angles, HOLE_SPEEDS, indexing='ij'), axis=-1).reshape(-1, 2)
     found = [_openings(params, table, pocket, grid) for pocket in POCKET_KINDS]
     openings = np.array(found).reshape(len(POCKET_KINDS), ANGLES, len(HOLE_SPEEDS), 2)
-    openings.flags.writeable = False
     return openings
 
 
