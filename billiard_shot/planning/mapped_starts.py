@@ -28,19 +28,17 @@ class Mapped(NamedTuple):
     ----------
     number : (n,) int array
         The cell of each stroke; SOLVED if its strike is to be solved.
-    cells : (k, 3) float array
-        Indices of the cells.
+    middles, half_sizes : (k, 3) float arrays
+        Of the cells: a and b (ball radii), elevation (rad).
     coefficients : (k, TERMS, MOTION) float array
         Of the polynomials: the strikes at 1 m/s along +x.
-    sizes : (3,) float array
-        Of a cell: a and b (ball radii), elevation (rad).
 
     """
 
     number: NDArray[np.int64]
-    cells: Array
+    middles: Array
+    half_sizes: Array
     coefficients: Array
-    sizes: Array
 
     def part(self, part: slice) -> 'Mapped':
         """Return some of the strokes."""
@@ -53,8 +51,8 @@ MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 def all_solved(count: int) -> Mapped:
     """Return strikes (count,) that are all to be solved."""
-    number = np.full(count, SOLVED)
-    return Mapped(number, np.zeros((0, 3)), np.zeros((0, TERMS, MOTION)), np.ones(3))
+    none = np.zeros((0, 3))
+    return Mapped(np.full(count, SOLVED), none, none, np.zeros((0, TERMS, MOTION)))
 
 
 class Ground(NamedTuple):
@@ -99,10 +97,13 @@ def write_vectors(stroke: Floats, room: Room) -> None:
 @inner
 def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> None:
     """Write the motion of ball and cue after a stroke, by the polynomial of its cell."""
-    place, sizes, coefficients = mapped.cells[cell], mapped.sizes, mapped.coefficients[cell]
-    x = 2.0 * (abs(stroke[0]) / sizes[0] - place[0]) - 1.0
-    y = 2.0 * (stroke[1] / sizes[1] - place[1]) - 1.0
-    z = 2.0 * (stroke[2] / sizes[2] - place[2]) - 1.0
+    middle, half, coefficients = (
+        mapped.middles[cell],
+        mapped.half_sizes[cell],
+        mapped.coefficients[cell],
+    )
+    x = (abs(stroke[0]) - middle[0]) / half[0]
+    y, z = (stroke[1] - middle[1]) / half[1], (stroke[2] - middle[2]) / half[2]
     for m in range(MOTION):
         motion[m] = 0.0
     term, in_x = 0, 1.0
@@ -131,7 +132,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     return (
         Ground(EXAMPLE_MODEL, around, zeros(3)),
         zeros(1, 5),
-        Mapped(numbers, zeros(1, 3), zeros(1, TERMS, MOTION), storage.array(np.ones(3))),
+        Mapped(numbers, zeros(1, 3), zeros(1, 3), zeros(1, TERMS, MOTION)),
         Begun(storage.records(BallStart, 1), storage.records(CueRecord, 1), numbers),
         Room(zeros(3), zeros(3), zeros(MOTION)),
     )

@@ -22,7 +22,7 @@ from billiard_shot.planning.evaluate import (
 from billiard_shot.planning.mapped_starts import all_solved, Mapped
 from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
+from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
 
 T = TypeVar('T')
@@ -155,12 +155,15 @@ class Runner:
         maps = self._maps
         if not maps.applies:
             return all_solved(len(strokes))
-        missing = maps.missing(strokes)
-        futures = [self._executor.submit(fit_cell, maps.model, cell) for cell in missing]
-        for cell, fit in zip(missing, self._results(futures), strict=True):
-            maps.fits[cell] = fit
+        return maps.mapped(strokes, self._fitted, strict=strict)
+
+    def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:
+        """Fit cells of the map."""
+        model = self._maps.model
+        futures = [self._executor.submit(fit_cell, model, cell) for cell in cells]
+        for fit in self._results(futures):
+            yield fit
             self.poll()
-        return maps.mapped(strokes, strict=strict)
 
     def evaluate(
         self,

@@ -5,14 +5,16 @@ As long as the contacts are linear and the cue strikes once, velocity and spin o
 proportional to the cue speed, and the azimuth only turns them. They are then a function of the
 offsets a and b and of the elevation. A map divides these into cells, and fits a polynomial to
 exact strikes in each cell that a search needs. A cell is used only if other exact strikes, which
-had no part in the fit, agree with it. Cells with miscues, kinks or discontinuities do not. A cell
-in which the tip meets the ball twice in a strike is not used either. The strokes of all other
-cells are solved exactly. The sign of a mirrors a strike.
+had no part in the fit, agree with it. A cell with miscues, kinks or discontinuities, or in which
+the tip meets the ball twice in a strike, is divided into eight, and each of these is fitted where
+a search needs it. Strokes in cells that are too small to be divided, or that have few strokes, are
+solved exactly. The sign of a mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
 
 from collections import Counter
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 import math
 from typing import NamedTuple, TypeAlias
@@ -29,7 +31,8 @@ from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
-SIZES = np.array([0.1, 0.1, 0.04])  # of a cell: a and b (ball radii), elevation (rad)
+SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
+LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
@@ -47,7 +50,14 @@ EXPONENTS = np.array(
     ]
 )  # in the order of `write_motion`
 
-Cell: TypeAlias = tuple[int, int, int]
+Cell: TypeAlias = tuple[int, int, int, int]
+"""Level, and how many sizes of a cell of this level its corner is away from zero."""
+
+
+def sizes_of(level: int) -> Array:
+    """Return the sizes (3,) of the cells of a level: a, b (ball radii), elevation (rad)."""
+    sizes: Array = SIZES / 2**level
+    return sizes
 
 
 class Fit(NamedTuple):
@@ -80,43 +90,54 @@ class Maps:
         self.fits = fits_of(model)
         self._strokes: Counter[Cell] = Counter()  # of this search so far
 
-    def missing(self, strokes: Array) -> list[Cell]:
-        """List the cells that strokes (n, 5) need and that are not fitted yet; count strokes."""
-        cells, _, counts = _cells_of(strokes[strokes[:, SPEED] < self.slower_than])
-        for cell, count in zip(map(_cell, cells), counts.tolist(), strict=True):
-            self._strokes[cell] += count
-        return [cell for cell in map(_cell, cells) if self._pays(cell) and cell not in self.fits]
-
-    def _pays(self, cell: Cell) -> bool:
-        """Whether a fit pays: it depends only on this search, not on cells that are fitted."""
-        return self._strokes[cell] >= FEWEST
-
-    def mapped(self, strokes: Array, *, strict: bool = False) -> Mapped:
+    def mapped(
+        self,
+        strokes: Array,
+        fit: Callable[[list[Cell]], Iterable[Fit]],
+        *,
+        strict: bool = False,
+    ) -> Mapped:
         """
-        Choose the cells by which strokes (n, 5) are mapped; NaN is not.
+        Choose the cells by which strokes (n, 5) are mapped, and fit those that are missing.
+
+        A stroke that is NaN is not mapped.
 
         Parameters
         ----------
         strokes : (n, 5) float array
-            Strokes whose `missing` cells are all fitted.
+        fit : callable
+            Of a list of cells: what `fit_cell` returns for each.
         strict : bool
             Whether errors must be within `STRICT_SHARE`, not only within `DEVIATION_SHARE`.
 
         """
         number = np.full(len(strokes), SOLVED)
         bounds = self.bounds * (STRICT_SHARE / DEVIATION_SHARE if strict else 1.0)
-        which = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
-        cells, owner, _ = _cells_of(strokes[which])
-        good = [
-            self._pays(cell) and bool((self.fits[cell].errors <= bounds).all())
-            for cell in map(_cell, cells)
-        ]
-        used = cells[good]
-        numbers = np.where(good, np.cumsum(good) - 1, SOLVED)
-        number[which] = numbers[owner]
-        coefficients = [self.fits[_cell(cell)].coefficients for cell in used]
+        left = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
+        used: list[Cell] = []
+        for level in range(LEVELS):
+            cells, owner, counts = _cells_of(strokes[left], level)
+            self._strokes.update(dict(zip(cells, counts, strict=True)))
+            # Whether a fit pays depends only on this search, not on cells that are fitted.
+            pays = [self._strokes[cell] >= FEWEST for cell in cells]
+            missing = [
+                cell
+                for cell, each in zip(cells, pays, strict=True)
+                if each and cell not in self.fits
+            ]
+            self.fits.update(zip(missing, fit(missing), strict=True))
+            numbers = np.full(len(cells), SOLVED)
+            for i in np.flatnonzero(pays).tolist():
+                if (self.fits[cells[i]].errors <= bounds).all():
+                    numbers[i] = len(used)
+                    used.append(cells[i])
+            number[left] = numbers[owner]
+            left = left[(np.array(pays, bool) & (numbers == SOLVED))[owner]]
+        sizes = np.array([sizes_of(cell[0]) for cell in used]).reshape(-1, 3)
+        corners = np.array([cell[1:] for cell in used], float).reshape(-1, 3)
+        coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
-        return Mapped(number, used.astype(float), stacked, SIZES)
+        return Mapped(number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
 
 
 @lru_cache(maxsize=8)
@@ -150,7 +171,7 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     draw = np.random.default_rng([index + 1000 for index in cell])
     places = draw.uniform(-1.0, 1.0, (FITTED_STRIKES + HELD_OUT, 3))
     strokes = np.zeros((len(places), 5))
-    strokes[:, :3] = (np.array(cell) + 0.5 + 0.5 * places) * SIZES
+    strokes[:, :3] = (np.array(cell[1:]) + 0.5 + 0.5 * places) * sizes_of(cell[0])
     strokes[:, 4] = 1.0
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
@@ -173,18 +194,14 @@ def terms_of(places: Array) -> Array:
     return terms
 
 
-def _cells_of(strokes: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Find the cells (cells, 3), the number of the cell of each stroke, and strokes in each."""
-    places = strokes[:, :3] / SIZES
+def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
+    """Find the cells of a level, the number of the cell of each stroke, and strokes in each."""
+    places = strokes[:, :3] / sizes_of(level)
     places[:, 0] = np.abs(places[:, 0])
     indices = np.floor(places).astype(np.int64)
     keys = (indices[:, 0] * 4096 + indices[:, 1] + 2048) * 4096 + indices[:, 2] + 2048
     _, first, owner, counts = np.unique(
         keys, return_index=True, return_inverse=True, return_counts=True
     )
-    return indices[first], owner, counts
-
-
-def _cell(indices: NDArray[np.int64]) -> Cell:
-    a, b, elevation = indices.tolist()
-    return a, b, elevation
+    cells: list[Cell] = [(level, *corner) for corner in indices[first].tolist()]
+    return cells, owner, counts.tolist()

@@ -1,7 +1,8 @@
 """predict_within_noise(): many strokes, as accurate as the errors of the player call for."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.mapped_starts import all_solved, Mapped, SOLVED
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.problem import Problem, problem_of
-from billiard_shot.planning.strike_map import bounds_of, fit_cell, Maps
+from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.planning.targets import Rest
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
@@ -137,11 +138,11 @@ def _mapped(problem: Problem, strokes: Array, workers: int | None) -> Mapped:
     maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
     if not maps.applies:
         return all_solved(len(strokes))
-    missing = maps.missing(strokes)
 
-    def fit(part: slice) -> list[Any]:
-        return [(cell, fit_cell(problem.model, cell)) for cell in missing[part]]
+    def fitted(cells: list[Cell]) -> Iterator[Fit]:
+        def fit(part: slice) -> list[Fit]:
+            return [fit_cell(problem.model, cell) for cell in cells[part]]
 
-    for cells in in_threads(fit, len(missing), workers):
-        maps.fits.update(cells)
-    return maps.mapped(strokes)
+        return chain.from_iterable(in_threads(fit, len(cells), workers))
+
+    return maps.mapped(strokes, fitted)

@@ -34,9 +34,7 @@ def problem(noise=NOISE):
 
 def mapped(scene, strokes, sigmas, **options):
     maps = Maps(model_of(scene), bounds_of(sigmas), **options)
-    for cell in maps.missing(strokes):
-        maps.fits[cell] = fit_cell(maps.model, cell)
-    return maps.mapped(strokes)
+    return maps.mapped(strokes, lambda cells: [fit_cell(maps.model, cell) for cell in cells])
 
 
 def begun(scene, strokes, found):
