@@ -44,8 +44,7 @@ def openings_of(params: BallClothParams, table: TableParams) -> Array:
     angles = ANGLE_STEP * (np.arange(ANGLES) - ANGLE_STEPS)
     grid = np.stack(np.meshgrid(angles, HOLE_SPEEDS, indexing='ij'), axis=-1).reshape(-1, 2)
     found = [_openings(params, table, pocket, grid) for pocket in POCKET_KINDS]
-    openings = np.array(found).reshape(len(POCKET_KINDS), ANGLES, len(HOLE_SPEEDS), 2)
-    return openings
+    return np.array(found).reshape(len(POCKET_KINDS), ANGLES, len(HOLE_SPEEDS), 2)
 
 
 def _openings(params: BallClothParams, table: TableParams, pocket: int, grid: Array) -> Array:
