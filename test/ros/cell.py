@@ -49,7 +49,8 @@ STARTS = 3
 Times that a cell is started until its processes hear each other.
 
 In a run of all tests on a busy machine, one cell in some hundred has a process that never hears
-another one, as docs/ros.md says; it advises to start it again.
+another one, as docs/ros.md says; it advises to start it again. The player is made anew, too: once
+it was the player that heard none of the three drivers.
 """
 
 STARVED = re.compile('this process did not run for|: no message for|because this process paused')
@@ -73,11 +74,11 @@ class Cell:
 
     def __init__(self, launch, space, nodes=PATIENT):
         self.launch, self.space, self.nodes = launch, space, nodes
-        self.player = RobotClient(
-            'player', space, simulate_safety_inputs=True, timeout=PATIENCE / 2
-        )
         self.processes = {}
         for left in reversed(range(STARTS)):
+            self.player = RobotClient(
+                'player', space, simulate_safety_inputs=True, timeout=PATIENCE / 2
+            )
             for name in nodes:
                 self.start(name)
             try:
@@ -87,10 +88,7 @@ class Cell:
                 if not left:
                     raise
                 warnings.warn(f'the cell is started again: {error}', stacklevel=2)
-                for process in self.processes.values():
-                    process.terminate()
-                for process in self.processes.values():
-                    process.wait(PATIENCE)
+                self.close()
         self.joints, self.commands, self.angles = [], [], []
         self.diagnostics, self.strikes, self.shots, self.log = [], [], [], []
         for kind, topic, heard in (
@@ -123,6 +121,11 @@ class Cell:
             self.player, Arm, f'{space}/cue_driver/arm'
         )
         self.wait_for_services()
+
+    def close(self):
+        """End the processes, then the player, whose endpoints others would discover in vain."""
+        self.launch.close()
+        self.player.destroy_node()
 
     def wait_for_services(self, *more):
         """Wait, and go on saying that all is well."""

@@ -148,12 +148,14 @@ def ask(node: Any, predictor: subprocess.Popen[str]) -> Callable[[Any], Any]:
 
 
 @pytest.fixture(scope='module')
-def whole_cell(request: pytest.FixtureRequest, node: Any, launch: Start) -> Any:
+def whole_cell(request: pytest.FixtureRequest, node: Any, launch: Start) -> Iterator[Any]:
     """Return the cell of a file, in the namespace SPACE and with the nodes NODES of that file."""
     from cell import Cell, PATIENT
 
     gc.freeze()  # a long look for garbage would be a silence
-    return Cell(launch, request.module.SPACE, getattr(request.module, 'NODES', PATIENT))
+    cell = Cell(launch, request.module.SPACE, getattr(request.module, 'NODES', PATIENT))
+    yield cell
+    cell.close()
 
 
 @pytest.fixture

@@ -41,4 +41,4 @@ def test_two_balls_are_cleared(node, launch_once):
     )
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), said
     assert '8 off the table' in next(each for each in said if 'put the balls' in each)
-    cell.player.destroy_node()
+    cell.close()
