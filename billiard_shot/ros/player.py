@@ -40,6 +40,7 @@ from billiard_shot.ros.client import (
     START_UP,
     VALIDITY,
 )
+from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.node_runner import initialized, steady_timer, wait_for_library
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.turn_console import (
@@ -339,7 +340,7 @@ def main(args: Sequence[str] | None = None) -> None:
         if options.targets:
             rounds = [partial(play_target, text=text, options=options) for text in options.targets]
         elif options.serve:
-            rounds = [lambda client: TurnServer(client, scene).serve()]
+            rounds = [lambda client: TurnServer(GameTable(client, scene)).serve()]
         elif plays_game:
             state = first_state(options, scene)
             rounds = [partial(play_turn, state=state, scene=scene, options=options)]
@@ -363,7 +364,6 @@ def main(args: Sequence[str] | None = None) -> None:
 
     run_player_client(
         lambda: RobotClient(
-            'player_client' if options.serve else 'player',
             simulate_safety_inputs=options.simulate_safety_inputs,
             timeout=options.wait,
         ),

@@ -5,27 +5,20 @@ A simulated table tells what each shot did. With a camera the ruling follows fro
 balls where these are enough; otherwise somebody is asked.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 import math
-from time import monotonic
 from traceback import format_exception
 from typing import Any, TypeAlias, TypeVar
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import TurnShot
-from billiard_shot_msgs.srv import PlaceBalls
-from rclpy.client import Client
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.outcome import GoalOutcome as Execution
 from billiard_shot.cue.outcome import RefusedError
-from billiard_shot.cue.sightings import Balls
 from billiard_shot.game.agent import Agent, scene_of
 from billiard_shot.game.call import Decision
 from billiard_shot.game.outcome import Outcome, outcome_of
@@ -41,21 +34,9 @@ from billiard_shot.ros.client import (
     short_id,
     TableUnknownError,
 )
-from billiard_shot.ros.game_conversions import balls_message, shot_message
-from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.game_conversions import shot_message
+from billiard_shot.ros.game_table import GameTable
 from billiard_shot.shot.replay import from_json
-
-PLACE_TOLERANCE = 0.01
-"""Largest distance of a ball from its place [m]; the player then decides for where it lies."""
-
-PLACE_TIME = 600.0
-"""Longest time in which balls are put somewhere by hand [s]."""
-
-FORGET_PERIOD = 2.0
-"""Time between two calls that make a tracker forget the balls [s]."""
-
-RECORD_TIME = 5.0
-"""Longest time in which a simulated table publishes its record of a shot [s]."""
 
 T = TypeVar('T')
 
@@ -75,6 +56,25 @@ class AgentError(RuntimeError):
     """The agent has failed; the message says how, and `__cause__` where."""
 
 
+EARLY_ENDS: dict[type[Exception], int] = {
+    CanceledError: PlayTurn.Result.CANCELED,
+    NotPlayedError: PlayTurn.Result.NOT_PLAYED,
+    AgentError: PlayTurn.Result.AGENT_FAILED,
+    TableUnknownError: PlayTurn.Result.TABLE_UNKNOWN,
+    NotReadyError: PlayTurn.Result.NOT_READY,
+    TimeoutError: PlayTurn.Result.NOT_READY,
+}
+"""Outcomes of turns that end early, by exception: of a class and its base, the class is first."""
+
+
+def early_end(error: Exception, client: RobotClient) -> tuple[int, str]:
+    """Outcome of `PlayTurn.Result` for an exception of `EARLY_ENDS`, and a message."""
+    if isinstance(error, AgentError):
+        client.get_logger().error(''.join(format_exception(error.__cause__)))
+    outcome = next(each for kind, each in EARLY_ENDS.items() if isinstance(error, kind))
+    return outcome, str(error) or 'canceled'
+
+
 @dataclass
 class Turn:
     """
@@ -82,9 +82,7 @@ class Turn:
 
     Parameters
     ----------
-    client : RobotClient
-    scene : Scene
-        Table and cue of the robot.
+    table : GameTable
     agent : Agent
     tell : callable
         See `Tell`.
@@ -99,8 +97,7 @@ class Turn:
 
     """
 
-    client: RobotClient
-    scene: Scene
+    table: GameTable
     agent: Agent
     tell: Tell
     ask: Ask
@@ -108,40 +105,18 @@ class Turn:
     state: State
     shots: list[TurnShot] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
-        self._records: list[String] = []
-        self._listening = self.client.create_subscription(
-            String, 'table_sim/shot', self._records.append, LATCHED
-        )
-        self._place: Client[Any, Any] = self.client.create_client(PlaceBalls, 'table_sim/place')
-        self._forget: Client[Any, Any] = self.client.create_client(Trigger, 'table_tracker/reset')
-        self._forgot = -math.inf  # time of the last such call [s]
-
     def play(self) -> tuple[int, str]:
         """Play until the turn ends; return the outcome of `PlayTurn.Result`, and a message."""
-        result, player = PlayTurn.Result, self.state.player
+        player = self.state.player
         try:
             while not self.state.over and self.state.player == player:
                 self._go_on()
-        except CanceledError:
-            return result.CANCELED, 'canceled'
-        except NotPlayedError as error:
-            return result.NOT_PLAYED, str(error)
-        except AgentError as error:
-            self.client.get_logger().error(''.join(format_exception(error.__cause__)))
-            return result.AGENT_FAILED, str(error)
-        except TableUnknownError as error:
-            return result.TABLE_UNKNOWN, str(error)
-        except (NotReadyError, TimeoutError) as error:
-            return result.NOT_READY, str(error)
-        finally:
-            self.client.destroy_subscription(self._listening)
-            self.client.destroy_client(self._place)
-            self.client.destroy_client(self._forget)
+        except tuple(EARLY_ENDS) as error:
+            return early_end(error, self.table.client)
         if not self.state.over:
-            return result.TURN_ENDED, f'player {self.state.player} is next'
+            return PlayTurn.Result.TURN_ENDED, f'player {self.state.player} is next'
         winner = self.state.winner
-        return result.OVER, 'nobody wins' if winner is None else f'player {winner} wins'
+        return PlayTurn.Result.OVER, 'nobody wins' if winner is None else f'player {winner} wins'
 
     def _go_on(self) -> None:
         """Take a choice, or play a shot; change the state."""
@@ -155,7 +130,9 @@ class Turn:
             state = state.with_cue_ball(x, y)
         wanted = state
         if not state.choices:
-            state = self._arranged(wanted)
+            state = self.table.arrange(
+                wanted, lambda what, balls: self.tell(TurnStage.PLACE, what, '', balls)
+            )
         decision = self._ask_agent(_decide, wanted)
         if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
             decision = self._ask_agent(_decide, state)
@@ -174,7 +151,7 @@ class Turn:
         pool = ThreadPoolExecutor(1)
         answer = pool.submit(ask, self.agent, *arguments)
         pool.shutdown(wait=False)
-        self.client.until(answer.done, math.inf)
+        self.table.client.until(answer.done, math.inf)
         if error := answer.exception():
             raise AgentError(f'the agent has failed: {error!r}') from error
         return answer.result()
@@ -183,25 +160,23 @@ class Turn:
         """Play a stroke, watch the balls, and judge."""
         shot_id = f'{state.game} {state.shots + 1} {short_id()}'
         try:
-            goal = self.client.goal(stroke, scene_of(self.scene, state), shot_id)
+            scene = scene_of(self.table.scene, state)
+            goal = self.table.client.goal(stroke, scene, shot_id)
         except RefusedError as error:
             raise NotPlayedError(str(error)) from None
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
-        self._records.clear()
-        answer = self.client.execute(goal, self.may_fire)
+        self.table.records.clear()
+        answer = self.table.client.execute(goal, self.may_fire)
         if answer.status != GoalStatus.STATUS_SUCCEEDED:
             name = Execution(answer.result.outcome).name
             raise NotPlayedError(f'{name}: {answer.result.message}')
         self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
-        seen = self.client.wait_for_rest(answer.result.strike.header.stamp)
-        places = positions_of(seen, self.scene)
+        places = self.table.places_at_rest(answer.result.strike.header.stamp)
         self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
 
     def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
-        if self.client.count_publishers('table_sim/shot'):
-            if not self.client.until(lambda: self._records, RECORD_TIME):
-                raise TableUnknownError('table_sim/shot: no record of the shot')
-            outcome = outcome_of(from_json(self._records[-1].data))
+        if record := self.table.record():
+            outcome = outcome_of(from_json(record))
             return judge(state, decision.call, replace(outcome, places=places))
         found = possible_rulings(state, decision.call, places)
         if len(found) == 1:
@@ -216,44 +191,6 @@ class Turn:
         self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
         self._ask_agent(_tell, state, decision, ruling)
-
-    # --- the table ------------------------------------------------------------------------------
-
-    def _arranged(self, state: State) -> State:
-        """Wait until the balls lie as a state says; return the state with their real places."""
-        seen = self.client.wait_for_rest()
-        if _apart(seen, state.balls):
-            what = ', '.join(
-                [
-                    *(f'{name} at ({x:.3f}, {y:.3f}) m' for name, (x, y) in _moves(seen, state)),
-                    *(f'{name} off the table' for name in seen if name not in state.balls),
-                ]
-            )
-            self.tell(TurnStage.PLACE, f'put the balls in their places: {what}', '', state.balls)
-            if self._place.service_is_ready():
-                self._place_simulated(state.balls)
-            if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):
-                raise TableUnknownError(f'the balls were not put in their places: {what}')
-            seen = self.client.wait_for_rest()
-        try:
-            return replace(state, balls=positions_of(seen, self.scene))
-        except ValueError as error:
-            raise TableUnknownError(f'table_state: {error}') from None
-
-    def _lie_at(self, wanted: Places) -> bool:
-        """Whether the balls lie so; a tracker has to forget those that were taken away."""
-        seen, now = self.client.balls(), monotonic()
-        taken = [name for name, ball in seen.items() if not (ball.is_seen or name in wanted)]
-        if taken and now - self._forgot > FORGET_PERIOD and self._forget.service_is_ready():
-            self._forgot = now
-            self._forget.call_async(Trigger.Request())
-        return not _apart(seen, wanted)
-
-    def _place_simulated(self, balls: Places) -> None:
-        request = PlaceBalls.Request(balls=balls_message(balls))
-        answer = self.client.answer(self._place.call_async(request), 'table_sim/place')
-        if not answer.success:
-            raise TableUnknownError(f'table_sim/place: {answer.message}')
 
 
 def make_agent(name: str, scene: Scene, seed: int) -> Agent:
@@ -290,20 +227,3 @@ def _decide(agent: Agent, state: State) -> Decision:
 
 def _tell(agent: Agent, state: State, decision: Decision, ruling: Ruling) -> None:
     agent.saw(state, decision, ruling)
-
-
-def _moves(seen: Balls, state: State) -> list[tuple[str, tuple[float, float]]]:
-    """Balls that lie elsewhere, with the places where they belong [m]."""
-    return [(name, place) for name, place in state.balls.items() if _is_off(seen, name, place)]
-
-
-def _is_off(seen: Balls, name: str, place: tuple[float, float]) -> bool:
-    there = seen.get(name)
-    return there is None or math.dist(there.position, place) > PLACE_TOLERANCE
-
-
-def _apart(seen: Balls, wanted: Mapping[str, tuple[float, float]]) -> bool:
-    """Whether a ball lies elsewhere, is missing, or should not be there."""
-    return seen.keys() != wanted.keys() or any(
-        _is_off(seen, name, place) for name, place in wanted.items()
-    )

@@ -14,6 +14,7 @@ from billiard_shot.game.seen import Places, told_outcome
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.turn import AgentError, make_agent, Turn, TurnStage
 
 FIRE = 'fire'
@@ -102,7 +103,7 @@ def play_turn(
     except AgentError as error:
         print(f'  turn        {error}', flush=True)
         return False
-    turn = Turn(client, scene, agent, tell, ask, may_fire, state=state)
+    turn = Turn(GameTable(client, scene), agent, tell, ask, may_fire, state=state)
     print(f'{state.game}: {len(state.object_balls)} balls, player {state.player}', flush=True)
     outcome, message = turn.play()
     print(f'  turn        {message}', flush=True)

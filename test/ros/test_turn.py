@@ -27,6 +27,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
+from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.turn import Turn, TurnStage
 
 SPACE = '/turn'
@@ -74,7 +75,6 @@ class Client:
         return None
 
     create_client = create_subscription
-    destroy_subscription = destroy_client = create_subscription
 
     def count_publishers(self, topic):
         return 0
@@ -121,7 +121,7 @@ def turn_of(client, state, asked=None, agent=None):
         return asked
 
     tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
-    return Turn(client, SCENE, agent or Shooter(), tell, ask, lambda: True, state), told
+    return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, lambda: True, state), told
 
 
 def without(*names):
@@ -207,7 +207,7 @@ def test_three_balls_are_cleared(cell):
         told.append((stage, message, balls))
 
     agent = find_agent('player')(SCENE, 0)
-    turn = Turn(cell.player, SCENE, agent, tell, None, lambda: True, state)
+    turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, lambda: True, state)
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), told
     assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2', '3']
     assert all(not shot.fouls for shot in turn.shots)

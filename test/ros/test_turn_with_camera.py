@@ -11,6 +11,7 @@ from cell import Cell, PATIENT
 from billiard_shot import Scene
 from billiard_shot.game.game import start
 from billiard_shot.game.tournament import find_agent
+from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.turn import Turn
 
 ON_IT = ('-p', 'scene:=robot_table')
@@ -31,8 +32,7 @@ def test_two_balls_are_cleared(node, launch_once):
     state = start('practice', scene, seed=1, balls=2)
     said = []
     turn = Turn(
-        cell.player,
-        scene,
+        GameTable(cell.player, scene),
         find_agent('player')(scene, 1),
         lambda stage, message, *_: said.append(message),
         None,

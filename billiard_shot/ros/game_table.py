@@ -1,0 +1,146 @@
+"""The table of a robot in a game: watches the balls, has them put in their places."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+import math
+from time import monotonic
+from typing import Any
+
+from billiard_shot_msgs.srv import PlaceBalls
+from builtin_interfaces.msg import Time
+from rclpy.client import Client
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from billiard_shot import Scene
+from billiard_shot.cue.lying import positions_of
+from billiard_shot.cue.sightings import Balls
+from billiard_shot.game.seen import Places
+from billiard_shot.game.state import State
+from billiard_shot.ros.client import RobotClient, TableUnknownError
+from billiard_shot.ros.game_conversions import balls_message
+from billiard_shot.ros.node_runner import LATCHED
+
+PLACE_TOLERANCE = 0.01
+"""Largest distance of a ball from its place [m]; the player then decides for where it lies."""
+
+PLACE_TIME = 600.0
+"""Longest time in which balls are put somewhere by hand [s]."""
+
+FORGET_PERIOD = 2.0
+"""Time between two calls that make a tracker forget the balls [s]."""
+
+RECORD_TIME = 5.0
+"""Longest time in which a simulated table publishes its record of a shot [s]."""
+
+
+class GameTable:
+    """
+    The table of a robot, for turns of games.
+
+    It is made once for all turns, because the end of a subscription can deadlock other processes
+    (Fast DDS 3.2).
+
+    Parameters
+    ----------
+    client : RobotClient
+    scene : Scene
+        Table and cue of the robot.
+
+    Attributes
+    ----------
+    records : list of String
+        Records of a simulated table (std_msgs/msg/String).
+
+    """
+
+    def __init__(self, client: RobotClient, scene: Scene) -> None:
+        self.client, self.scene = client, scene
+        self.records: list[String] = []
+        client.create_subscription(String, 'table_sim/shot', self.records.append, LATCHED)
+        self._place: Client[Any, Any] = client.create_client(PlaceBalls, 'table_sim/place')
+        self._forget: Client[Any, Any] = client.create_client(Trigger, 'table_tracker/reset')
+        self._forgot = -math.inf  # time of the last such call [s]
+
+    def places_at_rest(self, strike: Time | None = None) -> Places:
+        """Wait until all balls rest, see `RobotClient.wait_for_rest`; return their places [m]."""
+        return positions_of(self.client.wait_for_rest(strike), self.scene)
+
+    def record(self) -> str:
+        """
+        Record of the last shot by a simulated table, as JSON; '' if the table is not simulated.
+
+        Raises
+        ------
+        TableUnknownError
+            If the simulated table publishes none.
+
+        """
+        if not self.client.count_publishers('table_sim/shot'):
+            return ''
+        if not self.client.until(lambda: self.records, RECORD_TIME):
+            raise TableUnknownError('table_sim/shot: no record of the shot')
+        return str(self.records[-1].data)
+
+    def arrange(self, state: State, tell: Callable[[str, Places], object]) -> State:
+        """
+        Wait until the balls lie as a state says; return the state with their real places.
+
+        If balls lie elsewhere, `tell` is called with a message and with the places of all balls.
+
+        Raises
+        ------
+        TableUnknownError
+            If the balls are not put in their places, or are not known.
+
+        """
+        seen = self.client.wait_for_rest()
+        if _apart(seen, state.balls):
+            what = ', '.join(
+                [
+                    *(f'{name} at ({x:.3f}, {y:.3f}) m' for name, (x, y) in _moves(seen, state)),
+                    *(f'{name} off the table' for name in seen if name not in state.balls),
+                ]
+            )
+            tell(f'put the balls in their places: {what}', state.balls)
+            if self._place.service_is_ready():
+                self._place_simulated(state.balls)
+            if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):
+                raise TableUnknownError(f'the balls were not put in their places: {what}')
+            seen = self.client.wait_for_rest()
+        try:
+            return replace(state, balls=positions_of(seen, self.scene))
+        except ValueError as error:
+            raise TableUnknownError(f'table_state: {error}') from None
+
+    def _lie_at(self, wanted: Places) -> bool:
+        """Whether the balls lie so; a tracker has to forget those that were taken away."""
+        seen, now = self.client.balls(), monotonic()
+        taken = [name for name, ball in seen.items() if not (ball.is_seen or name in wanted)]
+        if taken and now - self._forgot > FORGET_PERIOD and self._forget.service_is_ready():
+            self._forgot = now
+            self._forget.call_async(Trigger.Request())
+        return not _apart(seen, wanted)
+
+    def _place_simulated(self, balls: Places) -> None:
+        request = PlaceBalls.Request(balls=balls_message(balls))
+        answer = self.client.answer(self._place.call_async(request), 'table_sim/place')
+        if not answer.success:
+            raise TableUnknownError(f'table_sim/place: {answer.message}')
+
+
+def _moves(seen: Balls, state: State) -> list[tuple[str, tuple[float, float]]]:
+    """Balls that lie elsewhere, with the places where they belong [m]."""
+    return [(name, place) for name, place in state.balls.items() if _is_off(seen, name, place)]
+
+
+def _is_off(seen: Balls, name: str, place: tuple[float, float]) -> bool:
+    there = seen.get(name)
+    return there is None or math.dist(there.position, place) > PLACE_TOLERANCE
+
+
+def _apart(seen: Balls, wanted: Mapping[str, tuple[float, float]]) -> bool:
+    """Whether a ball lies elsewhere, is missing, or should not be there."""
+    return seen.keys() != wanted.keys() or any(
+        _is_off(seen, name, place) for name, place in wanted.items()
+    )
