@@ -98,13 +98,9 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfIncline, OfUrge
     ----------
     autostart : bool
         Configure and activate the node at start-up.
-    incline_topic : str
-        Topic of the commanded elevation of the cue.
     interface : str
-        How the mechanism is commanded: `topic`, a trajectory on `actuation_topic`, or
+        How the mechanism is commanded: `topic`, a trajectory on `~/actuation`, or
         `follow_joint_trajectory`, goals to the `controller`.
-    actuation_topic : str
-        Topic of the commanded trajectories, if `interface` is `topic`.
     controller : str
         Action of the controller, if `interface` is `follow_joint_trajectory`.
     period : float
@@ -112,19 +108,9 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfIncline, OfUrge
 
     """
 
-    READ_ONLY: ClassVar = (
-        'autostart',
-        'incline_topic',
-        'interface',
-        'actuation_topic',
-        'controller',
-        'niceness',
-        'period',
-    )
+    READ_ONLY: ClassVar = ('autostart', 'interface', 'controller', 'niceness', 'period')
     autostart: bool = False
-    incline_topic: str = topic('~/incline_angle')
     interface: str = checked(TOPIC, _check_interface)
-    actuation_topic: str = topic('~/actuation')
     controller: str = topic('joint_trajectory_controller/follow_joint_trajectory')
     period: float = number('s', minimum=0.001, maximum=0.1, default=0.02)
 
@@ -257,7 +243,7 @@ class CueDriver(LifecycleNode):
         own, names = self._own, self._own.joint_names
         commands: CommandTopic | ControllerClient
         if own.interface == TOPIC:
-            commands = CommandTopic(self, own.actuation_topic, names, own.frame)
+            commands = CommandTopic(self, '~/actuation', names, own.frame)
         else:
             accelerations = self._controller.mechanism.accelerations
             commands = ControllerClient(self, own.controller, names, accelerations)
@@ -267,7 +253,7 @@ class CueDriver(LifecycleNode):
         publishers = [
             self.create_publisher(kind, topic, qos)
             for kind, topic, qos in (
-                (Float64, own.incline_topic, 10),
+                (Float64, '~/incline_angle', 10),
                 (CueState, '~/state', EVERY_STATE),
                 (Strike, '~/strike', 10),
                 (JointState, 'joint_states', 10),

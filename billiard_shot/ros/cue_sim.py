@@ -18,7 +18,7 @@ from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
-from billiard_shot.ros.cue_parameters import OfMechanism, OfUrgent, topic
+from billiard_shot.ros.cue_parameters import OfMechanism, OfUrgent
 from billiard_shot.ros.node_runner import JOINT_STATES, set_niceness, spin_node, steady_timer
 from billiard_shot.ros.writing_time import nanoseconds, publisher_of, written
 from billiard_shot.scene.fields import number, whole_number
@@ -38,8 +38,6 @@ class CueSimParameters(OfMechanism, OfUrgent):
 
     Parameters
     ----------
-    actuation_topic : str
-        Topic of the commanded trajectories.
     command_timeout : float
         If no command arrives for longer than this, the mechanism stops. A command older than this
         is refused [s].
@@ -51,7 +49,6 @@ class CueSimParameters(OfMechanism, OfUrgent):
     """
 
     READ_ONLY: ClassVar = None
-    actuation_topic: str = topic('cue_driver/actuation')
     command_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
     rate: float = number('Hz', minimum=10.0, maximum=1000.0, default=200.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=0)
@@ -59,7 +56,7 @@ class CueSimParameters(OfMechanism, OfUrgent):
 
 class CueSim(Node):
     """
-    Node that moves as commanded on the topic of its parameter `actuation_topic`.
+    Node that moves as commanded on the topic `cue_driver/actuation`.
 
     That topic has the type trajectory_msgs/msg/JointTrajectory; `header.stamp` identifies the
     command. A trajectory is followed from its first arrival on, as long as it is repeated with the
@@ -101,7 +98,7 @@ class CueSim(Node):
         self._accepted = 0  # number of trajectories so far
         self._refused: tuple[bytes, int] | None = None  # the last refused command
         self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
-        self.create_subscription(JointTrajectoryMessage, own.actuation_topic, self._command, 1)
+        self.create_subscription(JointTrajectoryMessage, 'cue_driver/actuation', self._command, 1)
         self._timer = steady_timer(self, self._period, self._move)
         self.get_logger().info('ready: a simulated mechanism')
 

@@ -18,7 +18,7 @@ from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, requested_scene
-from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene, topic
+from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
 from billiard_shot.ros.parameters import OfTable
 from billiard_shot.scene import Scene
@@ -39,8 +39,6 @@ class TableSimParameters(OfTable, OfGuidedScene):
 
     Parameters
     ----------
-    strike_topic : str
-        Topic of the measured strikes.
     rate : float
         Rate at which the balls are published [Hz].
     real_time_factor : float
@@ -52,8 +50,7 @@ class TableSimParameters(OfTable, OfGuidedScene):
 
     """
 
-    READ_ONLY: ClassVar = ('scene', 'strike_topic', 'rate', 'real_time_factor', 'camera', 'seed')
-    strike_topic: str = topic('cue_driver/strike')
+    READ_ONLY: ClassVar = ('scene', 'rate', 'real_time_factor', 'camera', 'seed')
     rate: float = number('Hz', minimum=1.0, maximum=1000.0, default=30.0)
     real_time_factor: float = number('', minimum=1e-3, maximum=1e6, default=1.0)
     camera: bool = False
@@ -85,7 +82,7 @@ class TableSim(Node):
     """
     Node that publishes `table_state` (billiard_shot_msgs/msg/TableState), latched.
 
-    At first the balls lie as in the scene. A strike on the topic of the parameter `strike_topic`
+    At first the balls lie as in the scene. A strike on the topic `cue_driver/strike`
     (billiard_shot_msgs/msg/Strike) sets them in motion, and they stay where they come to rest. A
     strike is ignored while balls still move. If a strike is not solved, the balls stay. Balls that
     have left the table count as pocketed. The state is published at the rate of a camera, and less
@@ -119,7 +116,7 @@ class TableSim(Node):
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._put(self._scene)
         steady_timer(self, 1.0 / own.rate, self._see)
-        self.create_subscription(Strike, own.strike_topic, self._strike, 10)
+        self.create_subscription(Strike, 'cue_driver/strike', self._strike, 10)
         self.create_service(Trigger, '~/reset', self._answer_reset)
         self.create_service(PlaceBalls, '~/place', self._answer_place)
         self.get_logger().info('ready: a simulated table')

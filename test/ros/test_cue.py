@@ -456,11 +456,10 @@ def long_lease(domain, monkeypatch, tmp_path):
         ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
         ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
         ('cue_driver', 'estop_timeout:=.nan', 'estop_timeout'),
-        ('cue_driver', 'incline_topic:=9x', 'incline_topic'),
+        ('cue_driver', 'controller:=9x', 'controller'),
         ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
         ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
         ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
-        ('table_sim', 'strike_topic:=a~b', 'strike_topic'),
         ('table_tracker', 'window:=many', 'window'),
     ],
 )

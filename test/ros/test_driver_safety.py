@@ -56,8 +56,8 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
         '__node:=second_driver',
         '-p',
         'autostart:=true',
-        '-p',
-        'actuation_topic:=cue_driver/actuation',
+        '-r',
+        '~/actuation:=cue_driver/actuation',
     )
     cell.reach(SafetyState.FAULT)
     assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
@@ -373,8 +373,8 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
         '__node:=second_sim',
         '-r',
         'joint_states:=other_joint_states',
-        '-p',
-        'actuation_topic:=elsewhere',
+        '-r',
+        'cue_driver/actuation:=elsewhere',
     )
     assert cell.player.until(publisher.get_subscription_count, PATIENCE)
 
