@@ -16,13 +16,13 @@ import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import check_goal, remember, ShotGoal
+from billiard_shot.cue.goals import check_goal, remember
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import aim_trajectory, prepare_shot
+from billiard_shot.cue.plan import aim_trajectory, prepare_shot, ShotPlan
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
@@ -204,13 +204,15 @@ class Controller:
 
     # --- requests -------------------------------------------------------------------------------
 
-    def execute(self, goal: ShotGoal, clock: Callable[[], float]) -> None:
+    def execute(self, plan: ShotPlan, remaining: float, clock: Callable[[], float]) -> None:
         """
-        Begin to execute a goal; `on_result` is called when it ends.
+        Begin to execute a plan; `on_result` is called when it ends.
 
         Parameters
         ----------
-        goal : ShotGoal
+        plan : ShotPlan
+        remaining : float
+            Time for which the goal remains valid [s].
         clock : callable
             Reads the steady clock [s]. It is called again before the motion begins, because the
             preparation of a shot takes long.
@@ -232,24 +234,24 @@ class Controller:
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
             raise RefusedError(GoalOutcome.NOT_READY, moving)
-        check_goal(goal, self._played, self._settings.max_goal_validity)
+        check_goal(plan.shot_id, remaining, self._played, self._settings.max_goal_validity)
         if problem := self.table_problem(now):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
-        if problem := self.table.moved(goal.plan.balls):
+        if problem := self.table.moved(plan.balls):
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
-        shot = prepare_shot(self.mechanism, self._scene, goal.plan)
-        expires, expiry = now + goal.remaining, self.clock.time + goal.remaining
+        shot = prepare_shot(self.mechanism, self._scene, plan)
+        expires, expiry = now + remaining, self.clock.time + remaining
         now = clock()
         self._notice_pause(now)
         aim = aim_trajectory(self.mechanism, self.position, shot.aimed)
         self._execution = Execution(
-            shot, expires, expiry, StrikeDetector(self.mechanism, shot.profile, goal.plan.shot_id)
+            shot, expires, expiry, StrikeDetector(self.mechanism, shot.profile, plan.shot_id)
         )
-        decision = self._event(SafetyEvent.AIM, now, f'shot {goal.plan.shot_id!r}')
+        decision = self._event(SafetyEvent.AIM, now, f'shot {plan.shot_id!r}')
         if not decision.accepted:
             self._execution = None
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
-        remember(goal.plan.shot_id, self._played)
+        remember(plan.shot_id, self._played)
         self._start(aim, now)
 
     def arm(self, shot_id: str, now: float) -> SafetyDecision:

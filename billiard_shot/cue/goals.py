@@ -1,30 +1,11 @@
 """Goals to play a shot: each shot is played once, and within a limited time."""
 
 from collections.abc import Container
-from dataclasses import dataclass
 
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import ShotPlan
 
 REMEMBERED = 10_000
 """Number of shot ids that are remembered; the oldest is dropped first."""
-
-
-@dataclass(frozen=True, slots=True)
-class ShotGoal:
-    """
-    A goal to play a plan.
-
-    Parameters
-    ----------
-    plan : ShotPlan
-    remaining : float
-        Time for which the goal remains valid [s].
-
-    """
-
-    plan: ShotPlan
-    remaining: float
 
 
 def remember(shot_id: str, played: dict[str, None]) -> None:
@@ -34,17 +15,11 @@ def remember(shot_id: str, played: dict[str, None]) -> None:
         del played[next(iter(played))]
 
 
-def check_goal(goal: ShotGoal, played: Container[str], max_validity: float) -> None:
+def check_goal(
+    shot_id: str, remaining: float, played: Container[str], max_validity: float
+) -> None:
     """
-    Check whether a goal may be played.
-
-    Parameters
-    ----------
-    goal : ShotGoal
-    played : container of str
-        Ids of the shots for which the cue has been aimed.
-    max_validity : float
-        Longest time for which a goal may be valid [s].
+    Check that a shot is new, and that its goal is valid for a time [s] up to `max_validity`.
 
     Raises
     ------
@@ -52,19 +27,18 @@ def check_goal(goal: ShotGoal, played: Container[str], max_validity: float) -> N
         ALREADY_PLAYED, ALREADY_EXPIRED or INVALID_PLAN, with the reason.
 
     """
-    if goal.plan.shot_id in played:
+    if shot_id in played:
         raise RefusedError(
             GoalOutcome.ALREADY_PLAYED,
-            f'shot_id must be new, got {goal.plan.shot_id!r}: the cue has been aimed for it '
-            'before',
+            f'shot_id must be new, got {shot_id!r}: the cue has been aimed for it before',
         )
-    if not goal.remaining > 0.0:
+    if not remaining > 0.0:
         raise RefusedError(
             GoalOutcome.ALREADY_EXPIRED,
-            f'expiry must be ahead of now, got {-goal.remaining:.3g} s ago',
+            f'expiry must be ahead of now, got {-remaining:.3g} s ago',
         )
-    if goal.remaining > max_validity:
+    if remaining > max_validity:
         raise RefusedError(
             GoalOutcome.INVALID_PLAN,
-            f'expiry must be at most {max_validity:g} s ahead, got {goal.remaining:.6g} s',
+            f'expiry must be at most {max_validity:g} s ahead, got {remaining:.6g} s',
         )

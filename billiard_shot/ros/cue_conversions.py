@@ -3,7 +3,7 @@
 from collections.abc import Container, Mapping, Sequence
 
 from billiard_shot_msgs.action import ExecuteShot
-from billiard_shot_msgs.msg import BallState, CueState, Plan, Strike, TableState
+from billiard_shot_msgs.msg import BallState, Plan, Strike, TableState
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -18,7 +18,6 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.cue import joint_trajectory
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Result
-from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
@@ -61,9 +60,9 @@ def plan_message(plan: ShotPlan, header: Header) -> Plan:
     )
 
 
-def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
+def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
     """
-    Read a goal message at ROS time `now`; the frame of the table is `frame`.
+    Read a plan; the frame of the table is `frame`.
 
     Raises
     ------
@@ -71,14 +70,13 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
         INVALID_PLAN, if the message is in another frame, or its balls are invalid.
 
     """
-    message = goal.plan
     try:
         check_frame('plan.header.frame_id', message.header, frame)
         balls = sightings_of(message.balls, field='plan.balls')
     except BadRequestError as error:
         raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from None
     position, turn = message.cue_pose.position, message.cue_pose.orientation
-    plan = ShotPlan(
+    return ShotPlan(
         message.shot_id,
         (position.x, position.y, position.z),
         (turn.x, turn.y, turn.z, turn.w),
@@ -86,7 +84,6 @@ def shot_goal_of(goal: ExecuteShot.Goal, now: Time, frame: str) -> ShotGoal:
         message.elevation,
         balls,
     )
-    return ShotGoal(plan, seconds(goal.expiry) - seconds(now))
 
 
 def execution_result(result: Result, strike: Strike) -> ExecuteShot.Result:
@@ -126,16 +123,6 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
     return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
-
-
-def cue_state_message(controller: Controller, stamp: Time) -> CueState:
-    """Message of the state of the cue."""
-    return CueState(
-        header=Header(stamp=stamp),
-        state=int(controller.state),
-        reason=controller.reason,
-        shot_id=controller.shot_id,
-    )
 
 
 def health(controller: Controller, life: str, now: float) -> dict[str, str]:

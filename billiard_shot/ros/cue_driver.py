@@ -16,7 +16,7 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Bool, Float64, Header
 from std_srvs.srv import Trigger
 
 from billiard_shot import machine_code
@@ -32,7 +32,7 @@ from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.command_topic import CommandTopic
 from billiard_shot.ros.controller_client import ControllerClient
-from billiard_shot.ros.conversions import check_frame, sightings_of
+from billiard_shot.ros.conversions import check_frame, seconds, sightings_of
 from billiard_shot.ros.cue_parameters import (
     guided_scene,
     OfGuidedScene,
@@ -406,8 +406,9 @@ class CueDriver(LifecycleNode):
         now = self.get_clock().now()
         self._decided = now.nanoseconds
         try:
-            request = conversions.shot_goal_of(goal.request, now.to_msg(), self._own.frame)
-            self._controller.execute(request, steady_time)
+            remaining = seconds(goal.request.expiry) - seconds(now.to_msg())
+            plan = conversions.shot_plan_of(goal.request.plan, self._own.frame)
+            self._controller.execute(plan, remaining, steady_time)
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
             return _aborted(goal, error.outcome, str(error))
@@ -516,7 +517,12 @@ class CueDriver(LifecycleNode):
             self._ended.set_result(result)
 
     def _state_message(self) -> CueState:
-        return conversions.cue_state_message(self._controller, self.get_clock().now().to_msg())
+        return CueState(
+            header=Header(stamp=self.get_clock().now().to_msg()),
+            state=int(self._controller.state),
+            reason=self._controller.reason,
+            shot_id=self._controller.shot_id,
+        )
 
     def _publish_diagnostics(self) -> None:
         now = steady_time()

@@ -10,7 +10,6 @@ import numpy as np
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Result, Settings
-from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import ShotPlan
@@ -143,8 +142,7 @@ class Bench:
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
 
     def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', remaining=60.0):
-        goal = ShotGoal(plan_of(shot, shot_id=shot_id), remaining)
-        self.controller.execute(goal, lambda: self.now)
+        self.controller.execute(plan_of(shot, shot_id=shot_id), remaining, lambda: self.now)
 
     def arm(self):
         return self.controller.arm(self.controller.shot_id, self.now)

@@ -16,7 +16,6 @@ import pytest
 
 from billiard_shot.cue.controller import Controller, RECOVERY
 from billiard_shot.cue.execution import Settings
-from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.cue.safety import MOVING, SafetyState
@@ -201,7 +200,7 @@ class AnyEvents(RuleBasedStateMachine):
     def send_goal(self, plan, number, remaining):
         plan = replace(plan, shot_id=str(number))
         try:
-            self.controller.execute(ShotGoal(plan, remaining), lambda: self.now)
+            self.controller.execute(plan, remaining, lambda: self.now)
         except RefusedError:
             return
         assert plan.shot_id not in self.used

@@ -8,7 +8,6 @@ from plans import Bench, contact_of, plan_of, SHOTS
 import pytest
 
 from billiard_shot.cue.execution import Settings
-from billiard_shot.cue.goals import ShotGoal
 from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
@@ -73,7 +72,7 @@ def test_shots_in_a_row(bench):
     for i, shot in enumerate(shots):
         bench.states.clear()
         plan = plan_of(shot, shot_id=f'shot {i}')
-        bench.controller.execute(ShotGoal(plan, 60.0), lambda: bench.now)
+        bench.controller.execute(plan, 60.0, lambda: bench.now)
         bench.reach(SafetyState.AIMED)
         assert bench.arm().accepted
         bench.reach(SafetyState.DISARMED)
@@ -394,22 +393,22 @@ def test_a_ball_that_has_moved_while_it_was_hidden(bench):
 
 
 def test_refusals_before_anything_moves(bench):
-    def refused(goal):
+    def refused(plan, remaining=60.0):
         with pytest.raises(RefusedError) as caught:
-            bench.controller.execute(goal, lambda: bench.now)
+            bench.controller.execute(plan, remaining, lambda: bench.now)
         return caught.value.outcome
 
     plan = plan_of(SHOT)
     bench.balls = {'cue': (0.1, 0.0)}
     bench.run(0.02)
-    assert refused(ShotGoal(plan, 60.0)) is GoalOutcome.TABLE_DIFFERS
+    assert refused(plan) is GoalOutcome.TABLE_DIFFERS
     bench.balls = {'cue': (0.0, 0.0)}
     bench.run(0.02)
-    assert refused(ShotGoal(plan, -1.0)) is GoalOutcome.ALREADY_EXPIRED
+    assert refused(plan, -1.0) is GoalOutcome.ALREADY_EXPIRED
     fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
-    assert refused(ShotGoal(fast, 60.0)) is GoalOutcome.SPEED_OUT_OF_LIMITS
+    assert refused(fast) is GoalOutcome.SPEED_OUT_OF_LIMITS
     bench.send_goal(SHOT)
-    assert refused(ShotGoal(plan, 60.0)) is GoalOutcome.BUSY
+    assert refused(plan) is GoalOutcome.BUSY
     assert bench.states == [SafetyState.AIMING]
 
 
@@ -511,7 +510,8 @@ def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
     before = iter([bench.now])
     with pytest.raises(RefusedError, match='because this process paused') as caught:
         bench.controller.execute(
-            ShotGoal(plan_of(SHOT), 60.0),
+            plan_of(SHOT),
+            60.0,
             lambda: next(before, bench.now + Settings().max_pause + 0.01),
         )
     assert caught.value.outcome is GoalOutcome.NOT_READY

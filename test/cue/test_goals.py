@@ -1,27 +1,22 @@
-from plans import plan_of
 import pytest
 
-from billiard_shot.cue.goals import check_goal, remember, REMEMBERED, ShotGoal
+from billiard_shot.cue.goals import check_goal, remember, REMEMBERED
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 
 
-def goal_of(shot_id='shot', remaining=60.0):
-    return ShotGoal(plan_of((0.1, 0.1, 0.1, 0.0, 2.0), shot_id=shot_id), remaining)
-
-
-def refusal(goal, played=()):
+def refusal(shot_id='shot', remaining=60.0, played=()):
     with pytest.raises(RefusedError) as caught:
-        check_goal(goal, played, 600.0)
+        check_goal(shot_id, remaining, played, 600.0)
     assert str(caught.value)
     return caught.value.outcome
 
 
 def test_a_shot_is_played_once():
     played = {}
-    check_goal(goal_of('a'), played, 600.0)
+    check_goal('a', 60.0, played, 600.0)
     remember('a', played)
-    assert refusal(goal_of('a'), played) is GoalOutcome.ALREADY_PLAYED
-    check_goal(goal_of('b'), played, 600.0)
+    assert refusal('a', played=played) is GoalOutcome.ALREADY_PLAYED
+    check_goal('b', 60.0, played, 600.0)
 
 
 @pytest.mark.parametrize(
@@ -34,12 +29,12 @@ def test_a_shot_is_played_once():
     ],
 )
 def test_expiry(remaining, outcome):
-    assert refusal(goal_of(remaining=remaining)) is outcome
+    assert refusal(remaining=remaining) is outcome
 
 
 def test_memory_is_bounded():
     played = {}
     for i in range(REMEMBERED + 10):
         remember(str(i), played)
-    assert refusal(goal_of('10'), played) is GoalOutcome.ALREADY_PLAYED
-    check_goal(goal_of('9'), played, 600.0)
+    assert refusal('10', played=played) is GoalOutcome.ALREADY_PLAYED
+    check_goal('9', 60.0, played, 600.0)
