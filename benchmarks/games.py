@@ -22,7 +22,7 @@ from tools.foreign import foreign, SHOTS, their_scene
 from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
-from billiard_shot.game import Call, Decision, find_game, Pairing, play, start, State, summary
+from billiard_shot.game import Call, Decision, Pairing, play, start, State, summary
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.breaks import best_break
@@ -211,20 +211,6 @@ def again(shot, scene):
     return rule_on(state, calls, played.run, refused, played.double_hit).keeps(state.player).mean()
 
 
-def by_balls_left(racks):
-    """Yield how many balls a player has to pot in eight-ball, its pots, and those that kept on."""
-    needs = find_game('eight_ball').needs
-    shots = [
-        (needs(State.from_dict(shot.state), shot.state['player']), shot.kept or shot.end == 'won')
-        for rack in racks
-        for shot in rack.shots
-        if shot.success is not None and rack.players[shot.state['player']] == 'player'
-    ]
-    for left in sorted({left for left, _ in shots}):
-        came = [kept for other, kept in shots if other == left]
-        yield left, len(came), sum(came)
-
-
 def report_on(racks):
     """Print the numbers, and whether they reach the goals."""
     report = Report('Games')
@@ -266,11 +252,11 @@ def as_page(racks):
     lines = [
         '# Games, measured',
         '',
-        'Written by `benchmarks/games.py --write` from racks that were played on',
+        'Written by `benchmarks/games.py --write`, from racks on',
         f'{machine()}.',
-        'The player is `player`, unless another name is stated. The execution noise is that of',
-        'the computer pool tournaments. Intervals are Wilson intervals of 95 %. CPU times are',
-        'those of decisions: median, and 95 %. `--full` plays 60 to 200 racks of each series.',
+        'The player is `player`, unless another name is stated; the execution noise that of the',
+        'computer pool tournaments. Intervals are Wilson intervals of 95 %; CPU times those of',
+        'decisions, median and 95 %. `--full` plays 60 to 200 racks of each series.',
         '',
         '## Practice',
         '',
@@ -293,8 +279,8 @@ def as_page(racks):
         'On a seven-foot table. A break keeps the turn if it is legal and pots a ball without a',
         'scratch. Run-outs and breaks are those of all players that are `player`.',
         '',
-        '| series | won | broken and run out | break kept the turn | visits ended by | CPU (s) |',
-        '|---|---|---|---|---|---|',
+        '| series | won | broken and run out | break kept the turn | visits ended by |',
+        '|---|---|---|---|---|',
     ]
     for key, series in GAMES.items():
         if racks[key]:
@@ -309,15 +295,14 @@ def as_page(racks):
             name = f'`{series.game}` against `{series.players[1]}`'
             lines.append(
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
-                f'{share(kept, made)} | {ends(player)} | {times(player)} |'
+                f'{share(kept, made)} | {ends(player)} |'
             )
     for key, series in RUN_OUT.items():
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
                 f'| `eight_ball`, `{series.players[0]}`, in hand after a break, one visit | '
-                f'{share(run_outs(racks[key]), len(racks[key]))} | | | '
-                f'{ends(player)} | {times(player)} |'
+                f'{share(run_outs(racks[key]), len(racks[key]))} | | | {ends(player)} |'
             )
     lines += [
         '',
@@ -350,40 +335,28 @@ def as_page(racks):
         '',
         '## Another simulator',
         '',
-        'Eight-ball on a table that players do not know (`benchmarks/tools/foreign.py`): a strike',
-        'without squirt, other frictions, cushions and errors, and fouls put the balls back.',
-        f'Players plan with a scene that `fitted_scene` fitted to {SHOTS} shots on that table, or',
-        'with their own.',
+        'Eight-ball on a table that players do not know (`benchmarks/tools/foreign.py`): no',
+        'squirt, other frictions, cushions, errors and rules of fouls. Players plan with their',
+        f'own scene, or with one that `fitted_scene` fitted to {SHOTS} shots.',
         '',
-        '| scene | won against `greedy` | visits ended by | CPU (s) |',
-        '|---|---|---|---|',
+        '| scene | won against `greedy` | visits ended by |',
+        '|---|---|---|',
     ]
     for key in FOREIGN:
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
                 f'| {"fitted" if key == "foreign-fitted" else "their own"} | '
-                f'{share(player["wins"], len(racks[key]))} | {ends(player)} | {times(player)} |'
+                f'{share(player["wins"], len(racks[key]))} | {ends(player)} |'
             )
-    lines += [
-        '',
-        '## Which shots fail',
-        '',
-        'Pots of `player` in eight-ball, by the number of balls that it has to pot to win.',
-        '',
-        '| balls left | kept the turn or won |',
-        '|---|---|',
-    ]
-    eight = [rack for key in SERIES if SERIES[key].game == 'eight_ball' for rack in racks[key]]
-    lines += [f'| {left} | {share(came, count)} |' for left, count, came in by_balls_left(eight)]
     lines += [
         '',
         '## Stated and measured chances',
         '',
         'Shots of the racks above, by the chance that the player stated: that it keeps its turn.',
-        f'Deciles with fewer than {FEW} shots say little. Racks of all series have the same',
-        'errors, so their shots are not independent. The last column says how often the same',
-        f'strokes keep the turn with {AGAIN} new errors each, by exact predictions.',
+        f'Deciles with fewer than {FEW} shots say little, and racks of all series have the same',
+        f'errors. The last column: the same strokes with {AGAIN} new errors each, by exact',
+        'predictions.',
         '',
         '| stated | kept the turn | with new errors |',
         '|---|---|---|',

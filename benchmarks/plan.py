@@ -88,7 +88,7 @@ def pots(report, clock, count, factor, seed):
     said, found, base = np.array(said), np.array(found), np.array(base)
     name = f'{count} pots at {factor:g} x noise: '
     error = 100.0 * (said - found)
-    report.row(f'{name}said minus measured, mean size', np.abs(error).mean(), 'points', 3.0)
+    report.row(f'{name}mean absolute error of prediction', np.abs(error).mean(), 'points', 3.0)
     # two standard errors: that of either success is at most 2 points
     report.row(f'{name}bias', abs(error.mean()), 'points', 4.8 / count**0.5)
     report.row(f'{name}success, mean', 100.0 * found.mean(), '%')

@@ -78,6 +78,7 @@ def as_table(found):
         '| quantity | measured | limit |',
         '|---|---|---|',
     ]
+    group = ''  # of rows with the same words before a colon, which only the first one shows
     for row in found['rows']:
         if row['name'].startswith(' ') and row['limit'] is None:
             continue  # a detail, which only the benchmark itself prints
@@ -88,7 +89,13 @@ def as_table(found):
             sign = '≤' if row['limit'] > 0.0 else '≥'
             limit = f'{sign} {abs(row["limit"]):.3g}{"" if row["kept"] else ", missed"}'
         name = row['name'].strip().replace('|', '/')
-        name = f'– {name}' if row['name'].startswith(' ') else name
+        before, colon, after = name.partition(': ')
+        if row['name'].startswith(' '):
+            name = f'– {name}'
+        elif colon and before == group:
+            name = f'– {after}'
+        else:
+            group = before
         lines.append(f'| {name} | {row["value"]:.4g}{unit}{cpu} | {limit} |')
     return '\n'.join([*lines, *(f'\n{note}.' for note in found['notes'])])
 

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import combinations
 import math
 from statistics import fmean, median
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from billiard_shot.study.resting_place import resting_place
 from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
-# Total time [s] and number of runs at which a measurement of time ends.
+# Total processor time [s] and number of runs at which a measurement of time ends.
 ENOUGH, MAX_RUNS = 0.02, 51
 ROUNDING = 1e-13  # smaller relative errors are rounding
 
@@ -218,9 +218,9 @@ class Task:
         memory = max(peak() - before, 0.0)
         times: list[float] = []
         while sum(times) < ENOUGH and len(times) < MAX_RUNS:
-            begin = perf_counter()
+            begin = process_time()
             run()
-            times.append(perf_counter() - begin)
+            times.append(process_time() - begin)
         return Measurement(
             self.name,
             self.method.name,
