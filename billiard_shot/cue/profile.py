@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from billiard_shot.cue.joint_trajectory import JointTrajectory, ramp_times, TrajectoryBuilder
-from billiard_shot.cue.limits import check_range, LimitViolation, raise_violations
+from billiard_shot.cue.limits import check_range, raise_violations
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.records import Array
 
@@ -98,10 +98,11 @@ def stroke_profile(
     drive = mechanism.stroke
     raise_violations(check_range('stroke.speed', speed, mechanism.min_speed, drive.speed, 'm/s'))
     weight = mass * gravity * math.sin(elevation)
-    if weight >= mechanism.max_force:
-        raise_violations(
-            [LimitViolation('force', weight, mechanism.max_force, 'N', 'weight along the stroke')]
-        )
+    # a drive that only holds the cue could not brake it
+    strongest = math.nextafter(mechanism.max_force, 0.0)
+    raise_violations(
+        check_range('force', weight, -math.inf, strongest, 'N', 'weight along the stroke')
+    )
     deceleration = min(drive.acceleration, (mechanism.max_force - weight) / mass)
     acceleration = min(drive.acceleration, (mechanism.max_force + weight) / mass)
     profile = StrokeProfile(
