@@ -193,11 +193,10 @@ def sightings_of(
 def ball_message(name: str, ball: Sighting) -> BallState:
     """Message of a ball that is on the table or not seen; its height is that of a ball at rest."""
     xx, xy, yy = ball.covariance
-    x, y = ball.position
     return BallState(
         id=name,
         state=BallState.ON_TABLE if ball.is_seen else BallState.UNKNOWN,
-        position=Point(x=x, y=y),
+        position=filled(Point, ball.position),
         position_covariance=[xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0],
         moving=ball.is_moving,
         last_seen=time_of(ball.time),
@@ -273,8 +272,8 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
     response = PredictShot.Response(
         status=int(shot.status),
         message=shot.message,
-        velocity=_filled(Vector3, shot.velocity),
-        spin=_filled(Vector3, shot.spin),
+        velocity=filled(Vector3, shot.velocity),
+        spin=filled(Vector3, shot.spin),
         cue_speed=float(shot.cue_speed),
         trajectory=trajectory,
         other_balls=others,
@@ -368,9 +367,9 @@ def time_of(seconds: float) -> Time:
     return Time(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
 
 
-def _filled(kind: type, values: Any) -> Any:
-    x, y, z = map(float, values)
-    return kind(x=x, y=y, z=z)
+def filled(kind: type, values: Any) -> Any:
+    """Make a message with the fields x, y, z and w from up to four numbers, in this order."""
+    return kind(**dict(zip('xyzw', map(float, values), strict=False)))
 
 
 def _doubles(values: NDArray[np.float64]) -> 'array[float]':

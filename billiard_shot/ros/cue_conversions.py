@@ -27,6 +27,7 @@ from billiard_shot.ros.conversions import (
     BadRequestError,
     ball_message,
     check_frame,
+    filled,
     seconds,
     sightings_of,
 )
@@ -193,10 +194,10 @@ def table_message(
             BallState(
                 id=name,
                 state=BallState.POCKETED if name in pocketed else BallState.ON_TABLE,
-                position=Point(x=x, y=y, z=z),
+                position=filled(Point, place),
                 moving=name in moving,
             )
-            for name, (x, y, z) in balls.items()
+            for name, place in balls.items()
         ],
     )
 
@@ -301,8 +302,4 @@ def joints_message(
 
 def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
     """Message of a position [m] and a quaternion x y z w."""
-    x, y, z = map(float, position)
-    return Pose(
-        position=Point(x=x, y=y, z=z),
-        orientation=Quaternion(**dict(zip('xyzw', map(float, quaternion), strict=True))),
-    )
+    return Pose(position=filled(Point, position), orientation=filled(Quaternion, quaternion))

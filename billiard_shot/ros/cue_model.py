@@ -17,6 +17,7 @@ from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import transforms
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import parameters
+from billiard_shot.ros.conversions import filled
 from billiard_shot.ros.cue_parameters import OfIncline, OfMechanism
 from billiard_shot.ros.node_runner import LATCHED, spin_node
 from billiard_shot.ros.parameters import OfTable
@@ -96,10 +97,8 @@ class CueModel(Node):
                         header=Header(frame_id=each.parent, stamp=message.header.stamp),
                         child_frame_id=each.child,
                         transform=Transform(
-                            translation=Vector3(
-                                **dict(zip('xyz', each.translation.tolist(), strict=True))
-                            ),
-                            rotation=Quaternion(**dict(zip('xyzw', each.quaternion, strict=True))),
+                            translation=filled(Vector3, each.translation),
+                            rotation=filled(Quaternion, each.quaternion),
                         ),
                     )
                     for each in found

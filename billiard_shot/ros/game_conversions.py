@@ -10,6 +10,7 @@ from geometry_msgs.msg import Point
 from billiard_shot.game.game import find_game
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
+from billiard_shot.ros.conversions import filled
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -67,7 +68,7 @@ def game_state_message(state: State) -> GameState:
 
 def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:
     """Message of balls at rest at their places (x, y) [m]."""
-    return [BallState(id=name, position=Point(x=x, y=y)) for name, (x, y) in balls.items()]
+    return [BallState(id=name, position=filled(Point, place)) for name, place in balls.items()]
 
 
 def shot_message(

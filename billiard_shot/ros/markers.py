@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from billiard_shot.ros.conversions import filled
+
 SIDES = 24  # of the polygon for a circle
 
 
@@ -104,10 +106,8 @@ def _shape(
 ) -> Marker:
     marker = Marker(ns=namespace, type=kind, action=Marker.ADD, color=paint)
     marker.pose.orientation.w = 1.0
-    x, y, z = np.asarray(centre, float).tolist()
-    marker.pose.position = Point(x=x, y=y, z=z)
-    x, y, z = np.asarray(size, float).tolist()
-    marker.scale = Vector3(x=x, y=y, z=z)
+    marker.pose.position = filled(Point, centre)
+    marker.scale = filled(Vector3, size)
     return marker
 
 

@@ -16,6 +16,7 @@ from billiard_shot.cue.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.ros.conversions import (
     check_frame,
+    filled,
     requested_scene,
     sightings_of,
     table_scene,
@@ -198,21 +199,23 @@ def target_message(target: Mapping[str, Any]) -> Target:
     """
     match targets.read_target(target):
         case targets.Rest(point, radius):
-            return Target(kind=Target.REST, point=_flat(Point, point), radius=radius)
+            return Target(kind=Target.REST, point=filled(Point, point), radius=radius)
         case targets.Pass(point, radius):
-            return Target(kind=Target.PASS, point=_flat(Point, point), radius=radius)
+            return Target(kind=Target.PASS, point=filled(Point, point), radius=radius)
         case targets.Gate((point, other)):
             return Target(
-                kind=Target.GATE, point=_flat(Point, point), other_point=_flat(Point, other)
+                kind=Target.GATE,
+                point=filled(Point, point),
+                other_point=filled(Point, other),
             )
         case targets.Hit(ball, direction, direction_tolerance_deg, point, radius):
             return Target(
                 kind=Target.HIT,
                 balls=[ball],
-                point=_flat(Point, point),
+                point=filled(Point, point or ()),
                 radius=radius,
                 use_point=point is not None,
-                direction=_flat(Vector3, direction),
+                direction=filled(Vector3, direction or ()),
                 use_direction=direction is not None,
                 within=math.radians(direction_tolerance_deg),
             )
@@ -221,16 +224,11 @@ def target_message(target: Mapping[str, Any]) -> Target:
                 kind=Target.POT,
                 balls=[] if targets.ANY in balls else balls,
                 pockets=[] if targets.ANY in pockets else pockets,
-                point=_flat(Point, point),
+                point=filled(Point, point or ()),
                 use_point=point is not None,
                 radius=radius,
             )
     raise ValueError(f'target must be rest, pass, gate, hit or pot, got {dict(target)!r}')
-
-
-def _flat(kind: type, place: tuple[float, float] | None) -> Any:
-    x, y = place or (0.0, 0.0)
-    return kind(x=x, y=y)
 
 
 def plan_result(

@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 from billiard_shot import predict
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import check_frame, requested_scene
+from billiard_shot.ros.conversions import check_frame, filled, requested_scene
 from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
 from billiard_shot.ros.parameters import OfTable
@@ -233,8 +233,9 @@ def detections_message(
             continue
         result = ObjectHypothesisWithPose()
         result.hypothesis.class_id, result.hypothesis.score = label, 1.0
-        x, y, z = (place + random.normal(0.0, errors.detection_noise, 3)).tolist()
-        result.pose.pose.position = Point(x=x, y=y, z=z)
+        result.pose.pose.position = filled(
+            Point, place + random.normal(0.0, errors.detection_noise, 3)
+        )
         result.pose.covariance = (
             errors.detection_noise**2 * np.diag([1.0, 1, 1, 0, 0, 0])
         ).ravel()
