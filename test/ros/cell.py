@@ -10,6 +10,7 @@ from billiard_shot_msgs.msg import Strike
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
+import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
@@ -126,6 +127,9 @@ class Cell:
         """End the processes, then the player, whose endpoints others would discover in vain."""
         self.launch.close()
         self.player.destroy_node()
+        # Until it waits again, the executor keeps what it waited for: the next player would see
+        # safety inputs of an unknown node.
+        rclpy.get_global_executor().spin_once(timeout_sec=0.0)
 
     def wait_for_services(self, *more):
         """Wait, and go on saying that all is well."""
