@@ -28,7 +28,7 @@ from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.processes import quiet_environment, running
 from billiard_shot.ros.service_caller import ServiceCaller
 
 PLANNING = """
@@ -91,24 +91,17 @@ def main():
         file.write(DRIVES)
         file.flush()
         os.environ.update(quiet_environment(domain))
-        quick = ('-p', f'mechanism:={file.name}', '--log-level', 'error')
-        nodes = [
-            ('-m', 'billiard_shot.ros.cue_driver', '--ros-args', '-p', 'autostart:=true', *quick),
-            ('-m', 'billiard_shot.ros.cue_sim', '--ros-args', *quick),
-            (
-                '-m',
-                'billiard_shot.ros.table_sim',
-                '--ros-args',
-                '-p',
-                'real_time_factor:=1000.0',
-                '--log-level',
-                'error',
-            ),
-            ('-m', 'billiard_shot.ros.predictor', '--ros-args', '--log-level', 'error'),
-        ]
+        quiet = ('--log-level', 'error')
+        quick = ('-p', f'mechanism:={file.name}', *quiet)
+        nodes = {
+            'cue_driver': ('-p', 'autostart:=true', *quick),
+            'cue_sim': quick,
+            'table_sim': ('-p', 'real_time_factor:=1000.0', *quiet),
+            'predictor': quiet,
+        }
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, -10)  # as a mechanism, which has its own processor
-        with processes(nodes) as running, initialized():
+        with running(nodes, os.environ) as cell, initialized():
             player = RobotClient(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
@@ -127,7 +120,7 @@ def main():
                     limit,
                 )
             failed, *_ = play(player, clear_fault, reset, 50)
-            before = [resident(process) for process in running]
+            before = [resident(process) for process in cell.values()]
             begin = perf_counter()
             more, speed, angle = play(player, clear_fault, reset, options.shots)
             report.row(
@@ -139,13 +132,8 @@ def main():
             report.row('a shot', (perf_counter() - begin) / options.shots, 's')
             report.row('speed at contact, worst error', 100 * speed, '%', 0.5)
             report.row('elevation at contact, worst error', angle, 'degrees', 0.02)
-            for command, process, was in zip(nodes, running, before, strict=True):
-                report.row(
-                    f'{command[1].split(".")[-1]}: memory grown by',
-                    resident(process) - was,
-                    'MB',
-                    5.0,
-                )
+            for (name, process), was in zip(cell.items(), before, strict=True):
+                report.row(f'{name}: memory grown by', resident(process) - was, 'MB', 5.0)
     report.end()
 
 

@@ -28,7 +28,7 @@ from tools.timing import QUICK, Report
 
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.processes import quiet_environment, running
 
 LIMITS = {'cue_driver': 10.0, 'cue_sim': 5.0, 'cue_model': 5.0, 'table_display': 5.0}
 """Largest processor time at rest, by node [% of a core]."""
@@ -72,15 +72,15 @@ def processor_time(process):
     return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-def fractions_at_rest(player, running, seconds):
+def fractions_at_rest(player, nodes, seconds):
     """Processor time of processes while nothing happens [% of a core]."""
-    before = [processor_time(each) for each in running]
+    before = [processor_time(each) for each in nodes]
     begin = perf_counter()
     player.until(lambda: False, seconds)
     elapsed = perf_counter() - begin
     return [
         100.0 * (processor_time(each) - was) / elapsed
-        for each, was in zip(running, before, strict=True)
+        for each, was in zip(nodes, before, strict=True)
     ]
 
 
@@ -93,22 +93,19 @@ def main():
     report = Report('The driver, at rest and under a flood')
     with domain_id() as domain:
         os.environ.update(quiet_environment(domain))
-        nodes = {**dict.fromkeys(LIMITS, ()), 'table_sim': ()}
-        nodes['cue_driver'] = ('-p', 'autostart:=true')
+        quiet = ('--log-level', 'error')
+        nodes = dict.fromkeys((*LIMITS, 'table_sim', 'predictor'), quiet)
+        nodes['cue_driver'] = ('-p', 'autostart:=true', *quiet)
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, 0, -10)  # the safety inputs come from this process
-        commands = [
-            ('-m', f'billiard_shot.ros.{name}', '--ros-args', *words, '--log-level', 'error')
-            for name, words in {**nodes, 'predictor': ()}.items()
-        ]
-        with processes(commands) as running, initialized():
+        with running(nodes, os.environ) as cell, initialized():
             player = RobotClient(simulate_safety_inputs=True)
             gc.freeze()
             player.wait_for_all()
             player.until(lambda: False, 3.0)
-            for name, used in zip(
-                LIMITS, fractions_at_rest(player, running, options.seconds), strict=False
-            ):
+            measured = [cell[name] for name in LIMITS]
+            used_at_rest = fractions_at_rest(player, measured, options.seconds)
+            for name, used in zip(LIMITS, used_at_rest, strict=True):
                 report.row(f'{name} at rest', used, '% of a core', LIMITS[name])
             for name, program in FLOODS.items():
                 with processes([('-c', program)]):
