@@ -75,8 +75,6 @@ class PlannerParameters(OfTable):
         Time after which a search ends with its best stroke; 0: none [s].
     seed : int
         Seed of all random numbers, if the goal does not give one.
-    noise_scale : float
-        Factor on the standard deviations of the scene's noise.
 
     """
 
@@ -85,7 +83,6 @@ class PlannerParameters(OfTable):
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
     time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
-    noise_scale: float = number('', minimum=0.0, maximum=100.0, default=1.0)
 
 
 class Search:
@@ -170,7 +167,7 @@ class Planner(Node):
         self._default = PlanRequest(
             scene,
             yaml.safe_load(own.target),
-            scene.noise.times(own.noise_scale),
+            scene.noise,
             {name: value for name, value in limits.items() if value != usual[name]},
             own.budget,
             own.seed,

@@ -27,6 +27,9 @@ from billiard_shot.ros.parameters import check_scene, checked, MAX_SAMPLES, OfTa
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
 
+PATH_SAMPLES = 200
+"""Number of poses on the topic `~/path`."""
+
 SHOW_DELAY = 0.05
 """Delay from an answer to its path and markers [s]; of several answers, the last is shown."""
 
@@ -45,15 +48,12 @@ class PredictorParameters(OfTable):
     sample_count : int
         Samples in the trajectory of an answer, if the request does not give a number. With 0
         there are samples at the start, at changes of motion, and at rest.
-    path_samples : int
-        Number of poses on the topic `~/path`.
 
     """
 
     scene: str = checked('paper', check_scene)
     tolerance: float = number('m', minimum=1e-12, maximum=1.0, default=1e-4)
     sample_count: int = whole_number(minimum=0, maximum=MAX_SAMPLES, default=0)
-    path_samples: int = whole_number(minimum=2, maximum=MAX_SAMPLES, default=200)
 
 
 class Predictor(Node):
@@ -159,9 +159,7 @@ class Predictor(Node):
             return
         header = parameters.table_header(self)
         self._path.publish(
-            display.path_of(
-                conversions.trajectory_message(shot.trajectory, self._own.path_samples), header
-            )
+            display.path_of(conversions.trajectory_message(shot.trajectory, PATH_SAMPLES), header)
         )
         self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))

@@ -25,6 +25,9 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number
 from billiard_shot.table.outline import outline_of
 
+REPEAT_PERIOD = 0.2
+"""Time after which table_state is repeated if there are no detections [s]."""
+
 
 def class_names_of(pairs: list[str]) -> dict[str, str]:
     """
@@ -62,17 +65,14 @@ class TableTrackerParameters(OfTable):
         covariance [m].
     min_score : float
         Smallest score of a detection that is used.
-    repeat_period : float
-        Time after which table_state is repeated if there are no detections [s].
 
     """
 
-    READ_ONLY: ClassVar = ('scene', 'class_names', 'detection_noise', 'min_score', 'repeat_period')
+    READ_ONLY: ClassVar = ('scene', 'class_names', 'detection_noise', 'min_score')
     scene: str = checked('paper', check_scene)
     class_names: list[str] = checked(['cue=cue'], class_names_of)
     detection_noise: float = number('m', minimum=1e-6, maximum=0.1, default=0.0005)
     min_score: float = number('', minimum=0.0, maximum=1.0, default=0.5)
-    repeat_period: float = number('s', minimum=0.01, maximum=10.0, default=0.2)
 
 
 class TableTracker(Node):
@@ -108,7 +108,7 @@ class TableTracker(Node):
             detections_type, 'detections', self._on_detections, qos_profile_sensor_data
         )
         self.create_service(Trigger, '~/reset', self._reset)
-        self._repeat = steady_timer(self, own.repeat_period, self._publish)
+        self._repeat = steady_timer(self, REPEAT_PERIOD, self._publish)
         self.get_logger().info('ready: tracks balls')
 
     def _on_detections(self, message: Any) -> None:

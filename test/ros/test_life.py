@@ -71,8 +71,6 @@ def test_a_signal_during_a_finalizer_ends_a_node():
 
 FAILING = """
 import os
-import re
-import re
 import signal
 
 from rclpy.node import Node
@@ -114,7 +112,6 @@ def test_a_node_that_survives_errors_goes_on():
         ('tolerance:=.nan', 'tolerance'),
         ('tolerance:=1', 'tolerance'),
         ('sample_count:=-1', 'sample_count'),
-        ('path_samples:=1', 'path_samples'),
     ],
 )
 def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
