@@ -2,9 +2,9 @@
 Run all nodes and their clients, each in its own process: `make demo`.
 
 First the predictor answers for the shots of the paper. Then the simulated mechanical cue plays
-shots on a simulated table, and the outcomes are compared with the predictions. Then the planner
-finds the strokes, and at the end the player clears three balls of a pool table. The ROS domain is
-private, so that neither a robot nor a second demo can interfere.
+strokes on a simulated table, two that are given and one that the planner finds, and the outcomes
+are compared with the predictions. At the end the player clears three balls of a pool table. The
+ROS domain is private, so that neither a robot nor a second demo can interfere.
 """
 
 from pathlib import Path
@@ -25,10 +25,10 @@ DEMO_SCENE = 'robot_table'
 """Scene of the mechanical cue."""
 
 ON_IT, WARN = ('-p', f'scene:={DEMO_SCENE}'), ('--log-level', 'warn')
-DEMO_PREDICTOR = {'predictor': ('-p', 'scene:=paper')}
+DEMO_PREDICTOR = {'predictor': ('-p', 'scene:=paper', *WARN)}
 NODES = {
     'predictor': (*ON_IT, *WARN),
-    'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, *WARN),
+    'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, '--log-level', 'error'),
     'cue_sim': (*SIMULATION, '-p', 'rate:=100.0', *WARN),
     'table_sim': (*ON_IT, '-p', 'real_time_factor:=4.0', *WARN),
     'planner': (*ON_IT, *WARN),
@@ -38,23 +38,23 @@ NODES = {
 STROKE_FILE = Path(__file__).with_name('demo_strokes.yaml')
 """Strokes that are played in sequence, each from the resting place of the ball."""
 
-TARGETS = ('{rest: [0.5, -0.3], radius: 0.1}', '{rest: [-0.2, 0.5], radius: 0.1}')
-"""Targets for which strokes are planned and played."""
+TARGET = '{rest: [0.5, -0.3], radius: 0.1}'
+"""Target for which a stroke is planned and played."""
 
-GAME_OPTIONS = ('--game', 'practice', '--balls', '3', '--seed', '0')
+GAME = ('--game', 'practice', '--balls', '3', '--seed', '0')
 """Game that is played: the first three balls lie at random, the cue ball is in hand."""
 
 UNATTENDED = ('--scene', DEMO_SCENE, '--arm', '--simulate-safety-inputs')
 """Options for a simulation without an operator."""
 
+PLAYED = (TARGET, '--budget', '6000', *GAME, *UNATTENDED)
+"""Arguments of the player, after the strokes."""
+
 NEXT = """\
 Three commands to try next, each in its own terminal:
   .venv/bin/robot --simulate
   .venv/bin/predict_shot --a 0.2 --elevation-deg 40 --speed 2
-  .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'     # type fire when it is aimed
-Or, after `.venv/bin/robot --simulate --scene robot_table`, a game in which you fire each shot:
-  .venv/bin/player --simulate-safety-inputs --scene robot_table --game practice --balls 3
-"""
+  .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'  # type fire when it is aimed"""
 
 
 def run_client(name: str, environment: dict[str, str], *arguments: str) -> int:
@@ -68,28 +68,20 @@ def main() -> None:
         environment = quiet_environment(domain)
         print(
             f'All nodes and clients run in their own processes, in the ROS domain {domain}.\n'
-            'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).\n',
+            'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).',
             flush=True,
         )
         with running(DEMO_PREDICTOR, environment):
             strokes = str(config_file('strokes/paper.yaml'))
-            failed = run_client('predict_shot', environment, '--strokes', strokes)
+            failed = run_client('predict_shot', environment, '--brief', '--strokes', strokes)
         if not failed:
             print(
-                'The mechanical cue and the table are simulated: predict, execute, compare.\n',
+                'A simulated cue plays two strokes, a planned one, and a game of three balls:',
                 flush=True,
             )
             with running(NODES, environment):
-                for said, arguments in (
-                    ('', ('--strokes', str(STROKE_FILE))),
-                    ('', (*TARGETS, '--budget', '6000')),
-                    (
-                        '\nThe player clears three balls: decides, aims, fires, watches.\n',
-                        GAME_OPTIONS,
-                    ),
-                ):
-                    print(said, end='', flush=True)
-                    failed = failed or run_client('player', environment, *arguments, *UNATTENDED)
+                strokes = str(STROKE_FILE)
+                failed = run_client('player', environment, '--strokes', strokes, *PLAYED)
     if not failed:
         print(NEXT)
     sys.exit(failed)

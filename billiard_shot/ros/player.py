@@ -102,14 +102,14 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
 
     response = client.execute(goal) if arm else client.execute(goal, typed_fire, tell_how_to_fire)
     result = response.result
-    print(f'  executed    {GoalOutcome(result.outcome).name}: {result.message}', flush=True)
+    executed = f'  executed    {GoalOutcome(result.outcome).name}: {result.message}'
     if response.status != GoalStatus.STATUS_SUCCEEDED:
+        print(executed, flush=True)
         return False
     speed = result.strike.speed
     print(
-        f'  measured    {speed:.4f} m/s ({100 * (speed / plan.speed - 1):+.3f} %), '
-        f'elevation {result.elevation:.5f} rad\n'
-        f'  predicted   rests at ({expected[0]:.4f}, {expected[1]:.4f}) m',
+        f'{executed}: {speed:.4f} m/s ({100 * (speed / plan.speed - 1):+.3f} %), '
+        f'elevation {result.elevation:.5f} rad',
         flush=True,
     )
     balls = client.wait_for_rest(result.strike.header.stamp)
@@ -153,14 +153,13 @@ def play_target(client: RobotClient, text: str, options: argparse.Namespace) -> 
     best = result.plans[0]
     success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
     print(
-        f'{text}: planned in {result.compute_time:.2f} s, {result.simulations} strokes '
-        f'simulated\n'
-        f'  plan        {best.kind}, success {success}'
+        f'{text}: {best.kind}, success {success}; {result.simulations} strokes simulated in '
+        f'{result.compute_time:.2f} s'
     )
     if best.warning:
         print(f'  warning     {best.warning}')
     goal = client.goal_to_play(best.plan, options.valid_for)
-    if not play_shot(client, 'planned', goal, options.arm):
+    if not play_shot(client, '  planned', goal, options.arm):
         return False
     reached, words = check_outcome(target, client.balls())
     print(f'  target      {words}', flush=True)
@@ -296,7 +295,7 @@ def main(args: Sequence[str] | None = None) -> None:
         type=_target,
         metavar='TARGET',
         help="YAML as in docs/planning.md, such as '{rest: [0.5, -0.3], radius: 0.1}' or "
-        "'{pot: 8, pocket: any}'; several are played one after the other",
+        "'{pot: 8, pocket: any}'; strokes are played first, then the targets, then the game",
     )
     add_client_arguments(parser)
     add_turn_arguments(parser)
@@ -332,23 +331,23 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     options = parser.parse_args(own_arguments(args))
     plays_game = bool(options.game or options.state)
-    if plays_game + options.serve + bool(options.targets) + strokes_given(options) > 1:
-        parser.error('only one of TARGET, a stroke, a game and --serve can be given')
-    rounds: list[Callable[[RobotClient], bool]]
+    plays = strokes_given(options) or options.targets or plays_game
+    if options.serve and plays:
+        parser.error('--serve must not be given together with a stroke, a TARGET or a game')
+    rounds: list[Callable[[RobotClient], bool]] = []
     try:
         scene = Scene.load(options.scene)
-        if options.targets:
-            rounds = [partial(play_target, text=text, options=options) for text in options.targets]
-        elif options.serve:
+        if options.serve:
             rounds = [lambda client: TurnServer(GameTable(client, scene)).serve()]
-        elif plays_game:
-            state = first_state(options, scene)
-            rounds = [partial(play_turn, state=state, scene=scene, options=options)]
-        else:
-            rounds = [
+        if strokes_given(options) or not (plays or options.serve):  # without any: an error
+            rounds += [
                 partial(play_stroke, stroke=stroke, scene=scene, name=name, options=options)
                 for name, stroke in strokes_from_options(options, scene).items()
             ]
+        rounds += [partial(play_target, text=text, options=options) for text in options.targets]
+        if plays_game:
+            state = first_state(options, scene)
+            rounds.append(partial(play_turn, state=state, scene=scene, options=options))
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
@@ -357,10 +356,10 @@ def main(args: Sequence[str] | None = None) -> None:
             wait_for_library(client)
         if options.targets:
             client.wait_for_planner()
-        if plays_game:
-            client.wait_for_driver()
-        elif not options.serve:
+        if options.targets or strokes_given(options):
             client.wait_for_all()
+        elif plays_game:
+            client.wait_for_driver()
 
     run_player_client(
         lambda: RobotClient(

@@ -37,12 +37,18 @@ def request_of(
     return request
 
 
-def response_text(response: PredictShot.Response) -> str:
-    """Format a response as text: status, ball, cue, and the samples of the trajectories."""
+def response_text(response: PredictShot.Response, brief: bool = False) -> str:
+    """Format a response: status and ball and, unless `brief`, the cue and the trajectories."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
     if status.refused:
         return lines[0]
+    if brief:
+        v, w = response.velocity, response.spin
+        return (
+            f'{lines[0]}\n  ball velocity {v.x:.4f} {v.y:.4f} {v.z:.4f} m/s, '
+            f'spin {w.x:.4f} {w.y:.4f} {w.z:.4f} rad/s'
+        )
     for name, vector, unit in (
         ('velocity', response.velocity, 'm/s'),
         ('spin', response.spin, 'rad/s'),
@@ -75,6 +81,7 @@ def main(args: Sequence[str] | None = None) -> None:
         action='store_true',
         help='with the balls of table_state; otherwise with those of the scenes',
     )
+    parser.add_argument('--brief', action='store_true', help='two lines for each stroke')
     parser.add_argument(
         '--tolerance',
         type=float,
@@ -104,7 +111,7 @@ def main(args: Sequence[str] | None = None) -> None:
             request.use_table_state, request.all_balls = options.table, True
             request.tolerance = options.tolerance
             response = client.predict(request)
-            print(f'{name}: {stroke}\n{response_text(response)}\n', flush=True)
+            print(f'{name}: {stroke}\n{response_text(response, options.brief)}', flush=True)
             refused |= Status(response.status).refused
         return not refused
 

@@ -21,10 +21,8 @@ FIRE = 'fire'
 """What the operator types to fire an aimed shot."""
 
 WORDS = {
-    TurnStage.DECIDE: 'decides',
     TurnStage.PLACE: 'place',
     TurnStage.PLAY: 'plays',
-    TurnStage.WATCH: 'watches',
     TurnStage.RULE: 'unknown',
     TurnStage.JUDGED: 'ruling',
 }
@@ -95,7 +93,8 @@ def play_turn(
     def tell(stage: int, message: str, shot_id: str, balls: Places) -> None:
         if stage == TurnStage.PLAY and not options.arm:
             message += f'; when it is aimed, type {FIRE} and Enter'
-        print(f'  {WORDS[stage]:11} {message}', flush=True)
+        if stage in WORDS:
+            print(f'  {WORDS[stage]:11} {message}', flush=True)
 
     may_fire = (lambda: True) if options.arm else typed_fire
     try:

@@ -284,7 +284,7 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
         (player, '--speed 1 --valid-for -1', 'must be above 0'),
         (player, "'{rest: 3}'", 'rest must be two finite numbers, (x, y), got 3'),
         (player, "'{rest: ['", 'TARGET'),
-        (player, "'{rest: [0, 0]}' --speed 1", 'only one of TARGET, a stroke, a game and --serve'),
+        (player, '--speed 1 --serve', '--serve must not be given together with a stroke'),
         (player, "'{rest: [0, 0]}' --budget -1", 'must be at least 1, got -1'),
     ],
 )
