@@ -105,7 +105,7 @@ def _draw_refinement(axes: Any, stages: Iterable[StoryStage]) -> None:
         best = [100 * population.success.max() for population in stage.refined]
         axes.plot(best, color=colour)
         axes.annotate(
-            stage.name, (len(best) - 1, best[-1]), (0, 8), textcoords='offset points',
+            stage.name, (len(best) - 1, max(best[-2:])), (0, 8), textcoords='offset points',
             color=colour, ha='right', fontsize='small',
         )  # fmt: skip
     axes.set_xticks(range(len(ITERATIONS)), ITERATIONS, fontsize='small')
