@@ -1,27 +1,6 @@
 """
 Start the nodes: `ros2 launch billiard_shot shot.launch.py scene:=robot_table simulate:=true`.
 
-Its arguments:
-    `scene`: name or path of a scene.
-    `mechanism`: path of a YAML file with the mechanism; if empty, the default mechanism.
-    `frame`: name of the table's frame.
-    `params_dir`: folder with a YAML file of parameters per node; default config/ of this package.
-        The arguments above, which all nodes have in common, take precedence.
-    `namespace`: namespace of all nodes, such as `cell1`.
-    `use_sim_time`: true makes all nodes use the time of the topic /clock.
-    `log_level`: logging level of all nodes, such as `debug`, or `cue_driver:=debug`.
-    `cue`: false leaves out the cue_driver, for scenes whose cue is not guided.
-    `simulate`: true also starts a simulated table and, unless `control` is true, a simulated
-        mechanism, with the longer time-outs of config/simulation.yaml.
-    `control`: true commands a joint_trajectory_controller of ros2_control, and starts it with the
-        controllers and the hardware of config/controllers.yaml and of the robot model.
-    `camera`: true starts the table_tracker, which makes table_state from the detections of a
-        camera; with `simulate`, the simulated table publishes the detections.
-    `player`: true starts the node that plays the turns of the action play_turn.
-    `model`: false leaves out the robot model of the mechanical cue and its transforms.
-    `rviz`: true starts RViz, with a view of table, balls, stroke and plan.
-    `autostart`: true configures and activates the cue_driver; false leaves that to the operator.
-
 If a node ends, the launch starts it again after two seconds; the other nodes go on.
 The nodes use the profile config/fastdds.xml of Fast DDS, unless FASTDDS_DEFAULT_PROFILES_FILE
 names another one.
@@ -49,25 +28,48 @@ from launch_ros.substitutions import FindPackageShare
 END_WITH_LAUNCH = 'setpriv --pdeathsig TERM ' if shutil.which('setpriv') else ''
 
 ARGUMENTS = {
-    'scene': ('robot_table', 'Scene, name or path'),
-    'mechanism': ('', 'YAML file of the mechanism; if empty, the default mechanism'),
-    'frame': ('table', "Name of the table's frame"),
+    'scene': ('robot_table', 'name or path of a scene'),
+    'mechanism': (
+        '',
+        'path of a YAML file with the mechanism; if empty, the default mechanism',
+    ),
+    'frame': ('table', "name of the table's frame"),
     'params_dir': (
         PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config']),
-        'Folder with YAML files of parameters',
+        'folder with a YAML file of parameters per node, by default config/ of this package; '
+        'scene, mechanism and frame, which all nodes have in common, take precedence',
     ),
-    'namespace': ('', 'Namespace of all nodes'),
-    'use_sim_time': ('false', 'Use the time of the topic /clock'),
-    'log_level': ('info', 'Logging level of all nodes'),
-    'cue': ('true', 'Start the cue_driver'),
-    'simulate': ('false', 'Start a simulated mechanism and table'),
-    'control': ('false', 'Command a controller of ros2_control, and start it'),
-    'camera': ('false', 'Track the balls in the detections of a camera'),
-    'player': ('false', 'Play turns of games'),
-    'model': ('true', 'Robot model of the mechanical cue, and its transforms'),
-    'rviz': ('false', 'Start RViz'),
-    'autostart': ('true', 'Activate the cue_driver'),
+    'namespace': ('', 'namespace of all nodes, such as cell1'),
+    'use_sim_time': ('false', 'true makes all nodes use the time of the topic /clock'),
+    'log_level': ('info', 'logging level of all nodes, such as debug, or cue_driver:=debug'),
+    'cue': ('true', 'false leaves out the cue_driver, for scenes whose cue is not guided'),
+    'simulate': (
+        'false',
+        'true also starts a simulated table and, unless control is true, a simulated mechanism, '
+        'with the longer time-outs of config/simulation.yaml',
+    ),
+    'control': (
+        'false',
+        'true commands a joint_trajectory_controller of ros2_control, and starts it with the '
+        'controllers and the hardware of config/controllers.yaml and of the robot model',
+    ),
+    'camera': (
+        'false',
+        'true starts the table_tracker, which makes table_state from the detections of a camera; '
+        'with simulate, the simulated table publishes the detections',
+    ),
+    'player': ('false', 'true starts the node that plays the turns of the action play_turn'),
+    'model': (
+        'true',
+        'false leaves out the robot model of the mechanical cue and its transforms',
+    ),
+    'rviz': ('false', 'true starts RViz, with a view of table, balls, stroke and plan'),
+    'autostart': (
+        'true',
+        'true configures and activates the cue_driver; false leaves that to the operator',
+    ),
 }
+"""Default and description of each argument."""
 
 VALUE = {name: LaunchConfiguration(name) for name in ARGUMENTS}
 SHARE = FindPackageShare('billiard_shot')

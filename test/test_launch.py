@@ -29,9 +29,7 @@ def test_arguments_are_declared_and_described(launch_file):
         if each.kind == 'DeclareLaunchArgument'
     }
     assert set(declared) == set(launch_file.ARGUMENTS)
-    for name, each in declared.items():
-        assert each['description']
-        assert f'`{name}`: ' in launch_file.__doc__
+    assert all(each['description'] for each in declared.values())
 
 
 @pytest.mark.parametrize('page', ['README.md', 'docs/ros.md', 'docs/cue.md', 'docs/tutorial.md'])

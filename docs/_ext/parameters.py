@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import dataclasses
 from importlib import import_module
 from pathlib import Path
-import re
 from typing import Any
 
 from sphinx.ext.autodoc.mock import _MockObject, mock
@@ -91,9 +90,18 @@ def _range(bounds: Any) -> str:
 
 
 def _launch_arguments(file: Path) -> str:
-    """The docstring of a launch file, with its arguments as a list."""
-    said = ast.get_docstring(ast.parse(file.read_text())) or ''
-    return re.sub('^    `', '- `', said, flags=re.MULTILINE)
+    """The docstring of a launch file, and its arguments as a list."""
+    module = ast.parse(file.read_text())
+    (arguments,) = (
+        each.value
+        for each in module.body
+        if isinstance(each, ast.Assign) and ast.unparse(each.targets[0]) == 'ARGUMENTS'
+    )
+    rows = [
+        f'- `{ast.literal_eval(name)}`: {ast.literal_eval(pair.elts[1])}'
+        for name, pair in zip(arguments.keys, arguments.values, strict=True)
+    ]
+    return '\n'.join([ast.get_docstring(module) or '', '', *rows])
 
 
 def _value(value: Any) -> str:
