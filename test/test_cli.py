@@ -85,6 +85,8 @@ def test_refused_strokes_are_said_on_stderr(capsys):
         (['--speed', '1', '--strokes', 'x.yaml'], '--strokes must not be given together'),
         (['--strokes', 'x.yaml'], 'No such file'),
         (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
+        (['-a', '0.1'], 'speed is missing; it must be 1e-12 to 1e+12 (m/s)'),
+        (['--normal', '-1', '0', '0'], 'velocity is missing'),
         (['--speed', '1', '-t', '-1e-3'], 'tolerance must be finite and above 0, got -0.001'),
     ],
 )
@@ -121,6 +123,11 @@ def test_a_file_of_another_kind_is_refused_before_the_work(words, kinds, capsys,
     assert main(words.replace('a.', f'{tmp_path}/a.').split()) == 2
     assert f'must be a file {kinds}, got {tmp_path}/a.' in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_a_video_is_not_also_a_page(capsys):
+    assert main(['view', '--speed', '1', '--video', 'a.gif', '--output', 'a.html']) == 2
+    assert '--output must not be given together with --video' in capsys.readouterr().err
 
 
 def test_all_mistakes_of_a_file(tmp_path, capsys):
@@ -325,6 +332,7 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
     ('words', 'text'),
     [
         ('plan blocked --pot 9', "pot must be one of 1, 8, got '9'"),
+        ('plan blocked --break 1 --pots 3', 'pots must be at most 2, the balls, got 3'),
         ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
     ],
 )

@@ -9,6 +9,8 @@ from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, sho
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
+PAGE = Path('shot.html')
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""
@@ -16,9 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '-o',
         '--output',
         type=Path,
-        default=Path('shot.html'),
         metavar='FILE.html',
-        help='output file; FILE-NAME for each of several strokes (default: %(default)s)',
+        help=f'output file; FILE-NAME for each of several strokes (default: {PAGE})',
     )
     parser.add_argument(
         '--video',
@@ -32,17 +33,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write pages or videos and print their paths; 1 if a stroke was refused, and so left out."""
+    page = options.output or PAGE
+    if options.video and options.output:
+        raise ValueError('--output must not be given together with --video')
     if options.video:
         require_encoder(options.video)  # before the work, not after it
-    elif options.output.suffix != '.html':
-        raise ValueError(f'--output must be a file .html, got {options.output}')
+    elif page.suffix != '.html':
+        raise ValueError(f'--output must be a file .html, got {page}')
     shots = shots_of(options)
     for name, shot in shots.items():
         if shot.status.refused:
             text = f'{shot.status.name}: {shot.message}'
             print(title_of(name, text, shots), file=sys.stderr)
             continue
-        path = of_each(options.video or options.output, name, shots)
+        path = of_each(options.video or page, name, shots)
         if options.video:
             with reporting('video', len(image_times(shot))) as report:
                 write_video(shot, path, options.title or '', report)

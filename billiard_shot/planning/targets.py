@@ -345,6 +345,9 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
             yield from _without_pockets(scene, 'safe')
         case Break():
             yield from _balls(scene, 'break', target.breaking)
+            others = len(set(scene.balls) - {CUE_BALL})
+            if target.pots > others > 0:
+                yield Mistake(('pots',), must_be(f'at most {others}, the balls', target.pots))
             yield from _without_pockets(scene, 'break')
         case Pot():
             yield from _balls(scene, 'pot', target.pot)

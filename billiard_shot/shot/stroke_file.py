@@ -64,8 +64,11 @@ def stroke_from(entry: object, ball: tuple[float, float, float]) -> Stroke:
         return Stroke(**given)
     if given.keys() == {'position', 'quaternion', 'speed'}:
         return Stroke.from_pose(**given, ball=ball)
-    if 'speed' in given and given.keys() <= set(FORMS[1]):
+    if given and given.keys() <= set(FORMS[1]):
         return Stroke.from_offsets(**given)
+    for form in (FORMS[0], FORMS[2]):
+        if given and given.keys() <= set(form):
+            raise ValueError(f'{next(key for key in form if key not in given)} is missing')
     raise ValueError(
         f'keys must be those of one form, {"; or ".join(", ".join(form) for form in FORMS)}, got '
         + ', '.join(given)
