@@ -13,7 +13,7 @@ def require_matplotlib() -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise ValueError(
-            "picture: needs matplotlib, an extra: pip install 'billiard_shot[plot]'"
+            "pictures need matplotlib: pip install 'billiard_shot[plot]'"
         ) from None
 
 
