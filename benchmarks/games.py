@@ -385,7 +385,7 @@ def drawn(racks):
         '## A rack',
         '',
         f'Rack {rack.number} of eight-ball, `{rack.players[0]}` against `{rack.players[1]}`:',
-        f'{rack.winner} wins. `billiard-shot play --pages` writes such racks as pages in 3-D.',
+        f'{rack.winner} wins.',
         '',
         '![The strokes of the rack from above](figures/games-rack.png)',
     ]

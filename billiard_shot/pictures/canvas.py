@@ -12,9 +12,7 @@ def require_matplotlib() -> None:
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError:
-        raise ValueError(
-            "pictures need matplotlib: pip install 'billiard_shot[plot]'"
-        ) from None
+        raise ValueError("pictures need matplotlib: pip install 'billiard_shot[plot]'") from None
 
 
 def new_figure(width: float, height: float) -> Any:
