@@ -46,11 +46,10 @@ except ImportError:  # Windows: two processes may compile the same, which harms 
 ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
     'billiard_shot.table.event_loop:simulate_tables',
-    'billiard_shot.shot.strike:finish_strikes',
     'billiard_shot.planning.score:score_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
     'billiard_shot.planning.mapped_starts:write_starts',
-    'billiard_shot.shot.strike:prepare_strikes',
+    'billiard_shot.shot.strike:strike_balls',
 )
 # Layers import from earlier ones. `impact` does not import from `scene`.
 LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning')

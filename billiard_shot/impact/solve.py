@@ -173,25 +173,12 @@ def solve_stored(
         lengths=storage.zeros(n, count) if lengths is None else storage.array(lengths),
         tolerance=tolerance,
     )
-    return solve_given(storage, collisions, collisions.bodies, phases)
-
-
-def solve_given(
-    storage: Storage, collisions: Collisions, bodies: list[BodyState], phases: int
-) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
-    """
-    Solve collisions that are in a storage; write the bodies, if they have any, as they end.
-
-    Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
-    """
-    n = len(collisions.tolerance)
-    count = len(collisions.properties) // n if n else 0
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
     while True:
         log = storage.records(PhaseLog, phases * count)
-        given = Results(results, bodies, log, outcomes)
-        solve_collisions.on(storage)(collisions, scratch(storage, count), given)
+        found = Results(results, collisions.bodies, log, outcomes)
+        solve_collisions.on(storage)(collisions, scratch(storage, count), found)
         needed = int(outcomes[-1].phases) if phases and n else 0
         if needed <= phases:
             break

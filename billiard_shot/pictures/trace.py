@@ -135,8 +135,7 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
     integrate = _with_names(integrator.integrate, take_step=take_step)
     entry = kernel.solve_collisions
     solve_collisions = Entry(_with_names(entry.function, integrate=integrate), entry.example)
-    solve_given = _with_names(solve.solve_given, solve_collisions=solve_collisions)
-    return _with_names(solve.solve_stored, solve_given=solve_given)
+    return _with_names(solve.solve_stored, solve_collisions=solve_collisions)
 
 
 def trace_of_collision(collision: Collision, law: str, tolerance: float = 1e-8) -> CollisionTrace:

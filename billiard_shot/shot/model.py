@@ -1,5 +1,6 @@
 """The numbers of a scene that a strike depends on, in the form that compiled code takes."""
 
+from functools import lru_cache
 from math import inf
 from typing import NamedTuple
 
@@ -39,6 +40,7 @@ def tip_reach(model: StrikeModel) -> float:
     return model.surface.radius * (1.0 + model.tip_curvature)
 
 
+@lru_cache(maxsize=64)
 def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
     """
     Collect what impacts with the cue depend on, if bodies move during them or are near.

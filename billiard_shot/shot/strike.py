@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.beginning import ContactProperties
-from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
-from billiard_shot.impact.state import BALL_BODY, BodyState, PLANE
+from billiard_shot.impact.kernel import solve_collisions
+from billiard_shot.impact.state import BALL_BODY, PLANE
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
@@ -22,6 +21,7 @@ from billiard_shot.status import (
     NEGATIVE_ELEVATION,
     OK,
 )
+from billiard_shot.table.cluster import impact_room, solve_bodies
 from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
@@ -32,6 +32,7 @@ from billiard_shot.table.cue_impact import (
     write_fixed,
     write_tip,
 )
+from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.run import EventLog
 
@@ -62,6 +63,22 @@ def refusal(
     return clearance(around, n, c, position)
 
 
+EXAMPLE_MODEL = StrikeModel(
+    cue_mass=1.0,
+    inverse_end_mass=1.0,
+    ferrule_radius=0.0,
+    tip_curvature=1.0,
+    friction=(1.0, 1.0),
+    restitution=(1.0, 1.0),
+    stiffness=(1.0, 1.0),
+    law=0,
+    exponent=1.0,
+    table=True,
+    follows=True,
+    surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=GATE_AUTO),
+)  # for the examples; of no ball in particular
+
+
 class Strokes(NamedTuple):
     """n strokes at a ball that lies in one place. Numbers, or lists of them while interpreted."""
 
@@ -87,142 +104,96 @@ class Strokes(NamedTuple):
         )
 
 
-class StrikeWork(NamedTuple):
-    """The strikes of n strokes while they are computed, and scratch."""
-
-    cues: list[CueRecord]  # n
-    bodies: list[BodyState]  # n BODIES; their origin is the centre of the ball
-    contacts: list[ContactProperties]  # n CONTACTS
-    accuracy: Floats  # (n,) tolerance of the impact; 0 for a stroke that is refused
-    scratch: Floats  # (4, 3)
-
-
-def work_for(storage: Storage, n: int) -> StrikeWork:
-    """Make room for n strikes."""
-    return StrikeWork(
-        storage.records(CueRecord, n),
-        storage.records(BodyState, BODIES * n),
-        storage.records(ContactProperties, CONTACTS * n),
-        storage.zeros(n),
-        storage.zeros(4, 3),
-    )
-
-
-def _prepare_example(storage: Storage) -> tuple[Any, ...]:
+def _example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
     strokes = Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage)
-    return strokes, NO_CUE, work_for(storage, 1), 1.0
-
-
-@entry(_prepare_example)
-def prepare_strikes(strokes: Strokes, q: CueParams, work: StrikeWork, tolerance: float) -> None:
-    """
-    State strokes as collisions of ball, tip and cloth, for a tolerance [m] of the trajectories.
-
-    Of the cues, tip, axis, speed and status are set; of those that are refused only the status.
-    """
-    model = strokes.model
-    ball_response = 1.0 / model.surface.mass
-    turning = model.surface.radius * model.surface.radius / model.surface.inertia
-    for i in range(len(work.cues)):
-        cue = work.cues[i]
-        ball, tip = work.bodies[BODIES * i], work.bodies[BODIES * i + 1]
-        n, c = work.scratch[3], cue.axis
-        speed = unit(strokes.velocities[i], c)
-        unit(strokes.normals[i], n)
-        cue.status = refusal(model, strokes.around, n, c, strokes.position)
-        work.accuracy[i] = 0.0
-        if cue.status != OK:
-            for k in range(3):
-                c[k] = 0.0
-            continue
-        work.accuracy[i] = strike_tolerance(model, speed, tolerance)
-        cue.speed, cue.tolerance = speed, IMPACT_TOLERANCE
-        cue.drift = drift_of(work.accuracy[i], speed)
-        upper, lower = (
-            work.contacts[CONTACTS * i + TIP_CONTACT],
-            work.contacts[CONTACTS * i + CLOTH_CONTACT],
-        )
-        write_contact(upper, 1, 0, 0.0)
-        write_contact(lower, 0, 2, 0.0)
-        set_tip_and_cloth(q, c, n, upper, lower, work.scratch)
-        write_tip(q, c, speed, tip)
-        cloth = work.bodies[BODIES * i + 2]
-        write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
-        cloth.position[2] = -model.surface.radius
-        for k in range(3):
-            tip.position[k] = q.reach * n[k]
-            cue.tip[k] = strokes.position[k] + tip.position[k]
-        write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
-        ball.response = ball.across = ball_response
-        ball.turning = turning
-
-
-def _finish_example(storage: Storage) -> tuple[Any, ...]:
     return (
-        work_for(storage, 1),
+        strokes,
+        NO_CUE,
         1.0,
-        True,
-        True,
-        storage.records(ContactResult, CONTACTS),
-        storage.records(CollisionOutcome, 1),
+        impact_room(storage, 1, BODIES, CONTACTS),
+        storage.records(CueRecord, 1),
+        solve_collisions.as_argument(storage),
     )
 
 
-@entry(_finish_example)
-def finish_strikes(
-    work: StrikeWork,
-    radius: float,
-    follows: bool,
-    repeats: bool,
-    results: list[ContactResult],
-    outcomes: list[CollisionOutcome],
+@entry(_example)
+def strike_balls(
+    strokes: Strokes,
+    q: CueParams,
+    tolerance: float,
+    room: ImpactRoom,
+    cues: list[CueRecord],
+    solver: Any,
 ) -> None:
     """
-    Complete n strikes after their impacts were solved.
+    Strike a ball, with nothing near it but the cloth, with each of n strokes.
 
     Parameters
     ----------
-    work : StrikeWork
-        As `prepare_strikes` left it, with the bodies after the impacts.
-    radius : float
-        Of the ball [m].
-    follows : bool
-        Whether the cues go on after their strikes.
-    repeats : bool
-        Whether a strike in which tip or cloth meet the ball again counts their hits; else it is
-        one hit.
-    results, outcomes : n CONTACTS ContactResult, n CollisionOutcome
-        Of the impacts.
+    strokes : Strokes
+    q : CueParams
+    tolerance : float
+        Of the trajectories [m]. 0: strokes are only refused or not.
+    room : ImpactRoom
+        For BODIES and CONTACTS; afterwards it has the last strike.
+    cues : n CueRecord
+        Written; of those that are refused only the status.
+    solver : function
+        `solve_collisions` as an argument.
 
     """
-    for i in range(len(work.cues)):
-        if work.accuracy[i] > 0.0:
-            cue, ball, tip = work.cues[i], work.bodies[BODIES * i], work.bodies[BODIES * i + 1]
-            upper, lower = (
-                results[CONTACTS * i + TIP_CONTACT],
-                results[CONTACTS * i + CLOTH_CONTACT],
-            )
-            note_strike(cue, follows, outcomes[i], upper, lower, upper.final_slip, body=tip)
-            cue.hits = max(upper.closings, lower.closings) if repeats else 1
+    model, ball, tip = strokes.model, room.results.bodies[0], room.results.bodies[1]
+    radius = model.surface.radius
+    upper, lower = room.results.contacts[TIP_CONTACT], room.results.contacts[CLOTH_CONTACT]
+    for i in range(len(cues)):
+        cue, n = cues[i], room.scratch.workspace.vector[0]
+        speed = unit(strokes.velocities[i], cue.axis)
+        unit(strokes.normals[i], n)
+        cue.status = refusal(model, strokes.around, n, cue.axis, strokes.position)
+        if cue.status != OK or tolerance == 0.0:
             for k in range(3):
-                cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k] / radius
+                cue.axis[k] = 0.0
+            continue
+        accuracy = strike_tolerance(model, speed, tolerance)
+        cue.speed, cue.tolerance = speed, IMPACT_TOLERANCE
+        cue.drift = drift_of(accuracy, speed)
+        for k in range(3):
+            cue.tip[k] = strokes.position[k] + q.reach * n[k]
+        write_bodies(model.surface, q, cue, n, room)
+        room.tolerance[0] = accuracy
+        solve_bodies(model.surface, room, BODIES, CONTACTS, False, inf, solver=solver)
+        note_strike(cue, q.follows, room.results.outcomes[0], upper, lower, upper.final_slip, tip)
+        repeats = q.follows and q.moves
+        cue.hits = max(upper.closings, lower.closings) if repeats else 1
+        for k in range(3):
+            cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k] / radius
 
 
-EXAMPLE_MODEL = StrikeModel(
-    cue_mass=1.0,
-    inverse_end_mass=1.0,
-    ferrule_radius=0.0,
-    tip_curvature=1.0,
-    friction=(1.0, 1.0),
-    restitution=(1.0, 1.0),
-    stiffness=(1.0, 1.0),
-    law=0,
-    exponent=1.0,
-    table=True,
-    follows=True,
-    surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=GATE_AUTO),
-)  # for the examples; of no ball in particular
+@inner
+def write_bodies(
+    surface: BallClothParams, q: CueParams, cue: CueRecord, n: Vector, room: ImpactRoom
+) -> None:
+    """Write ball, tip and cloth as a stroke meets the ball at n; the origin is its centre."""
+    ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
+    write_contact(room.properties[TIP_CONTACT], 1, 0, 0.0)
+    write_contact(room.properties[CLOTH_CONTACT], 0, 2, 0.0)
+    set_tip_and_cloth(
+        q,
+        cue.axis,
+        n,
+        room.properties[TIP_CONTACT],
+        room.properties[CLOTH_CONTACT],
+        room.scratch.workspace.polynomials,
+    )
+    write_tip(q, cue.axis, cue.speed, tip)
+    write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
+    cloth.position[2] = -surface.radius
+    for k in range(3):
+        tip.position[k] = q.reach * n[k]
+    write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
+    ball.response = ball.across = 1.0 / surface.mass
+    ball.turning = surface.radius * surface.radius / surface.inertia
 
 
 class Strikes(NamedTuple):

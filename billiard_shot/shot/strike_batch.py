@@ -1,34 +1,34 @@
 """Many strokes, one after the other, each at a ball in the same place among the same others."""
 
-from math import inf
+import threading
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.beginning import Collisions
 from billiard_shot.impact.kernel import solve_collisions
-from billiard_shot.impact.solve import solve_given
+from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.shot.model import cue_params
 from billiard_shot.shot.moving_strikes import with_moving_bodies
 from billiard_shot.shot.strike import (
-    finish_strikes,
+    BODIES,
+    CONTACTS,
     PHASE_ROOM,
-    prepare_strikes,
+    strike_balls,
     Strikes,
-    StrikeWork,
     Strokes,
-    work_for,
 )
+from billiard_shot.table.cluster import impact_room
 from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
+from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import EventLog
 from billiard_shot.table.simulation_state import EventRecord
 
-STROKES_AT_ONCE = 500  # strokes: their arrays stay in the processor's cache
 NO_BALLS = np.zeros((0, 3))
+NO_PHASES = ROWS.records(PhaseLog, 0).reshape(0, CONTACTS)
 NO_EVENTS = EventLog(ROWS.records(EventRecord, 0), np.zeros((0, 2), np.int64))
 
 
@@ -54,17 +54,11 @@ def strike_batch(
     others : (balls, 3) float array
         Centres of the other balls [m].
     recorded : bool
-        Whether the last strike is recorded in detail, of up to 500 strokes.
+        Whether the last strike is recorded in detail.
 
     """
     params = cue_params(strokes.model, table)
-    n, phases = len(strokes.normals), PHASE_ROOM if recorded else 0
-    if n <= STROKES_AT_ONCE:
-        cues, log = _strike(strokes, params, tolerance, phases)
-    else:
-        parts = [strokes.some(slice(i, i + STROKES_AT_ONCE)) for i in range(0, n, STROKES_AT_ONCE)]
-        done = [_strike(part, params, tolerance, phases) for part in parts]
-        cues, log = np.concatenate([each for each, _ in done]), done[-1][1]
+    cues, log = strike_alone(strokes, params, tolerance, PHASE_ROOM if recorded else 0)
     starts = starts_of(strokes.position, others, len(cues))
     starts['velocity'][:, 0], starts['spin'][:, 0] = cues['velocity'], cues['spin']
     losses = cues['losses'][-1:].reshape(-1, 2)
@@ -81,45 +75,51 @@ def starts_of(
     return starts
 
 
-def _strike(
-    strokes: Strokes, params: CueParams, tolerance: float, phases: int
+def strike_alone(
+    strokes: Strokes, params: CueParams, tolerance: float, phases: int = 0
 ) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    """Return the cues (n,) after their strikes, and the log (phases, 2) of the last one."""
-    model, storage = strokes.model, solve_collisions.current().storage
-    work = _prepared(storage, strokes, params, tolerance)
-    unused = storage.zeros(1, 1, 1)
-    collisions = Collisions(
-        properties=work.contacts,
-        law=model.law,
-        exponent=model.exponent,
-        bodies=work.bodies,
-        moves=False,
-        interval=inf,
-        delassus=unused,
-        velocity=unused[0],
-        distances=False,
-        lengths=unused[0],
-        tolerance=work.accuracy,
-    )
-    results, outcomes, log = solve_given(storage, collisions, work.bodies, phases)
-    repeats = model.follows and params.moves
-    finish_strikes.on(storage)(
-        work, model.surface.radius, model.follows, repeats, results, outcomes
-    )
-    return as_rows(CueRecord, work.cues), log
+    """
+    Strike the ball with nothing but the cloth near it; parameters as of `strike_balls`.
+
+    Returns the cues (n,) after their strikes, and the log (phases, CONTACTS) of the last one, if
+    there is room for phases; if there are more, it is struck again.
+    """
+    run = strike_balls.current()
+    storage, n = run.storage, len(strokes.normals)
+    given, solver = strokes.stored(storage), solve_collisions.as_argument(storage)
+    room, cues = _thread.room(storage), storage.records(CueRecord, n)
+    while True:
+        if phases:
+            log = storage.records(PhaseLog, phases * CONTACTS)
+            room = room._replace(results=room.results._replace(log=log))
+        run(given, params, tolerance, room, cues, solver)
+        needed = int(cues[-1].phases) if phases and n else 0
+        if needed <= phases:
+            break
+        phases = needed
+    rows = as_rows(CueRecord, cues)
+    if not phases:
+        return rows, NO_PHASES
+    return rows, as_rows(PhaseLog, log)[: needed * CONTACTS].reshape(needed, CONTACTS)
+
+
+class _Thread(threading.local):
+    """Room of this thread: to make it anew takes longer than a strike."""
+
+    def __init__(self) -> None:
+        self.kept: dict[Storage, ImpactRoom] = {}
+
+    def room(self, storage: Storage) -> ImpactRoom:
+        """Return room for a strike; its contents are those of the last one."""
+        if storage not in self.kept:
+            self.kept[storage] = impact_room(storage, 1, BODIES, CONTACTS)
+        return self.kept[storage]
+
+
+_thread = _Thread()
 
 
 def refusals(strokes: Strokes) -> NDArray[np.int64]:
     """Find the status (n,) with which each stroke would be refused, or OK; see `strike_batch`."""
-    work = _prepared(prepare_strikes.current().storage, strokes, NO_CUE, 1.0)
-    status: NDArray[np.int64] = as_rows(CueRecord, work.cues)['status']
+    status: NDArray[np.int64] = strike_alone(strokes, NO_CUE, 0.0)[0]['status']
     return status
-
-
-def _prepared(
-    storage: Storage, strokes: Strokes, params: CueParams, tolerance: float
-) -> StrikeWork:
-    """Put strokes into a storage, and prepare their strikes."""
-    work = work_for(storage, len(strokes.normals))
-    prepare_strikes.on(storage)(strokes.stored(storage), params, work, tolerance)
-    return work

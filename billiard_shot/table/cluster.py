@@ -62,7 +62,11 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
     count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
     count += 2 + MOST_EDGES * min(balls, 3) if with_cue else 0
     count = max(count, 1)
-    bodies = balls + (count if with_cue else 0)
+    return impact_room(storage, balls, balls + (count if with_cue else 0), count)
+
+
+def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> ImpactRoom:
+    """Make room for impacts of so many balls, bodies and contacts."""
     return ImpactRoom(
         storage.array(np.zeros(balls, np.int64)),
         scratch(storage, count),
@@ -84,25 +88,40 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
 @inner
 def solve(table: TableModel, p: RunProgress, room: ImpactRoom, solver: Any) -> None:
     """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
-    params, with_cue, count = table.params, p.other == THE_CUE, p.contacts
+    with_cue = p.other == THE_CUE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
-    work, unused = room.scratch, room.unused
     room.tolerance[0] = p.tolerance
+    interval = table.cue.interval if with_cue else inf
+    solve_bodies(table.params, room, p.bodies, p.contacts, moves, interval, solver=solver)
+
+
+@inner
+def solve_bodies(
+    params: BallClothParams,
+    room: ImpactRoom,
+    bodies: int,
+    contacts: int,
+    moves: bool,
+    interval: float,
+    solver: Any,
+) -> None:
+    """Solve the impact of the first bodies and contacts of a room; see `Collisions`."""
+    work, unused = room.scratch, room.unused
     solver(
         Collisions(
-            room.properties[:count],
+            room.properties[:contacts],
             params.law,
             params.exponent,
-            room.bodies[: p.bodies],
+            room.bodies[:bodies],
             moves,
-            table.cue.interval if with_cue else inf,
+            interval,
             delassus=unused,
             velocity=unused[0],
             distances=moves,
             lengths=unused[0],
             tolerance=room.tolerance,
         ),
-        Scratch(work.contacts[:count], work.workspace, work.progress),
+        Scratch(work.contacts[:contacts], work.workspace, work.progress),
         room.results,
     )
 

@@ -1,5 +1,6 @@
 """Effects: what is simulated where scene, stroke and motion call for it, one object each."""
 
+from functools import lru_cache
 from typing import Any
 
 from billiard_shot.scene import Scene
@@ -34,6 +35,7 @@ check_overrides(STRIKE_GATES, StrikeModel)
 GATES: tuple[EffectGate[Any], ...] = (*STRIKE_GATES[:-1], *TABLE_GATES, STRIKE_GATES[-1])
 
 
+@lru_cache(maxsize=64)
 def model_of(scene: Scene) -> StrikeModel:
     """Collect the numbers of a scene, with the effects that it forces on or off."""
     model = apply_overrides(strike_model(scene), STRIKE_GATES, scene.effects)

@@ -1,5 +1,7 @@
 """Effects on the table: what is simulated where the motion calls for it, one object each."""
 
+from functools import lru_cache
+
 from billiard_shot.scene import Scene
 from billiard_shot.table.effects.air import Bounce, Flight
 from billiard_shot.table.effects.cloth import Roll, Slide, SpinDecay
@@ -61,6 +63,7 @@ def params_on_table(scene: Scene) -> tuple[BallClothParams, TableParams]:
     return apply_overrides(ball_cloth_params(scene), TABLE_GATES, scene.effects), table_on(scene)
 
 
+@lru_cache(maxsize=64)
 def table_on(scene: Scene) -> TableParams:
     """Collect the parameters of a scene's table alone, without the ball's."""
     return apply_overrides(table_params(scene), TABLE_GATES, scene.effects)
