@@ -131,9 +131,12 @@ def _play(
 def _with_status(played: Played, tolerance: float) -> Played:
     """Decide how strokes ended: as the strike; if it went well, as the table and its accuracy."""
     status, table = played.status, played.run.tables['status']
-    went_well = (status == OK) | (status == INFINITE_SEQUENCE)
     jumps = played.discontinuity > 0.0
-    inexact = went_well & (jumps | (played.error > tolerance)) | (jumps & (status == MISCUE))
+    doubtful = jumps | (played.error > tolerance)
+    if not (doubtful.any() or (table != OK).any()):
+        return played
+    went_well = (status == OK) | (status == INFINITE_SEQUENCE)
+    inexact = went_well & doubtful | (jumps & (status == MISCUE))
     status = np.where(inexact, TOLERANCE_NOT_REACHED, status)
     status = np.where(went_well & (table != OK), table, status)
     return played._replace(status=status, error=played.error + played.discontinuity)

@@ -93,11 +93,11 @@ def strike_alone(
             log = storage.records(PhaseLog, phases * CONTACTS)
             room = room._replace(results=room.results._replace(log=log))
         run(given, params, tolerance, room, cues, solver)
-        needed = int(cues[-1].phases) if phases and n else 0
+        rows = as_rows(CueRecord, cues)
+        needed = int(rows['phases'][-1]) if phases and n else 0
         if needed <= phases:
             break
         phases = needed
-    rows = as_rows(CueRecord, cues)
     if not phases:
         return rows, NO_PHASES
     return rows, as_rows(PhaseLog, log)[: needed * CONTACTS].reshape(needed, CONTACTS)

@@ -49,6 +49,7 @@ from billiard_shot.table.simulation_state import (
     BallRule,
     EventRecord,
     room_for_simulation,
+    RunProgress,
     SimulationRoom,
 )
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
@@ -81,7 +82,7 @@ class TableTask(NamedTuple):
     cue : CueParams
         Of the cues.
     cues : (tables,) array of CueRecord, optional
-        Without them, there are no cues.
+        Without them, there are no cues. They strike only if `until` is 0.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
     fast_rebounds : bool
@@ -291,10 +292,11 @@ def run_tables(
         task.fast_rebounds,
         cue=task.cue,
     )
-    simulation, room = kept = _thread.rooms(storage, count, cues is not None)
+    with_cue = cues is not None
+    simulation, room = kept = _thread.rooms(storage, count, with_cue)
     simulation = simulation._replace(
         segments=storage.unset(SegmentRecord, segments),
-        events=storage.records(EventRecord, events),
+        events=storage.unset(EventRecord, events),
         rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
     )
     if events:
@@ -303,9 +305,13 @@ def run_tables(
     if phases:
         log = storage.records(PhaseLog, phases * len(room.properties))
         room = room._replace(results=room.results._replace(log=log))
+    if cues is None:
+        cues = NO_CUES
+    elif task.until == 0.0:  # strikes are written
+        cues = cues.copy()
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(CueRecord, NO_CUES if cues is None else cues.copy()),
+        storage.from_rows(CueRecord, cues),
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
@@ -313,20 +319,20 @@ def run_tables(
     window = Window(task.until, storage.array(np.array(task.times, float)), places)
     solver = solve_collisions.as_argument(storage)
     run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
-    progress = simulation.progress[0]
-    log_ends, taken = int(progress.events), int(progress.participants)
-    _thread.kept[storage, count, cues is not None] = kept  # not after an exception
+    progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
+    logged, taken = int(progress['events']), int(progress['participants'])
+    _thread.kept[storage, count, with_cue] = kept  # not after an exception
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
         as_rows(TableOutcome, ends),
-        as_rows(SegmentRecord, simulation.segments[: int(progress.segments)]),
+        as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
         EventLog(
-            as_rows(EventRecord, simulation.events[:log_ends]),
+            as_rows(EventRecord, simulation.events[:logged]),
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
         as_rows(CueRecord, beginnings.cues),
-        impact=_details(room, int(progress.contacts)) if phases else None,
+        impact=_details(room, int(progress['contacts'])) if phases else None,
     )
 
 
