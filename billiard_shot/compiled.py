@@ -9,7 +9,6 @@ it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
@@ -26,6 +25,7 @@ OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
 INNER: dict[str, Any] = {**OPTIONS, 'no_cfunc_wrapper': True}
 
 _parts: list[tuple[Callable[..., Any], dict[str, bool]]] = []
+_callers: list[tuple[Callable[..., None], 'Entry']] = []
 
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
@@ -101,6 +101,11 @@ class Compiled:
         self.function = function
         self.signature = signature
         self.run: Callable[..., Any] = function.compile(signature)
+        result = function.overloads[signature]
+        # numba's function for calls from C, which `_call_by_address` makes
+        self.address: int = result.library.get_pointer_to_function(
+            result.fndesc.llvm_cfunc_wrapper_name
+        )
 
     def __call__(self, *args: Any) -> Any:
         """Call the entry."""
@@ -143,11 +148,23 @@ class Entry:
 
     def as_argument(self, storage: Storage) -> Any:
         """
-        Return the function for another entry to call, if it returns nothing.
+        Return the function for another entry to call by `caller`, if it returns nothing.
 
         Machine code calls it by its address, so that it is compiled once.
         """
-        return _address_of(self) if storage is ROWS else self.function
+        if storage is not ROWS:
+            return self.function
+        compiled = self.machine_code.get(self)
+        return compiled.address if compiled is not None else 0
+
+    def caller(self) -> Callable[..., None]:
+        """Make a function that calls this entry, given `as_argument` and its arguments."""
+
+        def call(function: Any, *args: Any) -> None:
+            function(*args)
+
+        _callers.append((call, self))
+        return call
 
     def on(self, storage: Storage) -> Run:
         """Return the function that takes arguments in a storage."""
@@ -185,6 +202,9 @@ def compile_entry(entry: Entry, folder: Path) -> Compiled:
     for function, options in _parts:
         register_jitable(**INNER, **options)(function)
     _parts.clear()
+    for call, called in _callers:
+        _call_by_address(call, _argument_types(called))
+    _callers.clear()
     with _cache_in(folder):
         function = numba.njit(cache=True, **OPTIONS)(entry.function)
     return Compiled(function, _argument_types(entry))
@@ -197,32 +217,35 @@ def _argument_types(entry: Entry) -> tuple[Any, ...]:
     return tuple(map(numba.typeof, entry.example(ROWS)))
 
 
-@cache
-def _address_of(entry: Entry) -> Any:
-    """Make the machine code of an entry an argument of numba's type of functions."""
-    import numba
+def _call_by_address(call: Callable[..., None], expected: tuple[Any, ...]) -> None:
+    """Let compiled code call an entry with arguments of these types by its address."""
+    from numba.core import types
+    from numba.extending import intrinsic, overload
 
-    import_module('numba.experimental.function_type')  # which knows the type of such arguments
+    cgutils: Any = import_module('numba.core.cgutils')  # these two have no types
+    ir: Any = import_module('llvmlite.ir')
 
-    class Address(numba.types.WrapperAddressProtocol):
-        """Gives the address of the machine code, once it is loaded, and its signature."""
+    def call_at(context: Any, address: Any, args: Any) -> Any:
+        pairs = list(zip(args, expected, strict=True))
+        assert all(context.can_convert(*pair) is not None for pair in pairs)
 
-        def __wrapper_address__(self) -> int:
-            return address()
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = cgutils.unpack_tuple(builder, values[1])
+            converted = [
+                context.cast(builder, value, *pair)
+                for value, pair in zip(given, pairs, strict=True)
+            ]
+            function = ir.FunctionType(
+                context.get_value_type(types.none), [each.type for each in converted]
+            )
+            builder.call(builder.inttoptr(values[0], function.as_pointer()), converted)
+            return context.get_dummy_value()
 
-        def signature(self) -> Any:
-            return signature
+        return types.none(address, args), generate
 
-    signature = numba.void(*_argument_types(entry))
+    compiled_call: Any = intrinsic(call_at)
 
-    @cache
-    def address() -> int:
-        function: Any = entry.machine_code[entry].function
-        result = function.get_compile_result(signature)
-        found: int = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
-        return found
-
-    return Address()
+    overload(call)(lambda function, *args: lambda function, *args: compiled_call(function, args))
 
 
 @contextmanager

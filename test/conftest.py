@@ -33,23 +33,14 @@ _known: set[tuple[Any, ...]] = set()  # functions and kinds of their arguments
 
 def _checked_call(entry: Compiled, *args: Any) -> Any:
     """Call an entry whose arguments have its types; nobody else checks this."""
-    from numba import typeof
+    from numba import typeof  # which takes milliseconds
+    from numba._dispatcher import compute_fingerprint
 
-    kinds = entry.function, *map(_kind, args)
+    kinds = entry.function, *map(compute_fingerprint, args)
     if kinds not in _known:
         assert tuple(map(typeof, args)) == entry.signature
         _known.add(kinds)
     return entry.run(*args)
-
-
-def _kind(argument: Any) -> Any:
-    """Return what numba knows types of arguments by; `typeof` takes milliseconds."""
-    from numba._dispatcher import compute_fingerprint
-
-    try:
-        return compute_fingerprint(argument)
-    except NotImplementedError:  # a function
-        return type(argument)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Collisions, ContactProperties
-from billiard_shot.impact.kernel import Scratch
+from billiard_shot.impact.kernel import call_solver, Scratch
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import BodyState, PhaseLog
@@ -107,7 +107,8 @@ def solve_bodies(
 ) -> None:
     """Solve the impact of the first bodies and contacts of a room; see `Collisions`."""
     work, unused = room.scratch, room.unused
-    solver(
+    call_solver(
+        solver,
         Collisions(
             room.properties[:contacts],
             params.law,
