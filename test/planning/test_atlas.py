@@ -256,7 +256,7 @@ def test_a_request_that_makes_no_sense(changes, named):
             {'ball': '7'},
             "ball must be one of 8, 1, got '7'; ball_at or ball_grid",
         ),
-        (Scene.load('pool_table'), {}, 'ball is missing; the scene has none'),
+        (Scene.load('pool_table'), {}, 'ball is missing; the scene has only the cue ball'),
         (
             cloth_with(cue=(0, 0), b8=(1, 0)),
             {'ball': '8'},
