@@ -111,16 +111,14 @@ def _iteration(
     penalty = outcomes.penalty.reshape(count, samples)
     value = outcomes.value.reshape(count, samples)
     success = outcomes.success.reshape(count, samples)
-    moved = np.empty_like(population.strokes)
     order = np.lexsort((penalty, -value))
     nearest = order[:, : max(2, round(ELITE_SHARE * samples))]
-    for i in range(count):
-        low, high = value[i].min(), value[i].max()
-        weights = value[i] - (low if low < high else 0.0)
-        if np.count_nonzero(weights) < nearest.shape[1]:
-            weights[:] = 0.0
-            weights[nearest[i]] = 1.0
-        moved[i] = np.average(tried[i], axis=0, weights=weights)
+    low = value.min(axis=1)
+    weights = value - np.where(low < value.max(axis=1), low, 0.0)[:, np.newaxis]
+    few = np.count_nonzero(weights, axis=1) < nearest.shape[1]
+    weights[few] = 0.0
+    weights[np.flatnonzero(few)[:, np.newaxis], nearest[few]] = 1.0
+    moved = np.einsum('is,isk->ik', weights, tried) / weights.sum(axis=1, keepdims=True)
     best = np.take_along_axis(penalty, nearest, axis=1).mean(axis=1)
     strokes = raise_for_clearance(problem.scene, problem.limits, problem.limits.clip(moved))
     blocked = np.isnan(strokes).any(axis=1)

@@ -21,6 +21,7 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.values import as_floats
+from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.model import cue_params
 from billiard_shot.shot.moving_strikes import FARTHEST, nearest_distance
@@ -47,6 +48,7 @@ TRIAL_TOLERANCE = 1e-3  # m, of trajectories
 ORDINARY_PATH = 2.0
 # A planned stroke may end with these. MISCUE is not among them: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
+IS_USABLE = np.isin(np.arange(max(Status) + 1), USABLE_STATUSES)  # of each status
 INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
 # Straight cushions that a ball to be potted may meet in the search. After more cushions it may
 # still fall by chance, which only the trials of finished plans count.
@@ -171,7 +173,7 @@ def simulate_strokes(
     task = started.task
     if places is not None:
         put_at(problem, task, started.together, places)
-    usable = np.isin(started.status, USABLE_STATUSES)
+    usable = IS_USABLE[started.status]
     if rules is not None:
         task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
     return run_recorded(task._replace(rules=rules)), usable
@@ -208,21 +210,29 @@ def start_strokes(
     if coarse:
         tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
     mapped = mapped or all_solved(count)
-    solved = np.flatnonzero(mapped.number == SOLVED)
-    asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
-    strikes = strike_batch(asked, tolerance, problem.table, others)
-    task = table_task(asked, strikes, problem.table, tolerance)._replace(fast_rebounds=coarse)
-    done = strikes.cues
-    if len(solved) == count:
-        return Started(task, done['status'], done['others'], done['hits'] > 1)
     starts, cues = starts_of(centre, others, count), ROWS.records(CueRecord, count)
     status = np.zeros(count, np.int64)
     together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    starts[solved], cues[solved], status[solved] = task.starts, done, done['status']
-    together[solved], repeated[solved] = done['others'], done['hits'] > 1
-    ground = Ground(model, around, centre)
-    starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
-    return Started(task._replace(starts=starts, cues=cues), status, together, repeated)
+    solved = np.flatnonzero(mapped.number == SOLVED)
+    if len(solved):
+        asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
+        strikes = strike_batch(asked, tolerance, problem.table, others)
+        on_table, done = table_task(asked, strikes, problem.table, tolerance), strikes.cues
+        starts[solved], cues[solved], status[solved] = on_table.starts, done, done['status']
+        together[solved], repeated[solved] = done['others'], done['hits'] > 1
+    if len(solved) < count:
+        ground = Ground(model, around, centre)
+        starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
+    task = TableTask(
+        model.surface,
+        problem.table,
+        starts,
+        HOPS * tolerance,
+        cue=cue_params(model, problem.table),
+        cues=cues,
+        fast_rebounds=coarse,
+    )
+    return Started(task, status, together, repeated)
 
 
 def reaching_speed(problem: Problem) -> float:

@@ -1,6 +1,6 @@
 """Tables as strokes leave them whose strikes come from maps: many strokes in one compiled call."""
 
-from math import cos, sin, sqrt
+from math import cos, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Array, as_rows, Floats, Storage
+from billiard_shot.shot.clear_elevation import write_vectors
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.strike import EXAMPLE_MODEL, IMPACT_TOLERANCE, refusal
@@ -80,21 +81,6 @@ class Room(NamedTuple):
 
 
 @inner
-def write_vectors(stroke: Floats, room: Room) -> None:
-    """Write the unit normal and the axis of a stroke, see `vectors_of`."""
-    a, b = stroke[0], stroke[1]
-    sin_e, cos_e = sin(stroke[2]), cos(stroke[2])
-    sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
-    depth = sqrt(max(1.0 - a * a - b * b, 0.0))
-    length = sqrt(a * a + b * b + depth * depth)
-    axis, normal = room.axis, room.normal
-    axis[0], axis[1], axis[2] = cos_e * cos_t, cos_e * sin_t, -sin_e
-    normal[0] = (a * sin_t + b * sin_e * cos_t - depth * axis[0]) / length
-    normal[1] = (-a * cos_t + b * sin_e * sin_t - depth * axis[1]) / length
-    normal[2] = (b * cos_e - depth * axis[2]) / length
-
-
-@inner
 def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> None:
     """Write the motion of ball and cue after a stroke, by the polynomial of its cell."""
     middle, half, coefficients = (
@@ -149,7 +135,7 @@ def write_starts(
         if mapped.number[i] == SOLVED:
             continue
         stroke, cue, ball = strokes[i], begun.cues[i], begun.balls[i * balls]
-        write_vectors(stroke, room)
+        write_vectors(stroke, stroke[2], room.normal, room.axis)
         status = refusal(model, ground.around, room.normal, room.axis, ground.place)
         begun.status[i] = status
         if status != OK:

@@ -116,6 +116,8 @@ class Maps:
         left = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
         used: list[Cell] = []
         for level in range(LEVELS):
+            if not len(left):
+                break
             cells, owner, counts = _cells_of(strokes[left], level)
             self._strokes.update(dict(zip(cells, counts, strict=True)))
             # Whether a fit pays depends only on this search, not on cells that are fitted.

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats
+from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike import Strokes
@@ -14,7 +15,6 @@ from billiard_shot.shot.strike_batch import refusals
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
-NO_ROOM = Status.CUE_THROUGH_CLOTH, Status.CUE_THROUGH_BALL, Status.CUE_THROUGH_CUSHION
 # Steps of the elevations that are tried [rad].
 COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = math.radians(4.0), math.radians(0.25)
 ELEVATION_OFFSET = 2  # column of offsets
@@ -119,14 +119,17 @@ def first_free(
         have clearance.
 
     """
-    found = np.full(len(strokes), np.nan)
-    tried = begin.copy()
-    open_ = np.flatnonzero(~np.isnan(tried))
-    while len(open_):
-        trial = strokes[open_]
-        trial[:, ELEVATION_OFFSET] = np.maximum(tried[open_] - margin, 0.0)
-        free = ~np.isin(refusals_in(scene, *vectors_of(trial), position), NO_ROOM)
-        found[open_[free]] = tried[open_[free]]
-        tried[open_] += step
-        open_ = open_[~free & (tried[open_] <= highest + step)]
-    return found
+    run = write_clear_elevations.current()
+    storage, array = run.storage, run.storage.array
+    around = surroundings_of(scene)
+    found = array(begin.copy())
+    run(
+        model_of(scene),
+        around._replace(balls=array(around.balls)),
+        array(np.array(scene.cue_ball) if position is None else position),
+        array(strokes),
+        Trials(step, highest, margin),
+        storage.zeros(2, 3),
+        found,
+    )
+    return np.asarray(found)
