@@ -111,20 +111,28 @@ def piece_distance(px: float, py: float, qx: float, qy: float) -> float:
 
 
 @inner
-def nearest(segment: SegmentRecord, lasting: float, x: float, y: float) -> float:
-    """Smallest horizontal distance [m] between a point and a segment of this duration [s]."""
+def nearest(segment: SegmentRecord, lasting: float, x: float, y: float, least: float) -> float:
+    """
+    Smallest horizontal distance [m] between a point and a segment of this duration [s].
+
+    Or `least`, which is what counts if the segment does not come as near as that.
+    """
     p, v, a = segment.position, segment.velocity, segment.acceleration
     px, py = p[0] - x, p[1] - y
-    least = px * px + py * py
+    square = px * px + py * py
     if lasting <= 0.0:
-        return math.sqrt(least)
+        return min(math.sqrt(square), least)
+    speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
+    gain = 0.5 * lasting * math.sqrt(a[0] * a[0] + a[1] * a[1])
+    if math.sqrt(square) - lasting * (speed + gain) >= least:
+        return least
     for i in range(1, PENALTY_PIECES + 1):
         t = lasting * i / PENALTY_PIECES
         qx = p[0] - x + t * (v[0] + 0.5 * t * a[0])
         qy = p[1] - y + t * (v[1] + 0.5 * t * a[1])
-        least = min(least, piece_distance(px, py, qx, qy))
+        square = min(square, piece_distance(px, py, qx, qy))
         px, py = qx, qy
-    return math.sqrt(least)
+    return min(math.sqrt(square), least)
 
 
 @inner
@@ -201,11 +209,12 @@ def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
             if met and own == i:
                 for pocket in range(POCKETS):
                     if wanted[i][pocket] > 0.0:
-                        gap = nearest(segment, lasting, holes[pocket][0], holes[pocket][1])
-                        least = min(least, max(gap, NO_SUCCESS))
+                        hole = holes[pocket]
+                        gap = nearest(segment, lasting, hole[0], hole[1], least)
+                        least = max(gap, NO_SUCCESS)
             elif not met and own != i and may_fall(sought, i):
-                gap = nearest(segment, lasting, places[i][0], places[i][1])
-                least = min(least, gap - 2.0 * sought.goals[0].ball_radius)
+                x, y, apart = places[i][0], places[i][1], 2.0 * sought.goals[0].ball_radius
+                least = nearest(segment, lasting, x, y, least + apart) - apart
     return distance_penalty(least) if met else PENALTY_STEP + distance_penalty(least)
 
 
@@ -221,7 +230,7 @@ def hit_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
             if segments[k].ball == 0:
                 if has_hit(segments[k]):
                     break
-                least = min(least, nearest(segments[k], runs.ends[k] - segments[k].time, x, y))
+                least = nearest(segments[k], runs.ends[k] - segments[k].time, x, y, least)
         gap = least - 2.0 * goal.ball_radius
         return PENALTY_STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
     if goal.kind == HIT:
@@ -282,7 +291,7 @@ def path_penalty(goal: Goal, runs: Runs, part: RunPart) -> float:
         segment = runs.segments[k]
         if segment.ball == 0:
             lasting = runs.ends[k] - segment.time
-            least = min(least, nearest(segment, lasting, x, y))
+            least = nearest(segment, lasting, x, y, least)
             if goal.kind == GATE and lasting > 0.0 and crosses(segment, lasting, goal):
                 return 0.0
     if goal.kind == GATE:

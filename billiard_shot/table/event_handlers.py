@@ -331,10 +331,9 @@ def next_event(s: Simulation) -> tuple[float, int, int]:
         if end < time:
             time, ball, other = end, i, i
     for i in range(count):
-        row = s.collisions[i]
-        for j in range(i + 1, count):
-            if row[j] < time:
-                time, ball, other = row[j], i, j
+        end = s.balls[i].meeting_time
+        if end < time:
+            time, ball, other = end, i, s.balls[i].meets
     if s.progress.cue_time < time:
         time, ball, other = s.progress.cue_time, 0, THE_CUE
     return time, ball, other

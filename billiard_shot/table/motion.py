@@ -81,6 +81,8 @@ class BallRecord:
     bounces: int  # since the last impact with anything but the cloth
     boundary_time: float  # s, when the ball meets something of the table, or inf
     boundary_feature: int  # what that is, see rolling_boundary.py
+    meeting_time: float  # s, when it meets a ball with a higher index, or inf
+    meets: int  # which one, or NOTHING
     pocket: int  # in which the ball lies, or NOTHING
     first_contact: int  # the first ball that it met, or NOTHING
     cushions: int  # impacts with straight cushions so far
@@ -109,6 +111,7 @@ def start_ball(ball: BallRecord, position: Vector, velocity: Vector, spin: Vecto
     ball.motion, ball.cause, ball.ball = REST, START, 0
     ball.bounces, ball.cushions, ball.jaws, ball.left_out = 0, 0, 0, 0.0
     ball.boundary_feature, ball.pocket, ball.first_contact = NOTHING, NOTHING, NOTHING
+    ball.meeting_time, ball.meets = math.inf, NOTHING
     ball.last_edge, ball.met_time, ball.met_after = -math.inf, math.inf, 0
     ball.spin_ends, ball.modified = False, False
     ball.nose, ball.impact = NOTHING, NOTHING

@@ -266,6 +266,27 @@ def share_impact(a: BallRecord, b: BallRecord) -> bool:
 
 
 @inner
+def find_next_meeting(s: Simulation, index: int) -> None:
+    """Find which of the balls after it a ball meets next; of equal times, the first ball."""
+    ball, row = s.balls[index], s.collisions[index]
+    ball.meeting_time, ball.meets = math.inf, NOTHING
+    for i in range(index + 1, len(s.balls)):
+        if row[i] < ball.meeting_time:
+            ball.meeting_time, ball.meets = row[i], i
+
+
+@inner
+def note_collision(s: Simulation, i: int, j: int, time: float) -> None:
+    """Note when balls i < j meet, and what this changes of the next meeting of ball i."""
+    ball = s.balls[i]
+    s.collisions[i][j] = time
+    if time < ball.meeting_time or (time == ball.meeting_time and j < ball.meets):
+        ball.meeting_time, ball.meets = time, j
+    elif j == ball.meets:
+        find_next_meeting(s, i)
+
+
+@inner
 def predict_collisions(table: TableModel, s: Simulation, index: int, now: float) -> None:
     """
     Find when a ball meets each other one, before either does something else anyway.
@@ -296,4 +317,5 @@ def predict_collisions(table: TableModel, s: Simulation, index: int, now: float)
         if index < i:
             s.collisions[index][i] = time
         else:
-            s.collisions[i][index] = time
+            note_collision(s, i, index, time)
+    find_next_meeting(s, index)
