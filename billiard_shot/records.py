@@ -119,8 +119,8 @@ class Rows:
         return np.empty(count, dtype)
 
     def from_rows(self, kind: type[R], rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Return the rows."""
-        return rows
+        """Return the rows, one after the other in memory."""
+        return np.ascontiguousarray(rows)
 
     def array(self, values: Any) -> NDArray[Any]:
         """Return numbers as an array of floats or whole numbers."""
