@@ -125,7 +125,9 @@ class Rows:
     def array(self, values: Any) -> NDArray[Any]:
         """Return numbers as an array of floats or whole numbers."""
         array = np.ascontiguousarray(values)
-        return array if array.dtype == np.int64 else array.astype(np.float64, copy=False)
+        if array.dtype != np.int64:
+            array = array.astype(np.float64, copy=False)
+        return array if array.flags.writeable else array.copy()  # that one has another type
 
     def zeros(self, *shape: int) -> NDArray[np.float64]:
         """Return zeros of a shape."""
