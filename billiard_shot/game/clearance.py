@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import AZIMUTH, limits_of, raise_for_clearance, SPEED
+from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.player import AZIMUTH, SPEED
 
 
 def raised(scene: Scene, offsets: Array) -> tuple[Array, NDArray[np.bool_]]:

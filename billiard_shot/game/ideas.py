@@ -11,7 +11,6 @@ from billiard_shot.game.rating import Idea, play_strokes, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.planning.candidate_strokes import candidates
-from billiard_shot.planning.limits import A, AZIMUTH, B, SPEED
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.strikes import along_azimuth
 from billiard_shot.planning.targets import Pot
@@ -19,6 +18,7 @@ from billiard_shot.planning.within_noise import predict_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES

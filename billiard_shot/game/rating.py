@@ -12,11 +12,10 @@ from billiard_shot.game.call import Call
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
-from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.player import with_errors
+from billiard_shot.scene.player import AZIMUTH, with_errors
 from billiard_shot.status import Status
 
 FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed

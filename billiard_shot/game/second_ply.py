@@ -13,6 +13,7 @@ from billiard_shot.planning.strikes import unit_speed_strikes
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
@@ -86,12 +87,12 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
     row = direct.table[shot]
     a, b, factor = np.tile(STROKES, (len(chosen), 1)).T
     offsets = direct.offsets[shot]
-    speed = np.minimum(offsets[:, 4] * factor, scene.robot.speed_max)
-    lifts = np.round(offsets[:, 2] / LIFT_STEP) * LIFT_STEP
+    speed = np.minimum(offsets[:, SPEED] * factor, scene.robot.speed_max)
+    lifts = np.round(offsets[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
     different, number = np.unique(np.column_stack([a, b, lifts]), axis=0, return_inverse=True)
     motion = np.nan_to_num(unit_speed_strikes(scene, model_of(scene), different))[number.ravel()]
     motion[:, 3:] /= scene.ball.radius
-    turn = offsets[:, 3] - np.arctan2(motion[:, 1], motion[:, 0])
+    turn = offsets[:, AZIMUTH] - np.arctan2(motion[:, 1], motion[:, 0])
     sine, cosine = np.sin(turn), np.cos(turn)
     cue = states.names.index(CUE_BALL)
     after = states.take(row)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.planning.strikes import wrapped
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.player import A, B
 
 Float32Array = NDArray[np.float32]
 
@@ -49,7 +50,7 @@ def strokes_of(scene: Scene, actions: ArrayLike) -> Array:
     """
     middle, half = _limits(scene)
     offsets: Array = middle + half * np.clip(np.asarray(actions, float)[:, :5], -1.0, 1.0)
-    distance = np.hypot(offsets[:, 0], offsets[:, 1])
+    distance = np.hypot(offsets[:, A], offsets[:, B])
     largest = scene.robot.offset_max
     offsets[:, :2] *= np.minimum(1.0, largest / np.maximum(distance, largest))[:, np.newaxis]
     return offsets

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import A, AZIMUTH, B, raise_for_clearance, SPEED
+from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import along_azimuth, unit_speed_strikes
@@ -18,6 +18,7 @@ from billiard_shot.planning.waypoints import (
     Waypoint,
 )
 from billiard_shot.records import Array
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 
 SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
@@ -183,7 +184,7 @@ def random_candidates(problem: Problem, count: int, skip: int) -> Candidates:
     radius, angle = robot.offset_max * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
     strokes[:, A], strokes[:, B] = radius * np.cos(angle), radius * np.sin(angle)
     low, high = problem.limits.elevations
-    strokes[:, 2] = low + (high - low) * draws[:, 2] ** 3  # mostly low
+    strokes[:, ELEVATION] = low + (high - low) * draws[:, 2] ** 3  # mostly low
     half_range = np.radians(robot.azimuth_half_range_deg)
     strokes[:, AZIMUTH] = np.radians(robot.azimuth_deg) + half_range * (2.0 * draws[:, 3] - 1.0)
     strokes[:, SPEED] = robot.speed_min * (robot.speed_max / robot.speed_min) ** draws[:, 4]

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.candidates import Candidates
 from billiard_shot.planning.evaluate import Outcomes
-from billiard_shot.planning.limits import AZIMUTH, ELEVATION, raise_for_clearance, SPEED
+from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner
 from billiard_shot.records import Array
+from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 
 OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations

@@ -19,6 +19,7 @@ from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
 from billiard_shot.records import Array
+from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
@@ -115,11 +116,11 @@ def curved_candidates(
         )
         spreads.append(np.array([spread_of(problem, point, length, float(cut[i])) for i in fit]))
     strokes, spread = np.concatenate(found), np.concatenate(spreads)
-    allowed = problem.limits.allows_azimuth(strokes[:, 3])
+    allowed = problem.limits.allows_azimuth(strokes[:, AZIMUTH])
     strokes, spread = strokes[allowed], spread[allowed]
     raised = raise_for_clearance(problem.scene, problem.limits, strokes)
     # A higher cue gives another path.
-    free = np.flatnonzero(np.abs(raised[:, 2] - strokes[:, 2]) < 1e-9)
+    free = np.flatnonzero(np.abs(raised[:, ELEVATION] - strokes[:, ELEVATION]) < 1e-9)
     # chosen evenly from all speeds and elevations
     free = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(np.int64)]
     return Candidates(raised[free], spread[free], np.zeros(len(free), np.int64))

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.mapped_starts import (
     all_solved,
     Ground,
@@ -20,6 +19,7 @@ from billiard_shot.planning.places import put_at
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.records import Array, ROWS
+from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of

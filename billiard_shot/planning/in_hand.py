@@ -12,6 +12,7 @@ from billiard_shot.planning.targets import Break, Pot, Target
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.scene.table import Table
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
@@ -75,7 +76,7 @@ def places_in_hand(
     ]
     found = shots(scene, TableStates([CUE_BALL, *others], position), legal, noise)
     wanted = np.isin(found.pocket, [POCKET_NAMES.index(name) for name in target.pocket])
-    wanted &= limits.allows_azimuth(found.offsets[:, 3])
+    wanted &= limits.allows_azimuth(found.offsets[:, AZIMUTH])
     order = best_in_hand(found)
     chosen: list[tuple[float, float]] = []
     for k in order[wanted[order]].tolist():

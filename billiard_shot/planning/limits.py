@@ -16,11 +16,11 @@ from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import check_type, one_or_many
 from billiard_shot.shot.refusals import COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP, first_free
 
 BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
-A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 # Clearance of a planned cue, in standard deviations of its errors.
 MARGIN_SIGMAS = 3.5
 DIRECTIONS = 72  # in which the clearance of the cue is checked

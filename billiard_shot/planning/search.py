@@ -23,7 +23,6 @@ from billiard_shot.planning.candidates import (
 from billiard_shot.planning.cross_entropy import Population, population_of, refine
 from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
-from billiard_shot.planning.limits import AZIMUTH
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
@@ -31,6 +30,7 @@ from billiard_shot.planning.statistics import sample_execution_noise, wilson_int
 from billiard_shot.planning.strikes import wrapped
 from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 from billiard_shot.records import Array
+from billiard_shot.scene.player import AZIMUTH
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget

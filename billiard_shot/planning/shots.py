@@ -25,6 +25,7 @@ from billiard_shot.planning.pocket_openings import axis_angle, openings_of
 from billiard_shot.records import Array, as_rows, ROWS
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import A, ELEVATION, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
@@ -254,9 +255,9 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
 def strikes_of(model: StrikeModel) -> Array:
     """Solve the strokes of `PlayerRecord.strikes`; NaN where they cannot be played."""
     strokes = np.zeros((3, ELEVATION_COUNT, 5))
-    strokes[..., 2] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
-    strokes[..., 4] = UNSCALED_SPEED
-    strokes[1, :, 0], strokes[2, :, 0] = -OFFSET, OFFSET
+    strokes[..., ELEVATION] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
+    strokes[..., SPEED] = UNSCALED_SPEED
+    strokes[1, :, A], strokes[2, :, A] = -OFFSET, OFFSET
     surface = model.surface
     centre = np.array([0.0, 0.0, surface.radius])
     vectors = vectors_of(strokes.reshape(-1, 5))

@@ -22,9 +22,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import SPEED
 from billiard_shot.planning.mapped_starts import DEGREE, Mapped, MOTION, SOLVED, TERMS
 from billiard_shot.records import Array
+from billiard_shot.scene.player import SPEED
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
@@ -174,7 +174,7 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     places = draw.uniform(-1.0, 1.0, (FITTED_STRIKES + HELD_OUT, 3))
     strokes = np.zeros((len(places), 5))
     strokes[:, :3] = (np.array(cell[1:]) + 0.5 + 0.5 * places) * sizes_of(cell[0])
-    strokes[:, 4] = 1.0
+    strokes[:, SPEED] = 1.0
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
     strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).cues

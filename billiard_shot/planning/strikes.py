@@ -4,6 +4,7 @@ import numpy as np
 
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.player import SPEED
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.strike_batch import strike_batch
@@ -38,7 +39,7 @@ def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Arra
     """
     strokes = np.zeros((len(offsets), 5))
     strokes[:, :3] = offsets
-    strokes[:, 4] = 1.0
+    strokes[:, SPEED] = 1.0
     return motions_after(scene, model, strokes)
 
 

@@ -15,6 +15,7 @@ from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
 from billiard_shot.scene.values import as_floats, positive, whole
 
+A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 
@@ -180,11 +181,14 @@ class Noise:
         played = planned[..., np.newaxis, :] + sigmas * rng.standard_normal(
             (*planned.shape[:-1], n, 5)
         )
-        over = played[..., 2] > 0.5 * math.pi  # beyond the vertical it comes from the other side
-        played[over, :2] *= -1.0
-        played[over, 2] = math.pi - played[over, 2]
-        played[over, 3] = np.remainder(played[over, 3] + 2.0 * math.pi, math.tau) - math.pi
-        played[..., 4] = np.maximum(played[..., 4], MIN_NOISY_SPEED)
+        # Beyond the vertical the cue comes from the other side.
+        over = played[..., ELEVATION] > 0.5 * math.pi
+        played[over, A] *= -1.0
+        played[over, B] *= -1.0
+        played[over, ELEVATION] = math.pi - played[over, ELEVATION]
+        turned = played[over, AZIMUTH] + 2.0 * math.pi
+        played[over, AZIMUTH] = np.remainder(turned, math.tau) - math.pi
+        played[..., SPEED] = np.maximum(played[..., SPEED], MIN_NOISY_SPEED)
         return played
 
     def sigmas(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
@@ -218,6 +222,6 @@ def with_errors(strokes: NDArray[np.float64], errors: NDArray[np.float64]) -> ND
 
     """
     played = strokes + errors
-    played[..., 2] = np.maximum(played[..., 2], 0.0)
-    played[..., 4] = np.maximum(played[..., 4], MIN_NOISY_SPEED)
+    played[..., ELEVATION] = np.maximum(played[..., ELEVATION], 0.0)
+    played[..., SPEED] = np.maximum(played[..., SPEED], MIN_NOISY_SPEED)
     return played

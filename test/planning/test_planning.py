@@ -12,14 +12,7 @@ import pytest
 
 from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.planning.evaluate import evaluate_strokes
-from billiard_shot.planning.limits import (
-    AZIMUTH,
-    B,
-    ELEVATION,
-    limits_of,
-    raise_for_clearance,
-    SPEED,
-)
+from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.runner import CHUNK, LARGEST_CHUNK, Runner
@@ -30,6 +23,7 @@ from billiard_shot.planning.statistics import (
     wilson_interval,
 )
 from billiard_shot.planning.targets import target_of
+from billiard_shot.scene.player import AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
