@@ -15,13 +15,14 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.srv import Arm
+from builtin_interfaces.msg import Duration
 from cell import PATIENT
 import numpy as np
 from rclpy.time import Time
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from waiting import PATIENCE, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS, STROKE
@@ -201,22 +202,45 @@ def test_a_mechanism_that_paused_with_its_driver_stops_by_itself(cell):
 
 def test_stamps_of_a_mechanism_that_pauses_again_and_again_never_decrease(node, launch_once):
     """The driver ignores messages with earlier stamps; it then missed the strike."""
-    mechanism = launch_once('cue_sim', '-r', '__ns:=/stamps', '-p', 'rate:=1000.0')
-    stamps = []
-    heard = node.create_subscription(
-        JointState,
-        '/stamps/joint_states',
-        lambda message: stamps.append(Time.from_msg(message.header.stamp).nanoseconds),
-        JOINT_STATES,
+    mechanism = launch_once(
+        'cue_sim', '-r', '__ns:=/stamps', '-p', 'rate:=1000.0', '-p', 'command_timeout:=2.0'
     )
-    assert spin_until(node, lambda: stamps)
+    heard = []
+    listener = node.create_subscription(
+        JointState, '/stamps/joint_states', heard.append, JOINT_STATES
+    )
+    commands = node.create_publisher(JointTrajectory, '/stamps/cue_driver/actuation', 1)
+    assert spin_until(node, lambda: heard and commands.get_subscription_count())
     for _ in range(20):
+        # At rest it publishes less often.
+        commands.publish(hold(heard[-1], node.get_clock().now()))
         for pause, run in ((0.2, 0.005), (0.1, 0.2)):  # the second pause is within a burst
             mechanism.send_signal(signal.SIGSTOP)
             sleep(pause)
             mechanism.send_signal(signal.SIGCONT)
             sleep(run)
-        count = len(stamps)
-        assert spin_until(node, lambda count=count: len(stamps) > count + 400)
-    assert min(np.diff(stamps)) >= 0
-    node.destroy_subscription(heard)
+        count = len(heard)
+        assert spin_until(node, lambda count=count: len(heard) > count + 100)
+    steps = np.diff([Time.from_msg(each.header.stamp).nanoseconds for each in heard])
+    assert np.median(steps) < 2e6
+    assert min(steps) >= 0
+    node.destroy_subscription(listener)
+    node.destroy_publisher(commands)
+
+
+def hold(joints, now):
+    """Make a command that keeps the joints where they are."""
+    zeros = [0.0] * len(joints.name)
+    return JointTrajectory(
+        header=Header(stamp=now.to_msg()),
+        joint_names=joints.name,
+        points=[
+            JointTrajectoryPoint(
+                positions=joints.position,
+                velocities=zeros,
+                accelerations=zeros,
+                time_from_start=Duration(sec=second),
+            )
+            for second in (0, 1)
+        ],
+    )
