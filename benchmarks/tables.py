@@ -4,10 +4,10 @@ Writes the tables of docs/benchmarks.md from what the benchmarks measure now.
     python benchmarks/tables.py [--quick] [NAME ...]
 
 NAME: benchmarks to run, such as `strike`; by default all that the page has, in about ten minutes.
-Each table says at which commit it was measured. `--quick` takes smaller samples; the page says so.
-A benchmark that fails or takes too long keeps its former table, and the others go on. The last
-three need a ROS 2. `table` compares with pooltool if POOLTOOL_PYTHON names an interpreter that has
-it.
+Each table says at which commit it was measured, and on which machine, if not on that of the page.
+`--quick` takes smaller samples; the page says so. A benchmark that fails or takes too long keeps
+its former table, and the others go on. The last three need a ROS 2. `table` compares with pooltool
+if POOLTOOL_PYTHON names an interpreter that has it.
 """
 
 import argparse
@@ -24,6 +24,7 @@ HERE = Path(__file__).resolve().parent
 PAGE = HERE.parent / 'docs' / 'benchmarks.md'
 NAMES = 'strike', 'prediction', 'throughput', 'table', 'plan', 'service', 'cue', 'driver'
 BEGIN, END = '<!-- table: {} -->', '<!-- end: {} -->'
+MACHINE = 'Measured on '  # begins the line of the machine; a table from another one names its own
 LONGEST = 600.0  # s that a benchmark may take
 ENDING = 30.0  # s in which an interrupted one may end its processes
 
@@ -69,11 +70,12 @@ def commit():
     return named if same else f'{named}, with changes'
 
 
-def as_table(found):
-    """Write the rows of a benchmark as a table."""
+def as_table(found, page):
+    """Write the rows of a benchmark as a table of the page."""
     size = ', smaller samples' if found['quick'] else ''
+    machine = '' if f'{MACHINE}{found["machine"]}.' in page else f', on {found["machine"]}'
     lines = [
-        f'At {commit()}{size}: {found["machine"]}.',
+        f'At {commit()}{size}{machine}.',
         '',
         '| quantity | measured | limit |',
         '|---|---|---|',
@@ -110,6 +112,14 @@ def replaced(page, name, table):
     return f'{before}{begin}\n{table}\n{end}{after}'
 
 
+def all_on(page, machine):
+    """Name the machine once, if it has measured all tables."""
+    lines = page.replace(f', on {machine}', '').split('\n')
+    return '\n'.join(
+        f'{MACHINE}{machine}.' if line.startswith(MACHINE) else line for line in lines
+    )
+
+
 def main():
     """Measure, and write the page after each benchmark."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
@@ -127,7 +137,11 @@ def main():
         if found is None:
             failed.append(name)
             continue
-        PAGE.write_text(replaced(PAGE.read_text(), name, as_table(found)))
+        page = PAGE.read_text()
+        page = replaced(page, name, as_table(found, page))
+        if name == NAMES[-1] and not options.names and not failed:
+            page = all_on(page, found['machine'])
+        PAGE.write_text(page)
     if failed:
         sys.exit(f'without a result: {", ".join(failed)}')
 
