@@ -41,12 +41,12 @@ def scene(cushion='han', flight='off', duration=0.0):
     Flight is off because pooltool does not model it: there friction between balls never lifts a
     ball. The friction between balls is a little lower, because pooltool takes the speed at which
     they part, e v, for their normal impulse per mass, which is (1 + e) v / 2. Impacts take no time
-    in pooltool, nor here if `duration` is 0 s.
+    in pooltool, nor here if `duration` is 0 s, those with cushions included.
     """
     weaker = 0.95 / (0.5 * (1.0 + 0.95))
     above = (2.0 * HEIGHT - 1.0) * RADIUS
     inset = RADIUS - math.sqrt(RADIUS**2 - above**2)
-    cushions = {'model': cushion, 'height': HEIGHT}
+    cushions = {'model': cushion, 'height': HEIGHT, **({} if duration else {'duration': 0.0})}
     return Scene.from_dict(
         {
             'ball': {'mass': 0.170097, 'radius': RADIUS},
