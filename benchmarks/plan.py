@@ -205,7 +205,7 @@ def crowded(report, count):
     tail = float(np.percentile(clock.seconds, 95)) / median
     report.row(f'{name}the same, 95 %', tail, 'medians', 3.0)
     report.row(
-        f'{name}two balls worse than one, beyond the intervals: largest',
+        f' {name}two balls worse than one, beyond the intervals: largest',
         max(losses),
         'points',
     )
@@ -251,7 +251,7 @@ def main():
     tail = float(np.percentile(clock.seconds, 95)) / median
     report.row('the same, 95 %', tail, 'medians', 3.0)
     rate = np.sum(clock.simulations) / np.sum(clock.seconds)
-    report.row('strokes simulated a second', rate, '1/s')
+    report.row(' strokes simulated a second', rate, '1/s')
     cores = np.average(clock.cores, weights=clock.seconds)
     report.row('cores used', cores, '', -0.85 * (os.cpu_count() or 1))
     report.end()

@@ -85,15 +85,15 @@ def compare_speed(report, answer):
     for name, layout in answer['layouts'].items():
         given = states(layout['begin'])
         ours = per_shot(scene('han'), given)
-        report.row(f'{name}: microseconds', ours, 'us')
+        report.row(f' {name}: microseconds', ours, 'us')
         report.row(
-            f'{name}: pooltool over this, cushions after Han in both',
+            f'{name}: pooltool over this, cushions after Han',
             layout['seconds'] / float(ours),
             'times',
             -RATIOS[name],
         )
         default = per_shot(scene('mathavan', duration=DURATION), given)
-        report.row(f'{name}: microseconds, cushions and durations by default', default, 'us')
+        report.row(f' {name}: microseconds, by default', default, 'us')
         report.row(
             f'{name}: pooltool over this, each with its defaults',
             layout['seconds_default'] / float(default),
