@@ -179,7 +179,7 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
     noise = selected_noise(options, scene)
-    target = target_of(scene, _target(options))  # what is wrong with it is said before compiling
+    target = target_of(scene, _target(options))  # refused before compiling
     wait_for_machine_code()
     estimate_without_machine_code(options.budget, scene)
     with (

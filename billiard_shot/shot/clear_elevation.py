@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, Storage
+from billiard_shot.scene.player import A, AZIMUTH, B
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
@@ -22,9 +23,9 @@ class Trials(NamedTuple):
 @inner
 def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats) -> None:
     """Write the unit normal and the axis of a stroke at an elevation [rad], see `vectors_of`."""
-    a, b = stroke[0], stroke[1]
+    a, b = stroke[A], stroke[B]
     sin_e, cos_e = sin(elevation), cos(elevation)
-    sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
+    sin_t, cos_t = sin(stroke[AZIMUTH]), cos(stroke[AZIMUTH])
     depth = sqrt(max(1.0 - a * a - b * b, 0.0))
     length = sqrt(a * a + b * b + depth * depth)
     axis[0], axis[1], axis[2] = cos_e * cos_t, cos_e * sin_t, -sin_e

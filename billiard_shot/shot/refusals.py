@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.player import ELEVATION
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
 from billiard_shot.shot.clearance import surroundings_of
@@ -17,7 +18,6 @@ from billiard_shot.status import Status
 
 # Steps of the elevations that are tried [rad].
 COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = math.radians(4.0), math.radians(0.25)
-ELEVATION_OFFSET = 2  # column of offsets
 
 
 def refusals_in(
@@ -75,17 +75,17 @@ def lowest_elevation(
     place = None if position is None else as_floats(position)
     if place is not None and place.shape != (3,):
         raise ValueError(f'position must be of shape (3,), got {place.shape}')
-    strokes[:, ELEVATION_OFFSET] = 0.0
+    strokes[:, ELEVATION] = 0.0
     strokes = playable_offsets(strokes)
     highest = 0.5 * math.pi - FINE_ELEVATION_STEP
     begin = np.zeros(len(strokes))
     coarse = first_free(scene, strokes, begin, COARSE_ELEVATION_STEP, highest, position=place)
     begin = np.maximum(coarse - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, 0.0)
-    strokes[:, ELEVATION_OFFSET] = first_free(
+    strokes[:, ELEVATION] = first_free(
         scene, strokes, begin, FINE_ELEVATION_STEP, highest, position=place
     )
     playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
-    return np.where(playable, strokes[:, ELEVATION_OFFSET], np.inf)
+    return np.where(playable, strokes[:, ELEVATION], np.inf)
 
 
 def first_free(

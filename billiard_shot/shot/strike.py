@@ -99,7 +99,7 @@ class Strokes(NamedTuple):
             self.model,
             array(self.normals),
             array(self.velocities),
-            array(np.array(self.position)),  # that of a `Shot` is read only
+            array(self.position),
             self.around._replace(balls=array(self.around.balls)),
         )
 

@@ -310,8 +310,8 @@ def run_tables(
     elif task.until == 0.0:  # strikes are written
         cues = cues.copy()
     beginnings = Beginnings(
-        storage.from_rows(BallStart, np.ascontiguousarray(task.starts).reshape(-1)),
-        storage.from_rows(CueRecord, np.ascontiguousarray(cues)),
+        storage.from_rows(BallStart, task.starts.reshape(-1)),
+        storage.from_rows(CueRecord, cues),
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)

@@ -127,8 +127,8 @@ class Cell:
         """End the processes, then the player, whose endpoints others would discover in vain."""
         self.launch.close()
         self.player.destroy_node()
-        # Until it waits again, the executor keeps what it waited for: the next player would see
-        # safety inputs of an unknown node.
+        # The executor keeps the endpoints of its last wait until it waits again. If they stayed,
+        # the next player would find safety inputs of an unknown node.
         rclpy.get_global_executor().spin_once(timeout_sec=0.0)
 
     def wait_for_services(self, *more):
