@@ -1,5 +1,6 @@
 """A cell of real processes: driver, simulated mechanism and simulated table, and a player."""
 
+from contextlib import suppress
 from pathlib import Path
 import re
 from threading import Thread
@@ -188,8 +189,11 @@ class Cell:
 
     def delay(self):
         """Seconds that the processes have waited for a processor so far, on Linux."""
-        files = [Path(f'/proc/{process.pid}/schedstat') for process in self.processes.values()]
-        return sum(1e-9 * int(file.read_text().split()[1]) for file in files if file.exists())
+        delay = 0.0
+        for process in self.processes.values():
+            with suppress(FileNotFoundError, ProcessLookupError):  # of processes that have ended
+                delay += 1e-9 * int(Path(f'/proc/{process.pid}/schedstat').read_text().split()[1])
+        return delay
 
     @property
     def refusal(self):
