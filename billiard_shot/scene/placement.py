@@ -10,8 +10,6 @@ from billiard_shot.scene.errors import Mistake, must_be
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
-# How much closer a ball comes to the ends of noses, because they are rounded [m].
-NOSE_END_ROUNDING = 0.002
 # Largest depth of a moving ball in a nose [radii]: at 20 m/s a ball reaches 0.4.
 PRESSED = 0.5
 
@@ -108,6 +106,8 @@ def no_start(
 def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:
     """Whether a ball at distances [m] out of a mouth and beside its middle clears the noses."""
     room = 0.5 * pocket.mouth - aside
+    # A jaw rounds the corner of nose and facing: there a ball comes closer to the corner.
+    rounded = pocket.jaw_radius * (1.0 / math.sin(math.radians(0.5 * pocket.cut_deg)) - 1.0)
     if out > 0.0:
-        return room >= standoff - NOSE_END_ROUNDING
-    return room >= 0.0 and math.hypot(room, out) >= standoff - NOSE_END_ROUNDING
+        return room >= standoff - rounded
+    return room >= 0.0 and math.hypot(room, out) >= standoff - rounded - rounding.PLACE

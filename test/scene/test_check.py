@@ -228,6 +228,13 @@ def test_balls_lie_on_the_table(place, right):
             Scene.from_dict(data)
 
 
+def test_a_ball_can_lie_where_it_came_to_rest():
+    """One that had stopped at the round end of a nose was refused, which ended a rack."""
+    place = 0.04939784602495539, 0.4747806187735074
+    scene = dataclasses.replace(Scene.load('seven_foot'), balls={'8': place})
+    assert scene.balls['8'] == place
+
+
 def test_a_carom_table_has_no_mouths():
     data = {**Scene.load('pool').to_dict(), 'balls': {'8': [0, 0.638]}}
     with pytest.raises(
