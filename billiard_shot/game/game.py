@@ -34,7 +34,7 @@ class Game:
     balls : tuple of str
         Names of the object balls.
     needs : callable
-        Takes a state and a player, and returns how many balls this player has to pot to win.
+        Takes a state and a player, and returns the balls that this player has to pot to win.
     shared : bool
         Whether both players pot the same balls, so that a pot brings both nearer to the end.
     in_hand, phase : str
@@ -56,7 +56,7 @@ class Game:
     targets: Callable[[State], tuple[str, ...]]
     rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
     balls: tuple[str, ...]
-    needs: Callable[[State, int], int] = lambda state, player: len(state.object_balls)
+    needs: Callable[[State, int], tuple[str, ...]] = lambda state, player: state.object_balls
     shared: bool = True
     in_hand: str = 'kitchen'
     phase: str = 'break'

@@ -6,8 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
+from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
-from billiard_shot.game.valuation import at_table, may_pot, miss_value, next_shots
+from billiard_shot.game.valuation import (
+    at_table,
+    may_pot,
+    miss_value,
+    next_shots,
+    shots_left,
+)
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.strikes import unit_speed_strikes
 from billiard_shot.records import Array
@@ -111,20 +118,20 @@ def _values_after(
     ends: TableStates,
 ) -> Array:
     """Value strokes that pot, by the chance of the shot, and the best shot that they leave."""
-    names = ends.names
-    kind, ball = batch.kind[followed.row], direct.ball[followed.shot]
-    groups: list[tuple[State, State, NDArray[np.int64]]] = []
+    before, ball = batch.kind[followed.row], direct.ball[followed.shot]
+    ways = set(zip(before[potted].tolist(), ball[potted].tolist(), strict=True))
+    after: list[State] = []
+    kind = np.full(len(before), -1)
     masks = np.zeros(ends.present.shape, np.bool_)
-    for number, fallen in set(zip(kind[potted].tolist(), ball[potted].tolist(), strict=True)):
-        before = batch.after[number]
-        after = before.without(names[fallen])
-        rows = np.flatnonzero(potted & (kind == number) & (ball == fallen))
-        groups.append((before, after, rows))
-        if after.object_balls:
-            masks[rows] = may_pot(after, names)
+    for number, fallen in ways:
+        rows = potted & (before == number) & (ball == fallen)
+        kind[rows] = len(after)
+        after.append(batch.after[number].without(ends.names[fallen]))
+        if after[-1].object_balls:
+            masks[rows] = may_pot(after[-1], ends.names)
     chance = shots(scene, ends, masks).best
-    value = np.zeros(len(kind))
-    for before, after, rows in groups:
-        p = direct.chance[followed.shot[rows]]
-        value[rows] = p * at_table(chance[rows], after) + (1.0 - p) * miss_value(before)
-    return value
+    game = find_game(batch.after[0].game)
+    missed = miss_value(game, shots_left(scene, batch.after, batch.kind, batch.states))
+    p = direct.chance[followed.shot]
+    then = at_table(chance, game, shots_left(scene, after, kind, ends))
+    return p * then + (1.0 - p) * missed[followed.row]

@@ -1,88 +1,134 @@
 """
 The value of states: an estimate of the probability to win the rack.
 
-Two equal players are assumed, who pot each ball with the probability `SHOT`. Then the probability
-to win from the table with n balls to pot, while the other needs m, follows by a recursion. The
-next shot of a state is not an average one: its chance is that of the best direct shot, `shots`.
+Two equal players are assumed, who make each shot with the probability `SHOT`, and who need a shot
+for each ball, and `BLOCKED` more for a ball that no pocket is open to. Then the probability to win
+from the table with n shots to make, while the other needs m, follows by a recursion. The next shot
+of a state is not an average one: its chance is that of the best direct shot, `shots`.
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import find_game
+from billiard_shot.game.game import find_game, Game
 from billiard_shot.game.state import State
+from billiard_shot.planning.open_pockets import open_pockets
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.table.table_states import TableStates
 
 SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
-AFTER_SAFETY = 0.5  # the same for the other player's shot after a safety
+BLOCKED = 3  # shots that a ball costs beside its own if no pocket is open to it
+MOST_SHOTS = 15 * (1 + BLOCKED)  # that a player needs
+AFTER_SAFETY = 0.5  # probability of the other player's shot after a safety
 IN_HAND_CHANCE, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
 
 
-@lru_cache(maxsize=4096)
-def win_probability(mine: int, others: int, shared: bool) -> float:
+@cache
+def win_probabilities(shared: bool) -> Array:
     """
-    Probability that the player at the table wins, between equal players and average positions.
+    Tabulate the probability that the player at the table wins, between equal players.
 
     Parameters
     ----------
-    mine, others : int
-        Balls that the player at the table, and the other one, have to pot.
     shared : bool
-        Whether these are the same balls.
+        Whether both players pot the same balls.
+
+    Returns
+    -------
+    (MOST_SHOTS + 1, MOST_SHOTS + 1) float array
+        By the shots that the player at the table has to make, and the other one.
 
     """
-    if mine <= 0:
-        return 1.0
-    # w = s u + (1 - s) (1 - v), where v is the same for the other: solve both equations
-    up = win_probability(mine - 1, mine - 1 if shared else others, shared)
-    if shared:
-        return (SHOT * up + 1.0 - SHOT) / (2.0 - SHOT)
-    if others <= 0:
-        return 0.0
-    other_up = win_probability(others - 1, mine, shared)
     miss = 1.0 - SHOT
-    # w = s up + miss (1 - v),  v = s other_up + miss (1 - w)
-    return (SHOT * up + miss * (1.0 - SHOT * other_up - miss)) / (1.0 - miss * miss)
+    won = np.zeros((MOST_SHOTS + 1, MOST_SHOTS + 1))
+    won[0] = 1.0
+    if shared:
+        for mine in range(1, MOST_SHOTS + 1):  # w = s u + (1 - s) (1 - w), with u after the shot
+            won[mine] = (SHOT * won[mine - 1] + miss) / (1.0 + miss)
+        return won
+    for total in range(2, 2 * MOST_SHOTS + 1):
+        for mine in range(max(1, total - MOST_SHOTS), min(total, MOST_SHOTS + 1)):
+            others = total - mine
+            # w = s up + miss (1 - v),  v = s down + miss (1 - w), with v of the other player
+            up, down = won[mine - 1, others], won[others - 1, mine]
+            won[mine, others] = (SHOT * up + miss * (1.0 - SHOT * down - miss)) / (1.0 - miss**2)
+    return won
 
 
-def at_table(chance: Array, state: State) -> Array:
+def shots_left(
+    scene: Scene, after: Sequence[State], kind: NDArray[np.int64], states: TableStates
+) -> NDArray[np.int64]:
     """
-    Value a state for the player at the table, whose next shot has a chance.
+    Count the shots that the players need.
+
+    Parameters
+    ----------
+    scene : Scene
+    after : sequence of State
+        States of the game.
+    kind : (n,) int array
+        Which of these belongs to each table; -1: none.
+    states : TableStates
+        (n,) where the balls lie.
+
+    Returns
+    -------
+    (n, 2) int array
+        Of the player at the table, and of the other one.
+
+    """
+    needed = np.zeros((2, *states.present.shape), np.bool_)
+    for number, state in enumerate(after):
+        needs = find_game(state.game).needs
+        for who, player in enumerate((state.player, state.other)):
+            balls = needs(state, player)
+            needed[who, kind == number] = [name in balls for name in states.names]
+    lying = states.present & (np.array(states.names) != CUE_BALL)
+    others = TableStates(states.names, states.position, present=lying)
+    count = open_pockets(scene, others, needed[0] | needed[1])
+    return (needed * np.where(count, 1, 1 + BLOCKED)).sum(axis=2).T
+
+
+def at_table(chance: Array, game: Game, left: NDArray[np.int64]) -> Array:
+    """
+    Value states for the player at the table.
 
     Parameters
     ----------
     chance : (n,) float array
-        Of n tables with the same state but for the places.
-    state : State
-        Which balls are left, and who has to pot which.
+        Of the next shot.
+    game : Game
+    left : (n, 2) int array
+        As of `shots_left`.
 
     """
-    rules = find_game(state.game)
-    mine, others = rules.needs(state, state.player), rules.needs(state, state.other)
-    if mine <= 0:
-        return np.ones(len(chance))
-    if rules.players == 1:
-        return chance * SHOT ** (mine - 1)
-    shared = rules.shared
-    pot = win_probability(mine - 1, mine - 1 if shared else others, shared)
-    theirs = win_probability(others - 1, others - 1 if shared else mine, shared)
-    missed = win_probability(mine, others, shared)
+    mine, others = left.T
+    rest = np.maximum(mine - 1, 0)
+    if game.players == 1:
+        return np.where(mine > 0, chance * SHOT**rest, 1.0)
+    won = win_probabilities(game.shared)
+    missed = won[mine, others]
+    theirs = won[np.maximum(others - 1, 0), rest if game.shared else mine]
     safety = AFTER_SAFETY * (1.0 - theirs) + (1.0 - AFTER_SAFETY) * missed
-    return np.maximum(chance * pot + (1.0 - chance) * miss_value(state), safety)
+    pot = chance * won[rest, rest if game.shared else others]
+    return np.where(
+        mine > 0, np.maximum(pot + (1.0 - chance) * miss_value(game, left), safety), 1.0
+    )
 
 
-def miss_value(state: State) -> float:
-    """Value of a miss for the player at the table: the other one plays from an average place."""
-    rules = find_game(state.game)
-    if rules.players == 1:
-        return 0.0
-    mine, others = rules.needs(state, state.player), rules.needs(state, state.other)
-    return 1.0 - win_probability(others, mine, rules.shared)
+def miss_value(game: Game, left: NDArray[np.int64]) -> Array:
+    """Value a miss for the player at the table: the other one plays from an average place."""
+    mine, others = left.T
+    if game.players == 1:
+        return np.zeros(len(left))
+    return 1.0 - win_probabilities(game.shared)[others, mine]
 
 
 def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
@@ -105,10 +151,11 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
     """
     goes_on = [not after.over and not after.in_hand for after in batch.after]
     chance = next_shots(scene, batch, goes_on).best
+    left = shots_left(scene, batch.after, batch.kind, batch.states)
     found = np.zeros(len(batch.kind))
     for number, after in enumerate(batch.after):
         rows = batch.kind == number
-        found[rows] = value(after, player, chance[rows])
+        found[rows] = value(after, player, chance[rows], left[rows])
     return found
 
 
@@ -127,15 +174,15 @@ def may_pot(state: State, names: tuple[str, ...]) -> list[bool]:
     return [name in targets for name in names]
 
 
-def value(state: State, player: int, chance: Array) -> Array:
-    """Value a state for a player, with chances (n,) of the next shot."""
+def value(state: State, player: int, chance: Array, left: NDArray[np.int64]) -> Array:
+    """Value a state for a player, with chances (n,) of the next shot, and `shots_left`."""
     if state.over:
         return np.full(len(chance), float(state.winner == player))
     if state.in_hand:
         chance = np.full(
             len(chance), IN_HAND_CHANCE if state.in_hand == 'anywhere' else IN_KITCHEN
         )
-    own = at_table(chance, state)
+    own = at_table(chance, find_game(state.game), left)
     if 'pass' in state.choices:  # after a push-out the other player takes the better part
         own = np.maximum(own, 1.0 - own)
     return own if state.player == player else 1.0 - own

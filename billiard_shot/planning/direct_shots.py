@@ -21,7 +21,6 @@ from billiard_shot.planning.pocket_openings import ANGLE_STEP, ANGLE_STEPS, ANGL
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.cushion_models import HAN
 from billiard_shot.table.geometry import (
     lay_out,
     PackedTable,
@@ -29,7 +28,8 @@ from billiard_shot.table.geometry import (
     POCKETS,
     TableNumbers,
 )
-from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
+from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.params import BallClothParams, GATE_AUTO
 
 NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; also a target
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
@@ -432,18 +432,21 @@ def rate_shot(
     return True
 
 
-def _example(storage: Storage) -> tuple[Any, ...]:
+def example_layout(storage: Storage) -> PackedTable:
+    """Lay out a table as entries of direct shots take it."""
     params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
-    five, two = (1.0,) * 5, (1.0,) * 2
-    table = TableParams(9.0, 9.0, True, HAN, *(1.0,) * 8, five, five, two, two, *(1.0,) * 7)
+    return lay_out(storage, params, ENDLESS)
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
     return (
-        lay_out(storage, params, table),
+        example_layout(storage),
         storage.array(np.zeros((1, 1, 2))),
         storage.array(np.zeros((1, 1), np.int64)),
         0,
         PlayerRecord(storage.zeros(ELEVATION_COUNT, 5), *(1.0,) * 10),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),
-        storage.array(np.zeros(POCKETS)),
+        storage.zeros(POCKETS),
         storage.records(DirectShot, 1),
     )
 

@@ -19,6 +19,8 @@ from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulate import run_many, TableTask
 
+# Directions of the axes into the pockets [rad], counter-clockwise from +x.
+AXES = np.radians([45.0, 135.0, 225.0, 315.0, 90.0, -90.0])
 POCKET_KINDS = 0, 4  # a corner pocket and a side pocket, whose openings are those of all six
 # Angles [rad] from the axis of a pocket into it; counter-clockwise. Multiples of `ANGLE_STEP`.
 ANGLE_STEP, ANGLE_STEPS = math.radians(5.0), 18
@@ -72,7 +74,7 @@ def _falls(
     """Find whether balls fall that roll to a pocket, at angles and speeds (n, 2), beside it."""
     layout = layout_of(params, table)
     hole, numbers = layout.pockets[pocket], layout.numbers
-    heading = axis_angle(pocket) + grid[:, 0]
+    heading = AXES[pocket] + grid[:, 0]
     along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
     left = np.stack([-along[:, 1], along[:, 0]], axis=1)
     begin = np.array([hole.hole_x, hole.hole_y]) - WAY * along + offsets[:, np.newaxis] * left
@@ -93,13 +95,6 @@ def _falls(
 
 
 OPENING_TOLERANCE = 2e-3  # m, of these simulations
-
-
-def axis_angle(pocket: int) -> float:
-    """Direction of the axis into a pocket [rad], counter-clockwise from +x."""
-    if pocket < 4:
-        return 0.25 * math.pi + 0.5 * math.pi * pocket
-    return 0.5 * math.pi if pocket == 4 else -0.5 * math.pi
 
 
 def _longest_run(row: NDArray[np.bool_]) -> tuple[int, int]:

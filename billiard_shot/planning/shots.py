@@ -21,7 +21,7 @@ from billiard_shot.planning.direct_shots import (
 )
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
-from billiard_shot.planning.pocket_openings import axis_angle, openings_of
+from billiard_shot.planning.pocket_openings import AXES, openings_of
 from billiard_shot.records import Array, as_rows, ROWS
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
@@ -37,7 +37,7 @@ from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
-from billiard_shot.table.table_states import ManyStates, table_states
+from billiard_shot.table.table_states import ManyStates, table_states, TableStates
 
 UNSCALED_SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
@@ -165,18 +165,15 @@ def shots(
     if CUE_BALL not in tables.names:
         got = ', '.join(tables.names)
         raise ValueError(f'states must have the ball {CUE_BALL!r}, got {got}')
-    kinds = np.where(tables.present, PRESENT, NO_BALL)
-    kinds[tables.present & _legal(tables.names, kinds.shape, legal)] = LEGAL
+    places, kinds = places_and_kinds(tables, _legal(tables.names, tables.present.shape, legal))
     cue = tables.names.index(CUE_BALL)
     kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
-    places = np.where(tables.present[..., np.newaxis], tables.position[..., :2], 0.0)
     kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
     if len(tables) > INTERPRETED_AT_MOST:
         machine_code.require()
     player = _player(scene, noise_of(scene, noise))
     params, table = params_on_table(scene)
     openings = openings_of(params, table)
-    axes = np.array([axis_angle(pocket) for pocket in range(POCKETS)])
 
     def find(part: slice) -> NDArray[np.void]:
         run = find_direct_shots.current()
@@ -190,7 +187,7 @@ def shots(
             cue,
             player._replace(strikes=array(player.strikes)),
             array(openings),
-            array(axes),
+            array(AXES),
             found,
         )
         rows = as_rows(DirectShot, found)[:count]
@@ -207,6 +204,15 @@ def shots(
         for name in ('table', 'ball', 'pocket', 'cut', 'distance', 'way', 'chance')
     }
     return DirectShots(names=tables.names, tables=len(tables), offsets=offsets, **columns)
+
+
+def places_and_kinds(
+    tables: TableStates, legal: NDArray[np.bool_]
+) -> tuple[Array, NDArray[np.int64]]:
+    """Return where balls lie (tables, balls, 2) [m], and their kinds; `legal` marks balls."""
+    kinds = np.where(tables.present, PRESENT, NO_BALL)
+    kinds[tables.present & legal] = LEGAL
+    return np.where(tables.present[..., np.newaxis], tables.position[..., :2], 0.0), kinds
 
 
 def _legal(

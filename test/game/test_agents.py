@@ -13,12 +13,13 @@ from billiard_shot.game import Call, Decision, judge, Outcome, start, State
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
 from billiard_shot.game.breaks import best_break, break_racks
+from billiard_shot.game.game import find_game
 from billiard_shot.game.ideas import indirect_pots
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
 from billiard_shot.game.rating import position_of
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
-from billiard_shot.game.valuation import at_table, SHOT, value, win_probability
+from billiard_shot.game.valuation import at_table, SHOT, value, win_probabilities
 from billiard_shot.pictures.rack import draw_rack
 
 TABLE = Scene.load('seven_foot')
@@ -110,20 +111,21 @@ def test_the_greedy_agent_takes_the_best_chance():
 
 def test_the_probability_to_win_is_one_of_two_equal_players():
     for shared in (False, True):
+        won = win_probabilities(shared)
         for mine in range(1, 9):
             for others in [mine] if shared else range(1, 9):
-                w = win_probability(mine, others, shared)
-                assert 0.5 < w + 0.3 * (mine - others > 0) * 2 < 1.7
-                down = win_probability(mine - 1, mine - 1 if shared else others, shared)
-                v = win_probability(others, mine, shared)
-                assert w == pytest.approx(SHOT * down + (1.0 - SHOT) * (1.0 - v), abs=1e-12)
-    assert win_probability(1, 8, False) > win_probability(8, 8, False)
-    for game in ('eight_ball', 'nine_ball', 'practice'):
-        state = start(game, TABLE)
-        rises = at_table(np.linspace(0.0, 1.0, 11), state)
+                down = won[mine - 1, mine - 1 if shared else others]
+                missed = 1.0 - won[others, mine]
+                expected = SHOT * down + (1.0 - SHOT) * missed
+                assert won[mine, others] == pytest.approx(expected, abs=1e-12)
+    assert win_probabilities(False)[1, 8] > win_probabilities(False)[8, 8] > 0.5
+    for name in ('eight_ball', 'nine_ball', 'practice'):
+        left = np.full((11, 2), 4)
+        rises = at_table(np.linspace(0.0, 1.0, 11), find_game(name), left)
         assert (np.diff(rises) >= 0.0).all()
         assert 0.0 <= rises[0] < rises[-1] <= 1.0
-    assert at_table(np.ones(1), start('practice', TABLE, balls=1)) == 1.0
+        assert at_table(np.zeros(1), find_game(name), np.array([[0, 4]])) == 1.0
+    assert at_table(np.ones(1), find_game('practice'), np.ones((1, 2), int)) == 1.0
 
 
 @pytest.mark.parametrize('limit', ['seconds', 'time_left'])
@@ -175,9 +177,10 @@ def test_after_a_push_out_the_other_player_takes_the_better_part():
     state = start('nine_ball', TABLE, seed=4).with_cue_ball(-0.8, 0.0)
     pushed = replace(state, player=1, phase='play', in_hand='', choices=('accept', 'pass'))
     chance = np.linspace(0.0, 1.0, 11)
-    own = at_table(chance, pushed)
-    assert value(pushed, 0, chance) == pytest.approx(np.minimum(own, 1.0 - own))
-    assert value(pushed, 1, chance) == pytest.approx(np.maximum(own, 1.0 - own))
+    left = np.full((11, 2), 9)
+    own = at_table(chance, find_game('nine_ball'), left)
+    assert value(pushed, 0, chance, left) == pytest.approx(np.minimum(own, 1.0 - own))
+    assert value(pushed, 1, chance, left) == pytest.approx(np.maximum(own, 1.0 - own))
 
 
 def test_without_a_direct_shot_a_combination_is_found():

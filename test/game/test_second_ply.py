@@ -10,14 +10,14 @@ from billiard_shot.game import Ruling, start
 from billiard_shot.game.batch_outcomes import RuledBatch
 from billiard_shot.game.placing import placed
 from billiard_shot.game.second_ply import second_ply
-from billiard_shot.game.valuation import values
+from billiard_shot.game.valuation import BLOCKED, shots_left, values
 
 TABLE = Scene.load('pool_table')
 
 
-def end_states(*rows):
-    """Practice with two balls left, in several places."""
-    state = start('practice', TABLE, balls=2)
+def end_states(*rows, game='practice', **given):
+    """Several places of a few balls that are left, by default two in practice."""
+    state = replace(start(game, TABLE), phase='play', **given)
     states = [replace(state, balls=balls, in_hand='', shots=1) for balls in rows]
     tables = placed(states[0])
     many = tables.take(np.zeros(len(rows), int))
@@ -48,3 +48,26 @@ def test_the_last_two_balls_are_won_by_two_pots():
     last = {'cue': (0.7, 0.35), '1': (0.95, 0.475), '2': (0.9, -0.45)}
     batch = end_states(last)
     assert second_ply(TABLE, 0, batch, values(TABLE, 0, batch))[0] > 0.9
+
+
+def test_a_rack_is_won_by_the_last_ball_and_the_8():
+    """The 8 counted as a ball that is needed after it had fallen."""
+    last = {'cue': (0.7, 0.35), '1': (0.95, 0.475), '8': (0.9, -0.45)}
+    groups = 'solids', 'stripes'
+    batch = end_states(last | {'9': (-0.9, 0.0)}, game='eight_ball', groups=groups)
+    assert second_ply(TABLE, 0, batch, values(TABLE, 0, batch))[0] > 0.9
+    on_8 = end_states({'cue': (0.7, -0.35), '8': (0.9, -0.45)}, game='eight_ball', groups=groups)
+    assert second_ply(TABLE, 0, on_8, values(TABLE, 0, on_8))[0] > 0.9
+
+
+def test_a_ball_that_no_pocket_is_open_to_takes_more_shots():
+    free = {'cue': (-0.5, 0.0), '1': (0.6, 0.3), '8': (0.3, -0.2), '9': (-0.9, 0.2)}
+    beside = {'10': (1.2414, 0.06), '11': (1.2414, -0.06)}
+    theirs, both = (free | beside | {ball: (1.2414, 0.0)} for ball in ('9', '8'))
+    states = [
+        end_states(balls, game='eight_ball', groups=('solids', 'stripes'))
+        for balls in (free, theirs, both)
+    ]
+    left = [shots_left(TABLE, each.after, each.kind, each.states)[0].tolist() for each in states]
+    # no ball of the row goes along the cushion: the others are where the cue ball has to be
+    assert left == [[2, 2], [2, 4 + 3 * BLOCKED], [2 + BLOCKED, 4 + 3 * BLOCKED]]

@@ -18,13 +18,13 @@ from billiard_shot.game.breaks import best_break
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import find_game
 from billiard_shot.game.ideas import indirect_pots, pots, safeties, variations
-from billiard_shot.game.placing import call_of, direct_shots, places_to_try
+from billiard_shot.game.placing import call_of, direct_shots, placed, places_to_try
 from billiard_shot.game.rating import Idea, Position, position_of, rate, Rated
 from billiard_shot.game.referee import choose
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.safe_stroke import hit_something
 from billiard_shot.game.state import State
-from billiard_shot.game.valuation import at_table, value
+from billiard_shot.game.valuation import at_table, shots_left, value
 from billiard_shot.planning.in_hand import best_in_hand
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
@@ -127,7 +127,9 @@ class Player:
             chance = np.zeros(1)
             if CUE_BALL in after.balls:
                 chance = direct_shots(self._scene, after).best
-            found[choice] = float(value(after, state.player, chance)[0])
+            tables = placed(after) if CUE_BALL in after.balls else placed(after, np.zeros((1, 2)))
+            left = shots_left(self._scene, [after], np.zeros(1, np.int64), tables)
+            found[choice] = float(value(after, state.player, chance, left)[0])
         return max(found, key=lambda choice: found[choice])
 
     def _limit(self, state: State) -> float:
@@ -245,7 +247,9 @@ def _decision(rated: list[Rated]) -> Decision:
 def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
     """Take a direct shot by its chance, without having tried it."""
     chance = direct.chance[number]
-    won = float(at_table(np.array([chance]), position.state)[0])
+    state, tables = position.state, placed(position.state)
+    left = shots_left(position.scene, [state], np.zeros(1, np.int64), tables)
+    won = float(at_table(np.array([chance]), find_game(state.game), left)[0])
     idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
     return Rated(idea, won, float(chance))
 

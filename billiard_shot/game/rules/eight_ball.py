@@ -27,12 +27,21 @@ def targets(state: State) -> tuple[str, ...]:
     return tuple(ball for ball in state.object_balls if ball in group) or ('8',)
 
 
-def needs(state: State, player: int) -> int:
-    """Count the balls that a player has to pot: its group, or seven, and the 8."""
-    group = state.groups[player]
-    if not group:
-        return 8
-    return 1 + sum(ball in BALLS_OF_GROUPS[group] for ball in state.object_balls)
+def needs(state: State, player: int) -> tuple[str, ...]:
+    """
+    List the balls of a player: those of the group, and the 8.
+
+    If the table is open, the player at the table has the smaller group.
+    """
+    lying = {
+        name: [ball for ball in state.object_balls if ball in group]
+        for name, group in BALLS_OF_GROUPS.items()
+    }
+    mine = state.groups[player]
+    if not mine:
+        smaller, larger = sorted(lying, key=lambda name: len(lying[name]))
+        mine = smaller if player == state.player else larger
+    return (*lying[mine], *(ball for ball in state.object_balls if ball == '8'))
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:

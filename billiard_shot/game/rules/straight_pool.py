@@ -29,9 +29,9 @@ def targets(state: State) -> tuple[str, ...]:
     return state.object_balls
 
 
-def needs(state: State, player: int) -> int:
-    """Count the points that a player needs, at most those of a rack."""
-    return min(state.target - state.scores[player], len(FIFTEEN))
+def needs(state: State, player: int) -> tuple[str, ...]:
+    """List balls on the table, at most as many as the points that a player needs."""
+    return state.object_balls[: max(0, state.target - state.scores[player])]
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
