@@ -22,7 +22,7 @@ from tools.foreign import foreign, SHOTS, their_scene
 from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
-from billiard_shot.game import Call, Decision, Pairing, play, start, State, summary
+from billiard_shot.game import Call, Pairing, play, start, State, summary
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.breaks import best_break
@@ -63,8 +63,8 @@ GAMES = {
     for game in ('eight_ball', 'nine_ball')
 }
 RUN_OUT = {
-    'run-out': Series('eight_ball', SEVEN_FOOT, ('player', 'resigns'), None, 100, 0.7),
-    'run-out-double': Series('eight_ball', SEVEN_FOOT, ('player:effort=2', 'resigns'), None, 100),
+    f'run-out{name}': Series('tools.run_out', SEVEN_FOOT, (player,), None, 100, goal)
+    for name, player, goal in (('', 'player', 0.7), ('-double', 'player:effort=2', 0.0))
 }
 ABLATION = {
     f'practice-8-{name}': Series('practice', NINE_FOOT, (f'player:{options}',), 8, 60)
@@ -89,21 +89,6 @@ FOREIGN = {
 SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION | FOREIGN
 
 
-class Resigns:
-    """The opponent of run-outs: it loses the rack as soon as it is its turn."""
-
-    def place(self, state):
-        """Place the cue ball off the table, which loses the rack."""
-        return state.length, 0.0
-
-    def decide(self, state):
-        """Take a choice that is not there, which loses the rack."""
-        return Decision(choice='resign')
-
-    def saw(self, state, decision, ruling):
-        """Learn nothing."""
-
-
 def play_one(key, number):
     """Play a rack of a series."""
     series = SERIES[key]
@@ -118,16 +103,21 @@ def play_one(key, number):
 
 def run_out(series, scene, number):
     """Play from cue ball in hand after a legal break, until the player wins or its visit ends."""
-    place, stroke = best_break(scene, series.game)
+    place, stroke = best_break(scene, 'eight_ball')
     for seed in range(1000 * number, 1000 * (number + 1)):
-        state = start(series.game, scene, seed).with_cue_ball(*place)
+        state = start('eight_ball', scene, seed).with_cue_ball(*place)
         errors = np.random.default_rng(seed)
         state = judge(state, shot=simulated(scene_of(scene, state), stroke, errors)).state
         if not (state.over or state.choices or state.in_hand):
             break
     balls = {ball: at for ball, at in state.balls.items() if ball != 'cue'}
-    after = state.to_dict() | {'balls': balls, 'in_hand': 'anywhere', 'player': 0}
-    agents = [find_agent(series.players[0])(scene, number), Resigns()]
+    after = state.to_dict() | {
+        'game': series.game,
+        'balls': balls,
+        'in_hand': 'anywhere',
+        'player': 0,
+    }
+    agents = [find_agent(series.players[0])(scene, number)]
     return play_rack(State.from_dict(after), scene, agents, series.players, 1, number)
 
 
@@ -163,7 +153,7 @@ def first_player(racks):
     """Summarize the racks of the first player, and check that no move was illegal."""
     players = summary(racks[0].players, racks)['players']
     for player in players:
-        assert player['name'] == 'resigns' or 'illegal' not in player['ends'], player
+        assert 'illegal' not in player['ends'], player
     return players[0]
 
 
@@ -220,7 +210,7 @@ def report_on(racks):
             continue
         player = first_player(racks[key])
         count = len(racks[key])
-        won = run_outs(racks[key]) if key in RUN_OUT else player['wins']
+        won = player['wins']
         high = wilson_interval(won, count)[1]
         report.row(
             f'{key}: {won} of {count}, upper end of the 95 % interval',

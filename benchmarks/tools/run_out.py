@@ -1,0 +1,26 @@
+"""Eight-ball for one player, who has one visit: to run out, from any state after the break."""
+
+from dataclasses import replace
+
+from billiard_shot.game.call import Call
+from billiard_shot.game.game import find_game
+from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.ruling import Ruling
+from billiard_shot.game.state import State
+
+EIGHT_BALL = find_game('eight_ball')
+
+
+def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule as eight-ball does, and end the rack with the visit."""
+    ruling = EIGHT_BALL.rule(state, call, outcome)
+    after = ruling.state
+    won = after.over and after.winner == state.player
+    over = after.over or after.player != state.player
+    winner = state.player if won else None
+    return replace(
+        ruling, state=replace(after, player=state.player, over=over, winner=winner, choices=())
+    )
+
+
+GAME = replace(EIGHT_BALL, name='tools.run_out', rule=rule, players=1)
