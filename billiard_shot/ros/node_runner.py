@@ -1,9 +1,11 @@
 """Runs a node of the package until a signal ends it, and sets the exit code."""
 
+import argparse
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 import contextlib
 from dataclasses import replace
 import gc
+import inspect
 import os
 import re
 import signal
@@ -21,6 +23,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.timer import Timer
+from rclpy.utilities import remove_ros_args
 
 from billiard_shot import machine_code, predict, Scene, Stroke
 
@@ -64,6 +67,11 @@ DDS sends every answer to every client of the service, which discards those of t
 
 PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""
+
+
+def own_arguments(args: Sequence[str] | None) -> list[str]:
+    """Return the arguments of a program that are not ROS arguments."""
+    return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
 
 
 @contextlib.contextmanager
@@ -192,8 +200,15 @@ def spin_node(
 
     The middleware still works while `leave` runs. If a callback raises an exception, call
     `survive` and go on; without `survive`, the node ends. If a callback raises EndError, or after
-    a bad parameter, print one line and exit with code 1.
+    a bad parameter, print one line and exit with code 1. `--help` and other arguments that are
+    not ROS arguments do not start the node.
     """
+    argparse.ArgumentParser(
+        name,
+        usage='%(prog)s [-h] [--ros-args -p PARAMETER:=VALUE -r NAME:=NAME ...]',
+        description=(inspect.getdoc(inspect.getmodule(make)) or '').partition('\n')[0],
+        epilog=f'Parameters: config/{name}.yaml, and `ros2 param describe` while the node runs.',
+    ).parse_args(own_arguments(args))
     ending = threading.Event()
     executor: Executor | None = None
     code: int | None = None

@@ -24,7 +24,6 @@ from billiard_shot_msgs.msg import Target
 from billiard_shot_msgs.srv import PredictShot
 import numpy as np
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 import yaml
 
 from billiard_shot import Scene, Status, Stroke
@@ -41,7 +40,12 @@ from billiard_shot.ros.client import (
     VALIDITY,
 )
 from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.node_runner import initialized, steady_timer, wait_for_library
+from billiard_shot.ros.node_runner import (
+    initialized,
+    own_arguments,
+    steady_timer,
+    wait_for_library,
+)
 from billiard_shot.ros.plan_conversions import target_message
 from billiard_shot.ros.turn_console import (
     add_turn_arguments,
@@ -223,11 +227,6 @@ def parser_of(name: str, docstring: str | None) -> argparse.ArgumentParser:
         epilog=EXIT_CODE_HELP + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-
-
-def own_arguments(args: Sequence[str] | None) -> list[str]:
-    """Return the arguments that are not ROS arguments."""
-    return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
 
 
 def add_client_arguments(parser: argparse.ArgumentParser) -> None:

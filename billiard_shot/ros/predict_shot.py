@@ -14,12 +14,8 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.player import (
-    add_client_arguments,
-    own_arguments,
-    parser_of,
-    run_player_client,
-)
+from billiard_shot.ros.node_runner import own_arguments
+from billiard_shot.ros.player import add_client_arguments, parser_of, run_player_client
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
 from billiard_shot.table.motion import Motion

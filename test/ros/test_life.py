@@ -123,6 +123,22 @@ def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
 
 
 @pytest.mark.parametrize(
+    ('argument', 'code', 'words'),
+    [('--help', 0, 'predicts the shot'), ('--scene=paper', 2, 'unrecognized arguments: --scene')],
+)
+def test_other_arguments_than_those_of_ros_do_not_start_it(argument, code, words):
+    done = subprocess.run(
+        [sys.executable, '-m', 'billiard_shot.ros.predictor', argument],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert done.returncode == code
+    assert words in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
     ('text', 'words'),
     [
         (None, 'Error opening YAML file'),
