@@ -90,6 +90,7 @@ def shots_left(
         for who, player in enumerate((state.player, state.other)):
             balls = needs(state, player)
             needed[who, kind == number] = [name in balls for name in states.names]
+    needed &= states.present
     lying = states.present & (np.array(states.names) != CUE_BALL)
     others = TableStates(states.names, states.position, present=lying)
     count = open_pockets(scene, others, needed[0] | needed[1])

@@ -69,5 +69,9 @@ def test_a_ball_that_no_pocket_is_open_to_takes_more_shots():
         for balls in (free, theirs, both)
     ]
     left = [shots_left(TABLE, each.after, each.kind, each.states)[0].tolist() for each in states]
+    states[-1].states.present[:, states[-1].states.names.index('10')] = False
+    tables = states[-1]
+    fewer = shots_left(TABLE, tables.after, tables.kind, tables.states)[0].tolist()
+    assert fewer == [2 + BLOCKED, 3 + 2 * BLOCKED]  # the 10 has fallen
     # no ball of the row goes along the cushion: the others are where the cue ball has to be
     assert left == [[2, 2], [2, 4 + 3 * BLOCKED], [2 + BLOCKED, 4 + 3 * BLOCKED]]
