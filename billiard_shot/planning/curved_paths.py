@@ -22,10 +22,8 @@ from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
@@ -71,10 +69,9 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     centre = np.array([0.0, 0.0, problem.radius])
     model = problem.model._replace(follows=False)  # double hits do not scale with the speed
     library = Strokes(model, normals, velocities, centre)
-    strikes = strike_batch(library, CURVE_TOLERANCE)
-    run = run_recorded(table_task(library, strikes, ENDLESS, CURVE_TOLERANCE))
+    run = run_recorded(table_task(library, CURVE_TOLERANCE))
     ends = run.tables['segments']
-    rests = (strikes.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
+    rests = (run.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
     kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

@@ -1,7 +1,6 @@
 """Simulation of many strokes at once, and their penalties."""
 
 from collections.abc import Callable
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,13 +23,11 @@ from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.model import cue_params
-from billiard_shot.shot.moving_strikes import FARTHEST, nearest_distance
-from billiard_shot.shot.on_table import others_in, table_task
+from billiard_shot.shot.on_table import others_in, reaching_speed, starts_of, strike_batch
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.cue import CueRecord, TIP_DURATION
+from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.simulate import (
@@ -216,9 +213,11 @@ def start_strokes(
     solved = np.flatnonzero(mapped.number == SOLVED)
     if len(solved):
         asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
-        strikes = strike_batch(asked, tolerance, problem.table, others)
-        on_table, done = table_task(asked, strikes, problem.table, tolerance), strikes.cues
-        starts[solved], cues[solved], status[solved] = on_table.starts, done, done['status']
+        struck = strike_batch(asked, tolerance, problem.table, others)
+        done = struck.cues
+        for name in ('position', 'velocity', 'spin', 'first_contact'):
+            starts[name][solved] = struck.balls[name]
+        cues[solved], status[solved] = done, done['status']
         together[solved], repeated[solved] = done['others'], done['hits'] > 1
     if len(solved) < count:
         ground = Ground(model, around, centre)
@@ -235,9 +234,7 @@ def start_strokes(
     return Started(task, status, together, repeated)
 
 
-def reaching_speed(problem: Problem) -> float:
+def reaching_speed_in(problem: Problem) -> float:
     """Speed of the cue [m/s] from which on the ball may reach others in a strike; or infinite."""
-    places = np.column_stack([problem.places, np.full(len(problem.places), problem.radius)])
-    nearest = nearest_distance(problem.radius, problem.table, places[np.newaxis])
-    reach = cue_params(problem.model, problem.table).neighbour_reach
-    return nearest / (FARTHEST * TIP_DURATION) if nearest <= reach else math.inf
+    place, others = np.array([*problem.cue_ball, problem.radius]), others_in(problem.scene)
+    return reaching_speed(problem.model, problem.table, place, others)

@@ -11,7 +11,7 @@ from billiard_shot.records import Array, as_rows, Floats, Storage
 from billiard_shot.shot.clear_elevation import write_vectors
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel, tip_reach
-from billiard_shot.shot.strike import EXAMPLE_MODEL, IMPACT_TOLERANCE, refusal
+from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
 from billiard_shot.status import OK
 from billiard_shot.table.cue import CueRecord, follow_through_time
 from billiard_shot.table.initial_states import BallStart
@@ -148,7 +148,7 @@ def write_starts(
             cue.tip[k] = ground.place[k] + reach * room.normal[k]
         if not model.table:  # the ball, which may go down, is put onto the cloth
             ball.velocity[2] = max(ball.velocity[2], 0.0)
-        cue.speed, cue.tolerance = motion[6], IMPACT_TOLERANCE
+        cue.speed = motion[6]
         cue.end = follow_through_time(motion[6]) if model.follows else 0.0
 
 

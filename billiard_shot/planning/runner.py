@@ -16,7 +16,7 @@ import numpy as np
 from billiard_shot.planning.evaluate import (
     evaluate_strokes,
     Outcomes,
-    reaching_speed,
+    reaching_speed_in,
     ValueFunction,
 )
 from billiard_shot.planning.mapped_starts import all_solved, Mapped
@@ -70,7 +70,7 @@ class Runner:
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(FINAL_RESERVE * budget)
-        self._maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
+        self._maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed_in(problem))
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self._progress, self._cancel = progress, cancel

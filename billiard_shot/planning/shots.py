@@ -28,8 +28,8 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, ELEVATION, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.on_table import strike_batch
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame

@@ -6,8 +6,8 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import SPEED
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.on_table import strike_batch
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
-from billiard_shot.planning.evaluate import reaching_speed, start_strokes, Started
+from billiard_shot.planning.evaluate import reaching_speed_in, start_strokes, Started
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.mapped_starts import all_solved, Mapped, SOLVED
 from billiard_shot.planning.noises import noise_of
@@ -135,7 +135,7 @@ def predict_within_noise(
 
 def _mapped(problem: Problem, strokes: Array, workers: int | None) -> Mapped:
     """Map strokes, fitting missing cells."""
-    maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed(problem))
+    maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed_in(problem))
     if not maps.applies:
         return all_solved(len(strokes))
 

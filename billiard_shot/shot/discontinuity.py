@@ -12,9 +12,7 @@ from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import strike_batch
 from billiard_shot.status import MISS
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables
 
 # Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
@@ -69,6 +67,5 @@ def discontinuities_of_law(
 
 def _final_position(stroke: Strokes, tolerance: float) -> NDArray[np.float64]:
     """Find where the ball of one stroke rests on endless cloth (3,) [m]."""
-    task = table_task(stroke, strike_batch(stroke, tolerance), ENDLESS, tolerance)
-    place: NDArray[np.float64] = run_tables(task).balls['position'][0, 0]
+    place: NDArray[np.float64] = run_tables(table_task(stroke, tolerance)).balls['position'][0, 0]
     return place

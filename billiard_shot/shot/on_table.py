@@ -1,4 +1,4 @@
-"""From strikes to the table: where all balls are then, and how they and the cue move."""
+"""Strokes on the table: where all balls and the cues are as their runs begin."""
 
 import math
 
@@ -9,10 +9,16 @@ from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import HOPS
-from billiard_shot.shot.strike import Strikes, Strokes
-from billiard_shot.table.params import TableParams
-from billiard_shot.table.run import EventLog
-from billiard_shot.table.simulate import TableTask
+from billiard_shot.shot.model import cue_params, StrikeModel
+from billiard_shot.shot.strike import cues_of, Strokes
+from billiard_shot.table.cue import TIP_DURATION
+from billiard_shot.table.initial_states import ball_starts
+from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.params import GATE_OFF, TableParams
+from billiard_shot.table.simulate import BatchRecording, run_tables, TableTask
+
+NO_BALLS = np.zeros((0, 3))
+FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
 def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
@@ -42,50 +48,92 @@ def others_in(scene: Scene) -> NDArray[np.float64]:
     return np.array(places, float).reshape(-1, 3)
 
 
+def reaching_speed(
+    model: StrikeModel,
+    table: TableParams,
+    place: NDArray[np.float64],
+    others: NDArray[np.float64],
+) -> float:
+    """
+    Find the speed of the cue [m/s] from which on a ball may reach others, or noses, in a strike.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    table : TableParams
+    place : (3,) float array
+        Centre of the ball [m].
+    others : (balls, 3) float array
+        Centres of the other balls [m].
+
+    """
+    radius = model.surface.radius
+    nearest = math.inf
+    if len(others) and table.pair_gate != GATE_OFF:
+        nearest = float(np.linalg.norm(others - place, axis=1).min()) - 2.0 * radius
+    x, y, z = place.tolist()
+    away = min(0.5 * table.length - abs(x), 0.5 * table.width - abs(y))
+    if away < math.inf:
+        nearest = min(nearest, math.hypot(away, z - table.nose_height) - radius)
+    reach = cue_params(model, table).neighbour_reach
+    return nearest / (FARTHEST * TIP_DURATION) if nearest <= reach else math.inf
+
+
 def table_task(
     strokes: Strokes,
-    strikes: Strikes,
-    table: TableParams,
     tolerance: float,
+    table: TableParams = ENDLESS,
+    others: NDArray[np.float64] = NO_BALLS,
     hops: float = HOPS,
 ) -> TableTask:
     """
-    Put the balls onto the table as strikes leave them, and let the cues follow their strokes.
+    State the tables of strokes, all at a ball in one place among the same others.
+
+    A refused stroke leaves the ball where it is. A row of normals or velocities that is none (not
+    finite, or zero) gets the status INVALID_STROKE.
 
     Parameters
     ----------
     strokes : Strokes
-    strikes : Strikes
-        Of these strokes.
-    table : TableParams
     tolerance : float
         Of the trajectories [m].
+    table : TableParams
+    others : (balls, 3) float array
+        Centres of the other balls [m].
     hops : float
         Share of the tolerance for hops that are left out.
 
     """
-    model, starts = strokes.model, strikes.starts
-    if not model.table:  # the ball, which may go down, is put onto the cloth
-        down = starts['velocity'][:, 0, 2]
-        np.maximum(down, 0.0, out=down)
+    model, place = strokes.model, strokes.position
     return TableTask(
         model.surface,
         table,
-        starts,
+        starts_of(place, others, len(strokes.normals)),
         hops * tolerance,
-        cue=strikes.params,
-        cues=strikes.cues,
+        cue=cue_params(model, table),
+        cues=cues_of(strokes, tolerance, reaching_speed(model, table, place, others)),
     )
+
+
+def starts_of(
+    place: NDArray[np.float64], others: NDArray[np.float64], tables: int
+) -> NDArray[np.void]:
+    """Make (tables, balls) BallStart: the struck ball at a place (3,), and others (balls, 3)."""
+    starts = ball_starts(tables, 1 + len(others))
+    starts['position'][:, 0], starts['position'][:, 1:] = place, others
+    return starts
+
+
+def strike_batch(
+    strokes: Strokes,
+    tolerance: float,
+    table: TableParams = ENDLESS,
+    others: NDArray[np.float64] = NO_BALLS,
+) -> BatchRecording:
+    """Simulate only the strikes of strokes, after which balls begin; see `table_task`."""
+    return run_tables(table_task(strokes, tolerance, table, others)._replace(until=0.0))
 
 
 def is_endless(table: TableParams) -> bool:
     """Whether there are no cushions."""
     return math.isinf(table.length)
-
-
-def joined_events(strike: EventLog, run: EventLog) -> EventLog:
-    """Put the meetings of balls that are part of a strike before the events of its run."""
-    if not len(strike.rows):
-        return run
-    participants = run.participants + np.array([len(strike.rows), 0])
-    return EventLog(np.concatenate([strike.rows, run.rows]), participants)

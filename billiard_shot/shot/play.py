@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from billiard_shot.records import Array
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.on_table import is_endless, joined_events, table_task
-from billiard_shot.shot.strike import Strikes, Strokes
-from billiard_shot.shot.strike_batch import strike_batch
+from billiard_shot.shot.on_table import is_endless, table_task
+from billiard_shot.shot.strike import Strokes
 from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.params import TableParams
@@ -38,8 +37,7 @@ FINER, LEFT = 1e-3, 0.05
 class Played(NamedTuple):
     """Strokes that were played to the end."""
 
-    strikes: Strikes
-    run: BatchRecording  # of the balls after the strikes
+    run: BatchRecording
     status: NDArray[np.int64]  # (n,) Status of the whole
     error: Array  # (n,) m, of the trajectory, with the discontinuity
     discontinuity: Array  # (n,) m
@@ -72,10 +70,6 @@ def play_many(strokes: Strokes, table: TableParams, others: Array, tolerance: fl
     parts = in_threads(play_part, len(strokes.normals))
     parts = parts or [play_part(slice(0, 0))]
     played = Played(
-        parts[0].strikes._replace(
-            cues=np.concatenate([part.strikes.cues for part in parts]),
-            starts=np.concatenate([part.strikes.starts for part in parts]),
-        ),
         joined([part.run for part in parts]),
         np.concatenate([each.status for each in parts]),
         np.concatenate([each.error for each in parts]),
@@ -101,8 +95,9 @@ def _play_finely(
     finer.status[finest] = played.status[again][finest]
     if recorded:
         return finer._replace(error=error)
-    played.strikes.cues[again], played.status[again] = finer.strikes.cues, finer.status
-    played.run.balls[again], played.run.tables[again] = finer.run.balls, finer.run.tables
+    for name in ('cues', 'balls', 'tables'):
+        getattr(played.run, name)[again] = getattr(finer.run, name)
+    played.status[again] = finer.status
     played.error[again], played.discontinuity[again] = error, finer.discontinuity
     return played
 
@@ -112,20 +107,15 @@ def _play(
 ) -> Played:
     """Play strokes; their statuses are those of the strikes."""
     endless = is_endless(table)
-    strikes = strike_batch(strokes, tolerance, table, others, recorded)
-    cues = strikes.cues
-    gap = discontinuities_of_law(strokes, cues, tolerance)
     hops = HOPS if endless else HOPS_BEFORE_CUSHIONS
-    task = table_task(strokes, strikes, table, tolerance, hops)
-    if recorded:
-        run = run_with_events(task)
-        run = run._replace(events=joined_events(strikes.events, run.events))
-    else:
-        run = run_tables(task)
+    task = table_task(strokes, tolerance, table, others, hops)
+    run = run_with_events(task) if recorded else run_tables(task)
+    cues = run.cues
+    gap = discontinuities_of_law(strokes, cues, tolerance)
     ball = run.balls[:, 0]
     error = cues['drift'] * ball['time']
     error += ball['left_out'] if endless else np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
-    return Played(strikes, run, cues['status'].copy(), error, gap)
+    return Played(run, cues['status'].copy(), error, gap)
 
 
 def _with_status(played: Played, tolerance: float) -> Played:

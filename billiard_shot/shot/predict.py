@@ -75,8 +75,8 @@ def predict(
     velocities = np.array([stroke.velocity])
     strokes = Strokes(model, normals, velocities, centre, surroundings_of(scene))
     played = play_one(strokes, table_on(scene), others_in(scene), tolerance)
-    strikes, wall_time = played.strikes, perf_counter() - begin
-    strikes.cues.flags.writeable = False
+    run, wall_time = played.run, perf_counter() - begin
+    run.cues.flags.writeable = False
     return Shot(
         scene,
         stroke,
@@ -86,10 +86,10 @@ def predict(
         Status(int(played.status[0])),
         error_estimate=float(played.error[0]),
         discontinuity=float(played.discontinuity[0]),
-        run=run_of(played.run, names_of(scene), wall_time),
-        _cue=strikes.cues[0],
-        _log=strikes.log,
-        _losses=strikes.losses,
+        run=run_of(run, names_of(scene), wall_time),
+        _cue=run.cues[0],
+        _log=run.log,
+        _losses=run.losses,
     )
 
 
@@ -184,7 +184,7 @@ def predict_batch(
         machine_code.require()
     strokes = Strokes(model_of(scene), n, v, centre, surroundings_of(scene))
     played = play_many(strokes, table_on(scene), others_in(scene), tolerance)
-    cues, run = played.strikes.cues, played.run
+    run, cues = played.run, played.run.cues
     return BatchResult(
         velocity=cues['velocity'],
         spin=cues['spin'],

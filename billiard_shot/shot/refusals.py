@@ -11,8 +11,7 @@ from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import refusals
+from billiard_shot.shot.strike import refusals, Strokes
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 

@@ -78,11 +78,9 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     - `discontinuity`: distance between the two resting places that law `energetic` allows [m].
     - `run`: every ball, with names, segments (fields of `SegmentRecord` in table/motion.py) and
       events (fields of `EventRecord` in table/simulation_state.py).
-    - `strike`: fields of `Strike` in shot/strike.py, such as `velocity` [m/s], `spin` [rad/s],
-      `impulses` [N s] and `losses` [J].
-    - `phases`: of the impact of cue, ball and cloth, fields of `PhaseLog` in impact/state.py.
-    - `group`: the impact of all bodies, if the cue ball reached other balls or a cushion during
-      the strike.
+    - `strike`: fields of `CueRecord` in table/cue.py, such as `velocity` [m/s], `spin` [rad/s] and
+      `impulses` [N s].
+    - `phases`, `losses`: of the strike, fields of `PhaseLog` in impact/state.py, and [J].
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A strike: whether its stroke can be played, and what the impact of cue, ball and cloth does."""
+"""Strokes: whether they can be played, and the cues with which runs of the table begin."""
 
 from math import inf, sqrt
 from typing import Any, NamedTuple
@@ -7,13 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.kernel import solve_collisions
-from billiard_shot.impact.state import BALL_BODY, PLANE
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import Floats, Storage, Vector
+from billiard_shot.records import as_rows, Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
-from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INVALID_STROKE,
@@ -21,27 +19,12 @@ from billiard_shot.status import (
     NEGATIVE_ELEVATION,
     OK,
 )
-from billiard_shot.table.cluster import impact_room, solve_bodies
-from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
-from billiard_shot.table.cue_impact import (
-    CLOTH_CONTACT,
-    note_strike,
-    set_tip_and_cloth,
-    TIP_CONTACT,
-    write_contact,
-    write_fixed,
-    write_tip,
-)
-from billiard_shot.table.gather import ImpactRoom
+from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
-from billiard_shot.table.run import EventLog
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
 ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
-BODIES, CONTACTS = 3, 2  # of a strike: ball, tip and cloth; TIP_CONTACT and CLOTH_CONTACT
-PHASE_ROOM = 16  # of a strike that is recorded: room at first, most have fewer
-IMPACT_TOLERANCE = 1e-9  # of later impacts with the cue, relative to their largest approach speeds
 
 
 @inner
@@ -107,103 +90,54 @@ class Strokes(NamedTuple):
 def _example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
     strokes = Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage)
-    return (
-        strokes,
-        NO_CUE,
-        1.0,
-        impact_room(storage, 1, BODIES, CONTACTS),
-        storage.records(CueRecord, 1),
-        solve_collisions.as_argument(storage),
-    )
+    return strokes, 1.0, 1.0, storage.records(CueRecord, 1)
 
 
 @entry(_example)
-def strike_balls(
-    strokes: Strokes,
-    q: CueParams,
-    tolerance: float,
-    room: ImpactRoom,
-    cues: list[CueRecord],
-    solver: Any,
+def place_cues(
+    strokes: Strokes, tolerance: float, reaching_speed: float, cues: list[CueRecord]
 ) -> None:
     """
-    Strike a ball, with nothing near it but the cloth, with each of n strokes.
+    Put a cue at the ball for each of n strokes.
 
     Parameters
     ----------
     strokes : Strokes
-    q : CueParams
     tolerance : float
-        Of the trajectories [m]. 0: strokes are only refused or not.
-    room : ImpactRoom
-        For BODIES and CONTACTS; afterwards it has the last strike.
+        Of the trajectories [m].
+    reaching_speed : float
+        Of a cue [m/s] from which on the ball may reach others, or a cushion, in the strike.
     cues : n CueRecord
         Written; of those that are refused only the status.
-    solver : function
-        `solve_collisions` as an argument.
 
     """
-    model, ball, tip = strokes.model, room.results.bodies[0], room.results.bodies[1]
-    radius = model.surface.radius
-    upper, lower = room.results.contacts[TIP_CONTACT], room.results.contacts[CLOTH_CONTACT]
+    model = strokes.model
+    reach = tip_reach(model)
     for i in range(len(cues)):
-        cue, n = cues[i], room.scratch.workspace.vector[0]
+        cue = cues[i]
         speed = unit(strokes.velocities[i], cue.axis)
-        unit(strokes.normals[i], n)
-        cue.status = refusal(model, strokes.around, n, cue.axis, strokes.position)
-        if cue.status != OK or tolerance == 0.0:
+        unit(strokes.normals[i], cue.normal)
+        cue.status = refusal(model, strokes.around, cue.normal, cue.axis, strokes.position)
+        if cue.status != OK:
             for k in range(3):
-                cue.axis[k] = 0.0
+                cue.axis[k] = cue.normal[k] = 0.0
             continue
-        accuracy = strike_tolerance(model, speed, tolerance)
-        cue.speed, cue.tolerance = speed, IMPACT_TOLERANCE
-        cue.drift = drift_of(accuracy, speed)
+        cue.speed, cue.strikes, cue.others = speed, True, speed >= reaching_speed
+        cue.tolerance = strike_tolerance(model, speed, tolerance)
+        cue.drift = drift_of(cue.tolerance, speed)
         for k in range(3):
-            cue.tip[k] = strokes.position[k] + q.reach * n[k]
-        write_bodies(model.surface, q, cue, n, room)
-        room.tolerance[0] = accuracy
-        solve_bodies(model.surface, room, BODIES, CONTACTS, False, inf, solver=solver)
-        note_strike(cue, q.follows, room.results.outcomes[0], upper, lower, upper.final_slip, tip)
-        repeats = q.follows and q.moves
-        cue.hits = max(upper.closings, lower.closings) if repeats else 1
-        for k in range(3):
-            cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k] / radius
+            cue.tip[k] = strokes.position[k] + reach * cue.normal[k]
 
 
-@inner
-def write_bodies(
-    surface: BallClothParams, q: CueParams, cue: CueRecord, n: Vector, room: ImpactRoom
-) -> None:
-    """Write ball, tip and cloth as a stroke meets the ball at n; the origin is its centre."""
-    ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
-    write_contact(room.properties[TIP_CONTACT], 1, 0, 0.0)
-    write_contact(room.properties[CLOTH_CONTACT], 0, 2, 0.0)
-    set_tip_and_cloth(
-        q,
-        cue.axis,
-        n,
-        room.properties[TIP_CONTACT],
-        room.properties[CLOTH_CONTACT],
-        room.scratch.workspace.polynomials,
-    )
-    write_tip(q, cue.axis, cue.speed, tip)
-    write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
-    cloth.position[2] = -surface.radius
-    for k in range(3):
-        tip.position[k] = q.reach * n[k]
-    write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
-    ball.response = ball.across = 1.0 / surface.mass
-    ball.turning = surface.radius * surface.radius / surface.inertia
+def cues_of(strokes: Strokes, tolerance: float, reaching_speed: float) -> NDArray[np.void]:
+    """Put a cue at the ball for each stroke; return (n,) CueRecord. See `place_cues`."""
+    run = place_cues.current()
+    cues = run.storage.records(CueRecord, len(strokes.normals))
+    run(strokes.stored(run.storage), tolerance, reaching_speed, cues)
+    return as_rows(CueRecord, cues)
 
 
-class Strikes(NamedTuple):
-    """What n strokes did."""
-
-    params: CueParams
-    cues: NDArray[np.void]  # (n,) CueRecord
-    starts: NDArray[np.void]  # (n, balls) BallStart: the balls afterwards
-    # Of the last strike, if it is recorded: PhaseLog (phases, N) of its N contacts, their losses
-    # (N, 2) [J], and the meetings of balls.
-    log: NDArray[np.void]
-    losses: NDArray[np.float64]
-    events: EventLog
+def refusals(strokes: Strokes) -> NDArray[np.int64]:
+    """Find the status (n,) with which each stroke would be refused, or OK."""
+    status: NDArray[np.int64] = cues_of(strokes, 1.0, inf)['status']
+    return status

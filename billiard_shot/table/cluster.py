@@ -3,8 +3,7 @@ Impacts of three bodies or more, and of the cue, all at once, by billiard_shot.i
 
 `gather` (gather.py) writes the bodies and contacts of such an impact, `solve` solves it, and
 `conclude` lets balls and cue go on. In the record each ball moves evenly, while the impact lasts,
-to where it is at the end. An impact with which a run begins takes no time there: the run begins at
-its end.
+to where it is at the end. For the strike with which a run begins see strike.py.
 """
 
 from math import inf, sqrt
@@ -23,13 +22,12 @@ from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
 from billiard_shot.table.cue import CueRecord, THE_CUE
-from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, note_strike, TIP_CONTACT
+from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
 from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
-    BALL,
     BallRecord,
     CLUSTER,
     CUE,
@@ -79,6 +77,7 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
             storage.records(PhaseLog, 0),
             storage.records(CollisionOutcome, 1),
         ),
+        losses=storage.zeros(count, 2),
         participants=storage.array(np.zeros((0, 2), np.int64)),
         tolerance=storage.zeros(1),
         unused=storage.zeros(1, 1, 1),
@@ -90,30 +89,28 @@ def solve(table: TableModel, p: RunProgress, room: ImpactRoom, solver: Any) -> N
     """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
     with_cue = p.other == THE_CUE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
-    room.tolerance[0] = p.tolerance
-    interval = table.cue.interval if with_cue else inf
-    solve_bodies(table.params, room, p.bodies, p.contacts, moves, interval, solver=solver)
+    solve_bodies(table.params, p, room, moves, table.cue.interval if with_cue else inf, solver)
 
 
 @inner
 def solve_bodies(
     params: BallClothParams,
+    p: RunProgress,
     room: ImpactRoom,
-    bodies: int,
-    contacts: int,
     moves: bool,
     interval: float,
     solver: Any,
 ) -> None:
-    """Solve the impact of the first bodies and contacts of a room; see `Collisions`."""
-    work, unused = room.scratch, room.unused
+    """Solve the impact of the bodies and contacts of a room, see `Collisions`; log a strike."""
+    work, unused, results = room.scratch, room.unused, room.results
+    room.tolerance[0] = p.tolerance
     call_solver(
         solver,
         Collisions(
-            room.properties[:contacts],
+            room.properties[: p.contacts],
             params.law,
             params.exponent,
-            room.bodies[:bodies],
+            room.bodies[: p.bodies],
             moves,
             interval,
             delassus=unused,
@@ -122,8 +119,13 @@ def solve_bodies(
             lengths=unused[0],
             tolerance=room.tolerance,
         ),
-        Scratch(work.contacts[:contacts], work.workspace, work.progress),
-        room.results,
+        Scratch(work.contacts[: p.contacts], work.workspace, work.progress),
+        Results(
+            results.contacts,
+            results.bodies,
+            results.log[: len(results.log) if p.strikes else 0],
+            results.outcomes,
+        ),
     )
 
 
@@ -286,27 +288,20 @@ def conclude(
     p, outcome = s.progress, room.results.outcomes[0]
     with_cue, status, lasting = p.other == THE_CUE, outcome.status, 0.0
     settle(table, s, room)
-    apart = set_apart(table, p, room)
-    if not apart and with_cue:
-        status = BUDGET_EXCEEDED
-    if apart and not p.strikes:
+    if set_apart(table, p, room):
         moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
         lasting = max(outcome.duration - (p.time - p.begin), 0.0) if moves else 0.0
         lasting = lasting if lasting <= LONGEST_IMPACT else 0.0
+    elif with_cue:
+        status = BUDGET_EXCEEDED
     unsolved = status in (BUDGET_EXCEEDED, TOLERANCE_NOT_REACHED)
     if unsolved and not with_cue:
         p.unsolved = status
-    elif not p.strikes and (unsolved or status == NEGATIVE_ENERGY):
+    elif unsolved or status == NEGATIVE_ENERGY:
         p.flaw = status
-    if p.strikes:
-        outcome.status = status
-        begin_after_strike(table, s, cues[number], room, apart)
-    else:
-        let_go(table, s, room, lasting)
+    let_go(table, s, room, lasting)
     if with_cue:
         release_cue(s, cues[number], room, lasting)
-    p.pending = p.pending and not p.strikes
-    p.strikes = False
 
 
 @inner
@@ -355,45 +350,6 @@ def note_meetings(s: Simulation, room: ImpactRoom) -> None:
 
 
 @inner
-def begin_after_strike(
-    table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom, apart: bool
-) -> None:
-    """
-    Let balls begin as a strike leaves them; log the meetings of balls.
-
-    A ball that reached no others begins where it was struck.
-    """
-    p, params, bodies = s.progress, table.params, room.results.bodies
-    cue.others = False
-    for j in range(CLOTH_CONTACT + 1, p.contacts):
-        cue.others = cue.others or room.results.contacts[j].closings > 0
-    moved = apart and cue.others
-    for k in range(p.members):
-        if not takes_part(p, room, k):
-            continue
-        ball = s.balls[room.members[k]]
-        write_exit(params, ball, bodies[k])
-        leave_impact(params, ball, 0.0, 0.0, 0.0, 0.0)
-        ball.first_contact = first_partner(p, room, k)
-        for i in range(3):
-            if moved:
-                ball.position[i] = bodies[k].position[i]
-    note_meetings(s, room)
-    for j in range(p.contacts):
-        c = room.properties[j]
-        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
-            one, other = s.balls[room.members[c.body_a]], s.balls[room.members[c.body_b]]
-            energy = energy_of(params, one) + energy_of(params, other)
-            one.motion = SLIDE
-            log_event(s, p.time, BALL, one, other.ball, energy, after=energy, motion=SLIDE)
-    tip, cloth = room.results.contacts[TIP_CONTACT], room.results.contacts[CLOTH_CONTACT]
-    outcome, body = room.results.outcomes[0], bodies[p.members]
-    note_strike(cue, table.cue.follows, outcome, tip, cloth, tip.first_slip, body=body)
-    for i in range(3):
-        cue.velocity[i], cue.spin[i] = s.balls[0].velocity[i], s.balls[0].spin[i]
-
-
-@inner
 def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float) -> None:
     """Let the cue go on beside the ball that it hit."""
     p, tip, ball = s.progress, room.results.bodies[s.progress.members], s.balls[0]
@@ -403,10 +359,6 @@ def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float)
         s.cue.position[k] = place[k] + tip.position[k] - room.results.bodies[0].position[k]
         s.cue.velocity[k] = dot(cue.axis, tip.velocity) * cue.axis[k]
     s.cue.time = p.time + lasting
-    if p.strikes:
-        for k in range(3):
-            cue.tip[k] = s.cue.position[k]
-        return
     p.cue_hits += max(room.results.contacts[TIP_CONTACT].closings, 1)
     if p.cue_hits >= MAX_HITS:
         s.cue.end = p.time

@@ -36,6 +36,9 @@ class CueParams(NamedTuple):
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
     follows: bool  # whether it follows its stroke, and may hit the ball again
+    # Whether a strike with one hit, that reaches only the cloth, keeps the normals of the first
+    # touch, see docs/limits.md.
+    steady: bool = True
 
 
 NO_CUE = CueParams(
@@ -49,25 +52,29 @@ class CueRecord:
     The cue of a table, and what its strike did to ball 0. Frame `table`.
 
     A cue that strikes touches ball 0, and the run begins with their impact. Tip, speed and end,
-    and the fields from `status` on, are written then (cue_impact.py). All but the status are zero
-    if the stroke was refused.
+    and the fields from `strikes` on, are written then (strike.py). All but the status are zero if
+    the stroke was refused.
     """
 
     tip: Vector3  # m, centre of the sphere of its tip at time 0
     axis: Vector3  # unit vector along the stroke
     speed: float  # m/s along the axis; below 0 if it recoils
     end: float  # s, until when it follows
-    tolerance: float  # of its impacts, relative to their largest approach speeds
+    normal: Vector3  # unit vector from the centre of ball 0 to where the tip strikes it
+    tolerance: float  # of the strike, relative to the speed
+    drift: float  # m/s, estimate how fast the ball's trajectory departs from the exact one
     strikes: bool
+    # Whether other balls or cushions are so near that they may take part in the strike; afterwards
+    # whether they did.
+    others: bool
     status: int  # Status: that of the impact, MISCUE, or why the stroke was refused
     velocity: Vector3  # m/s, of ball 0 at the end of the strike
     spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin
-    others: bool  # whether other balls or cushions took part
+    contacts: int  # of the impact, closed or not: those of tip and cloth come first
     impulses: Annotated[Any, 6]  # N s, on the cue and from the cloth on the ball: x, y, z each
     losses: Annotated[Any, 4]  # J: tip restitution, tip friction; the same of the cloth
     discontinuity_margin: float  # see `ContactResult`; the least of tip and cloth
-    drift: float  # m/s, estimate how fast the ball's trajectory departs from the exact one
     phases: int
     steps: int
 

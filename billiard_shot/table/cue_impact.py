@@ -1,23 +1,16 @@
-"""The impact of a cue with ball 0: its bodies, its contacts, and the record of its outcome."""
+"""The impact of a cue with ball 0: its bodies and its contacts."""
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import ContactProperties, UNLIMITED
-from billiard_shot.impact.outcome import CollisionOutcome, ContactResult
 from billiard_shot.impact.state import BodyState, TIP_BODY
 from billiard_shot.numerics.frames import contact_axes
-from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Floats, Vector
-from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK
-from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time
+from billiard_shot.table.cue import CueParams
 
 # Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth.
 TIP_CONTACT, CLOTH_CONTACT = 0, 1
 MAX_HITS = 8  # of a cue that follows: then it is taken away
 UP = 0.0, 0.0, 1.0
-# Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
-# pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
-# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
-MISCUE_SLIP = 0.03
 
 
 @inner
@@ -90,50 +83,3 @@ def set_tip_and_cloth(
     contact_axes(UP, n, axis, axes, 0)
     for k in range(3):
         cloth.tangent[k] = axes[1][k]
-
-
-@inner
-def strike_status(status: int, miscue: bool) -> int:
-    """Status of a strike: that of its impact, unless it went well and the tip still slides."""
-    went_well = status in (OK, INFINITE_SEQUENCE)
-    return MISCUE if went_well and miscue else status
-
-
-@inner
-def note_strike(
-    cue: CueRecord,
-    follows: bool,
-    outcome: CollisionOutcome,
-    tip: ContactResult,
-    cloth: ContactResult,
-    slip: float,
-    body: BodyState,
-) -> None:
-    """
-    Write the outcome of a strike into the record of its cue.
-
-    Parameters
-    ----------
-    cue : CueRecord
-        Before, its speed is that of the stroke.
-    follows : bool
-        Whether the cue goes on after its strike.
-    outcome, tip, cloth : CollisionOutcome, ContactResult, ContactResult
-        Of the impact.
-    slip : float
-        Of the tip when it left the ball [m/s].
-    body : BodyState
-        The tip at the end of the impact.
-
-    """
-    cue.status = strike_status(outcome.status, slip > MISCUE_SLIP * cue.speed)
-    cue.phases, cue.steps = outcome.phases, outcome.steps
-    cue.hits = max(tip.closings, 1)
-    cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
-    cue.losses[0], cue.losses[1] = tip.restitution_loss, tip.friction_loss
-    cue.losses[2], cue.losses[3] = cloth.restitution_loss, cloth.friction_loss
-    cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
-    cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1
-    cue.impulses[5] = cloth.impulse_2
-    cue.speed = dot(cue.axis, body.velocity)
-    cue.end = follow_through_time(cue.speed) if follows else 0.0

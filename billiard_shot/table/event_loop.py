@@ -54,6 +54,7 @@ from billiard_shot.table.simulation_state import (
     Simulation,
     SimulationRoom,
 )
+from billiard_shot.table.strike import strike
 
 
 class Beginnings(NamedTuple):
@@ -268,9 +269,7 @@ def begin_table(table: TableModel, s: Simulation, beginnings: Beginnings, number
             cue.position[k], cue.velocity[k] = stroke.tip[k], stroke.speed * stroke.axis[k]
         cue.end = stroke.end
         cue.motion = FLIGHT  # its height counts
-        if stroke.strikes:
-            defer_to_cluster(s, 0.0, 0, THE_CUE, table.cue.neighbour_reach)
-            p.strikes = True
+        p.strikes = stroke.strikes
     return True
 
 
@@ -370,15 +369,16 @@ def simulate_tables(
         outcome = table_outcomes[number]
         valid = begin_table(table, s, beginnings, number)
         outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
+        if valid and p.strikes:
+            strike(table, s, beginnings.cues, number, room, solver)
         moving = valid and window.until > 0.0
-        while valid and (p.pending or moving):
-            if p.pending:
+        while moving:
+            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
+            moving = p.pending
+            if moving:
                 gather(table, s, beginnings.cues, number, room)
                 solve(table, p, room, solver)
                 conclude(table, s, beginnings.cues, number, room)
-            if moving:
-                outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
-                moving = p.pending
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
         outcome.jaws_met = s.balls[0].jaws if valid else 0

@@ -39,7 +39,8 @@ from billiard_shot.table.params import BallClothParams, GATE_OFF
 from billiard_shot.table.rolling_boundary import FACINGS, HOLES
 from billiard_shot.table.simulation_state import position_at, Simulation
 
-BALL_IMPACT_TOLERANCE = 1e-7  # of an impact of balls, relative to the approach
+# Of impacts of balls, and of impacts with the cue, relative to their largest approach speeds.
+BALL_IMPACT_TOLERANCE, CUE_IMPACT_TOLERANCE = 1e-7, 1e-9
 
 
 class ImpactRoom(NamedTuple):
@@ -51,6 +52,7 @@ class ImpactRoom(NamedTuple):
     properties: list[ContactProperties]
     edges: Any  # (N,) ints: the feature of the table that each contact is with, or NOTHING
     results: Results
+    losses: Floats  # (N, 2) J: restitution and friction, in the strike with which the run begins
     participants: Any  # (room, 2) ints: number of an event, and a ball that took part in it
     tolerance: Floats  # (1,) part of `Collisions`
     unused: Floats  # (1, 1, 1) parts of `Collisions` that an impact of bodies does not need
@@ -70,7 +72,7 @@ def gather(
     p.begin, p.tolerance = p.time, BALL_IMPACT_TOLERANCE
     with_cue, ball = p.other == THE_CUE, s.balls[p.ball]
     if with_cue:
-        p.tolerance = cues[number].tolerance
+        p.tolerance = CUE_IMPACT_TOLERANCE
         if ball.nose == NOTHING or ball.nose == IMPACT:
             advance_free(table, ball, p.time)
         else:

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.impact.kernel import solve_collisions
-from billiard_shot.impact.outcome import ContactResult
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.scene import Scene, SceneLike
@@ -65,6 +64,7 @@ INTERPRETED_AT_MOST = 100  # tables or strokes: a larger batch waits for machine
 # Room at first, for each of all balls and two: segments and events of a run, and segments of a
 # table of a batch. Most have fewer.
 _CAPACITY, _CAPACITY_IN_BATCH = 32, 8
+_PHASE_CAPACITY = 64  # room at first for phases of a strike, times its contacts
 
 
 class TableTask(NamedTuple):
@@ -82,7 +82,7 @@ class TableTask(NamedTuple):
     cue : CueParams
         Of the cues.
     cues : (tables,) array of CueRecord, optional
-        Without them, there are no cues. They strike only if `until` is 0.
+        Without them, there are no cues.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
     fast_rebounds : bool
@@ -163,14 +163,6 @@ def simulate(
     return run_one(task, tuple(states))
 
 
-class ImpactDetails(NamedTuple):
-    """An impact of several bodies: its phases, and the losses of N contacts."""
-
-    phases: int
-    log: NDArray[np.void]  # (phases, N) PhaseLog, as far as there was room
-    losses: NDArray[np.float64]  # (N, 2) J: restitution, friction
-
-
 class BatchRecording(NamedTuple):
     """
     Simulated tables.
@@ -186,9 +178,11 @@ class BatchRecording(NamedTuple):
     places : (tables, balls, times, 3) float array
         At the times of the task [m].
     cues : (tables,) array of CueRecord, or none
-        After the strikes, if they strike.
-    impact : ImpactDetails, optional
-        The last impact of several bodies, if its phases were asked for.
+        After their strikes.
+    log : (phases, N) array of PhaseLog
+        The strike on the last table with its N contacts, as far as there was room.
+    losses : (N, 2) float array
+        At these contacts, to restitution and to friction [J].
 
     """
 
@@ -198,7 +192,8 @@ class BatchRecording(NamedTuple):
     events: EventLog
     places: NDArray[np.float64]
     cues: NDArray[np.void]
-    impact: ImpactDetails | None = None
+    log: NDArray[np.void]
+    losses: NDArray[np.float64]
 
 
 def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
@@ -226,16 +221,17 @@ def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> 
     )
 
 
-def run_with_events(task: TableTask, phases: int = 0) -> BatchRecording:
-    """Simulate one table in this thread, recording all motion and all events; see `run_tables`."""
+def run_with_events(task: TableTask) -> BatchRecording:
+    """Simulate one table in this thread, recording all that happens; see `run_tables`."""
     segments = events = _CAPACITY * (2 + task.starts.shape[1])
+    phases = _PHASE_CAPACITY
     while True:
         played = run_tables(task, segments, events, phases)
-        end, most = played.tables, played.impact.phases if played.impact else 0
-        needed, happened = int(end['segments'][0]), int(end['events'][0])
-        if needed <= segments and happened <= events and most <= phases:
+        needed, happened = int(played.tables['segments'][-1]), int(played.tables['events'][-1])
+        logged = int(played.cues['phases'][-1]) * len(played.losses) if len(played.cues) else 0
+        if needed <= segments and happened <= events and logged <= phases:
             return played
-        segments, events, phases = needed, happened, most
+        segments, events, phases = needed, happened, logged
 
 
 def run_recorded(task: TableTask) -> BatchRecording:
@@ -268,6 +264,7 @@ class _Thread(threading.local):
 
 _thread = _Thread()
 NO_CUES, NO_RULES = ROWS.records(CueRecord, 0), ROWS.records(BallRule, 0)
+NO_LOG, NO_LOSSES = ROWS.records(PhaseLog, 0).reshape(0, 2), np.zeros((2, 2))
 
 
 def run_tables(
@@ -277,7 +274,7 @@ def run_tables(
     Simulate tables in this thread.
 
     Motion is recorded as far as there is room for segments of all tables, and for events of the
-    last one, and for phases of the last impact of several bodies, if `phases` is above 0.
+    last one, and for phases of its strike, times contacts.
     """
     run = simulate_tables.current()
     storage = run.storage
@@ -303,15 +300,11 @@ def run_tables(
         most = np.zeros((segments, 2), np.int64)  # each participant begins a segment
         room = room._replace(participants=storage.array(most))
     if phases:
-        log = storage.records(PhaseLog, phases * len(room.properties))
+        log = storage.unset(PhaseLog, phases)
         room = room._replace(results=room.results._replace(log=log))
-    if cues is None:
-        cues = NO_CUES
-    elif task.until == 0.0:  # strikes are written
-        cues = cues.copy()
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(CueRecord, cues),
+        storage.from_rows(CueRecord, NO_CUES if cues is None else cues.copy()),  # strikes change
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)
@@ -321,6 +314,8 @@ def run_tables(
     run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
     progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
     logged, taken = int(progress['events']), int(progress['participants'])
+    cues = as_rows(CueRecord, beginnings.cues)
+    log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
     _thread.kept[storage, count, with_cue] = kept  # not after an exception
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
@@ -331,20 +326,22 @@ def run_tables(
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(places).reshape(tables, count, len(task.times), 3),
-        as_rows(CueRecord, beginnings.cues),
-        impact=_details(room, int(progress['contacts'])) if phases else None,
+        cues,
+        log,
+        losses,
     )
 
 
-def _details(room: ImpactRoom, contacts: int) -> ImpactDetails:
-    """Return the last impact of a room."""
-    phases, log = int(room.results.outcomes[0].phases), as_rows(PhaseLog, room.results.log)
-    rows = as_rows(ContactResult, room.results.contacts)[:contacts]
-    return ImpactDetails(
-        phases,
-        log[: len(log) // contacts * contacts].reshape(-1, contacts)[:phases],
-        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
-    )
+def strike_details(
+    cues: NDArray[np.void], room: ImpactRoom
+) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+    """Return the log and the losses of the last strike, see `BatchRecording`."""
+    phases, count = int(cues['phases'][-1]), int(cues['contacts'][-1])
+    contacts = max(count, 2)  # of tip and cloth, also if the stroke was refused
+    log, losses = as_rows(PhaseLog, room.results.log), np.zeros((contacts, 2))
+    losses[:count] = room.losses[:count]
+    logged = min(phases, len(log) // contacts) * contacts
+    return log[:logged].reshape(-1, contacts), losses
 
 
 @dataclass(frozen=True, eq=False)

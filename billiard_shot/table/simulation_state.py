@@ -56,7 +56,7 @@ class RunProgress:
     ball: int
     other: int
     reach: float  # m: balls at so small distances take part
-    strikes: bool  # the run begins with this impact
+    strikes: bool  # the impact is the strike with which the run begins
     begin: float  # s, when it begins; before its time if ball 0 presses a nose
     tolerance: float  # of the impact, relative to the approach
     members: int  # balls within reach, all bodies, and contacts between them

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.evaluate import evaluate_strokes, reaching_speed, start_strokes
+from billiard_shot.planning.evaluate import evaluate_strokes, reaching_speed_in, start_strokes
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.mapped_starts import Ground, SOLVED, start_mapped
 from billiard_shot.planning.noises import NOISES
@@ -22,13 +22,10 @@ from billiard_shot.records import ROWS
 from billiard_shot.scene import Noise
 from billiard_shot.shot.clearance import NOTHING_AROUND
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.moving_strikes import FARTHEST
-from billiard_shot.shot.on_table import table_task
+from billiard_shot.shot.on_table import FARTHEST, starts_of, strike_batch
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.shot.strike_batch import starts_of, strike_batch
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.cue import CueRecord, TIP_DURATION
-from billiard_shot.table.model import ENDLESS
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']
@@ -82,7 +79,6 @@ def test_maps_agree_with_exact_strikes(centre, share):
     centre = np.array([0.0, 0.0, radius])
     asked = Strokes(model, *vectors_of(strokes), centre)
     exact = strike_batch(asked, 1e-4)
-    task = table_task(asked, exact, ENDLESS, 1e-4)
     starts, cues, status = begun(SCENE, strokes, found)
     assert (status[there] == exact.cues['status'][there]).all()
     assert (status[~there] == -1).all()
@@ -93,10 +89,10 @@ def test_maps_agree_with_exact_strikes(centre, share):
         x, y, z = error.T
         error = np.stack([cos * x + sin * y, cos * y - sin * x, z])
         assert (np.sqrt((error**2).mean(axis=1)) < 1.5 * limit).all()  # held out: `limit`
-    for name in ('tip', 'axis', 'tolerance'):
-        assert cues[name][there] == pytest.approx(task.cues[name][there], abs=1e-12)
-    assert cues['speed'][there] == pytest.approx(task.cues['speed'][there], rel=1e-3)
-    assert cues['end'][there] == pytest.approx(task.cues['end'][there], rel=1e-2)
+    for name in ('tip', 'axis'):
+        assert cues[name][there] == pytest.approx(exact.cues[name][there], abs=1e-12)
+    assert cues['speed'][there] == pytest.approx(exact.cues['speed'][there], rel=1e-3)
+    assert cues['end'][there] == pytest.approx(exact.cues['end'][there], rel=1e-2)
 
 
 def test_miscues_are_never_mapped():
@@ -135,7 +131,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
-    limit = reaching_speed(near)
+    limit = reaching_speed_in(near)
     assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)

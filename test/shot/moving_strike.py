@@ -2,7 +2,7 @@
 
 from billiard_shot.records import ROWS
 from billiard_shot.shot.model import cue_params, tip_reach
-from billiard_shot.shot.strike_batch import starts_of
+from billiard_shot.shot.on_table import starts_of
 from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.simulate import run_tables, TableTask
@@ -12,13 +12,14 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS):
     """
     Strike the first ball of places (balls, 3) with n cues; return the recording of the tables.
 
-    Parameters are unit vectors (n, 3) of cues and where they touch, and speeds (n,).
+    Parameters are unit vectors (n, 3) of cues and where they touch, and speeds (n,). A ball that
+    comes back to the cloth in the strike does not leave it again.
     """
     cues = ROWS.records(CueRecord, len(axes))
-    cues['axis'], cues['speed'], cues['strikes'], cues['tolerance'] = axes, speeds, True, 1e-9
+    cues['axis'], cues['speed'], cues['tolerance'] = axes, speeds, 1e-9
+    cues['strikes'] = cues['others'] = True
     cues['tip'] = places[0] + tip_reach(model) * normals
     starts = starts_of(places[0], places[1:], len(axes))
-    params = cue_params(model, table)
-    return run_tables(
-        TableTask(model.surface, table, starts, 1.0, cue=params, cues=cues, until=0.0)
-    )
+    params = cue_params(model, table)._replace(steady=False)
+    surface = model.surface._replace(cloth_restitution=-1.0)  # a bounce has no impulse
+    return run_tables(TableTask(surface, table, starts, 1.0, cue=params, cues=cues, until=0.0))

@@ -52,6 +52,17 @@ def test_two_frozen_balls_leave_together():
     )
 
 
+def test_a_steep_strike_squeezes_the_ball_from_one_ball_to_the_next():
+    scene = scene_of(cue=(0.0, 0.0), one=(2.0 * R + 2e-4, 0.0), two=(0.0, 2.0 * R + 2e-3))
+    stroke = Stroke.from_offsets(
+        a=-0.0953, b=-0.202, elevation=1.2724, azimuth=0.1988, speed=4.3633
+    )
+    shot = predict(scene, stroke)
+    assert shot.status == Status.OK
+    met = [event.balls for event in shot.events if event.kind == EventKind.BALL]
+    assert met[:2] == [('cue', 'one'), ('cue', 'two')]
+
+
 def test_a_ball_beside_does_not_matter():
     behind = scene_of(cue=(0.0, 0.0), one=(0.0, 1.9 * R * 2))
     free = scene_of(cue=(0.0, 0.0))

@@ -1,0 +1,220 @@
+"""
+The strike with which the run of a table begins: the impact of cue, ball 0, cloth, and others.
+
+The tip presses the ball for about a millisecond. Meanwhile the ball may reach other balls or a
+cushion, or meet the tip or the cloth more than once. Then it is an impact of moving bodies
+(gather.py), with the distances and normals of each moment. Else the normals are those of the first
+touch, as in the paper.
+
+Under other laws than `bistiffness` bodies stay in place: only this law defines how contacts close
+again. All contacts then take part that touch at first, and the tip meets the ball once.
+
+In the record a strike takes no time: the run begins at its end.
+"""
+
+from math import inf
+from typing import Any
+
+from billiard_shot.compiled import inner
+from billiard_shot.impact.state import BALL_BODY, PLANE
+from billiard_shot.numerics.vectors import dot
+from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, MISCUE, OK
+from billiard_shot.table.ball_impact import collide_fixed
+from billiard_shot.table.cluster import (
+    first_partner,
+    note_meetings,
+    set_apart,
+    settle,
+    solve_bodies,
+    takes_part,
+)
+from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time, THE_CUE
+from billiard_shot.table.cue_impact import (
+    CLOTH_CONTACT,
+    set_tip_and_cloth,
+    TIP_CONTACT,
+    write_contact,
+    write_fixed,
+    write_tip,
+)
+from billiard_shot.table.event_handlers import defer_to_cluster
+from billiard_shot.table.gather import CUE_IMPACT_TOLERANCE, gather, ImpactRoom
+from billiard_shot.table.geometry import TableModel
+from billiard_shot.table.motion import BALL, REST
+from billiard_shot.table.simulation_state import energy_of, log_event, RunProgress, Simulation
+
+# Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
+# pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
+# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
+MISCUE_SLIP = 0.03
+
+
+@inner
+def strike(
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    room: ImpactRoom,
+    solver: Any,
+) -> None:
+    """
+    Let the cue of a table strike ball 0; `solver`: the function `solve_collisions`.
+
+    If others are near, bodies move at first; if the ball does not reach them, or nothing is near,
+    normals stay; and if tip or cloth meet the ball again, bodies move after all.
+    """
+    p, q, cue = s.progress, table.cue, cues[number]
+    near = cue.others
+    tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
+    defer_to_cluster(s, 0.0, 0, THE_CUE, q.neighbour_reach)
+    moving = near or not q.steady
+    if moving:
+        solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    if q.steady and not (moving and reaches_others(p, room)):
+        solve_steady(table, p, cue, room, solver)
+        moving = q.follows and q.moves and repeats(room)
+        if moving:
+            solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    cue.others = reaches_others(p, room)
+    end_strike(table, s, cue, room, moving)
+    p.pending = p.strikes = cue.strikes = False
+
+
+@inner
+def solve_near(
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    room: ImpactRoom,
+    tolerance: float,
+    solver: Any,
+) -> None:
+    """Solve a strike as an impact of all bodies that are near."""
+    gather(table, s, cues, number, room)
+    s.progress.tolerance = tolerance
+    solve_bodies(table.params, s.progress, room, table.cue.moves, table.cue.interval, solver)
+
+
+@inner
+def solve_steady(
+    table: TableModel, p: RunProgress, cue: CueRecord, room: ImpactRoom, solver: Any
+) -> None:
+    """Solve a strike whose contacts, of tip and cloth alone, keep their normals."""
+    q, params, n = table.cue, table.params, cue.normal
+    ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
+    upper, lower = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
+    write_contact(upper, 1, 0, 0.0)
+    write_contact(lower, 0, 2, 0.0)
+    set_tip_and_cloth(q, cue.axis, n, upper, lower, room.scratch.workspace.polynomials)
+    write_tip(q, cue.axis, cue.speed, tip)
+    write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
+    cloth.position[2] = -params.radius
+    write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
+    ball.response = ball.across = 1.0 / params.mass
+    ball.turning = params.radius * params.radius / params.inertia
+    for k in range(3):
+        tip.position[k] = q.reach * n[k]
+    room.members[0] = 0
+    p.members, p.bodies, p.contacts, p.tolerance = 1, 3, 2, cue.tolerance
+    solve_bodies(params, p, room, False, inf, solver)
+
+
+@inner
+def repeats(room: ImpactRoom) -> bool:
+    """Whether tip or cloth meet the ball again."""
+    results = room.results.contacts
+    return max(results[TIP_CONTACT].closings, results[CLOTH_CONTACT].closings) > 1
+
+
+@inner
+def reaches_others(p: RunProgress, room: ImpactRoom) -> bool:
+    """Whether a contact closed beside those of tip and cloth with ball 0."""
+    closings = 0
+    for j in range(CLOTH_CONTACT + 1, p.contacts):
+        closings += room.results.contacts[j].closings
+    return closings > 0
+
+
+@inner
+def end_strike(
+    table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom, moving: bool
+) -> None:
+    """
+    Let balls and cue begin as a strike leaves them.
+
+    A ball that reached no others begins where it was struck.
+    """
+    p, q, params = s.progress, table.cue, table.params
+    ball, bodies, moved = s.balls[0], room.results.bodies, False
+    if moving:
+        settle(table, s, room)
+        moved = set_apart(table, p, room)
+        if not moved:
+            room.results.outcomes[0].status = BUDGET_EXCEEDED
+    moved = moved and cue.others
+    for k in range(p.members):
+        if not takes_part(p, room, k):
+            continue
+        one, body = s.balls[room.members[k]], bodies[k]
+        one.first_contact = first_partner(p, room, k)
+        for i in range(3):
+            one.velocity[i], one.spin[i] = body.velocity[i], body.spin[i] / params.radius
+            if moved:
+                one.position[i] = body.position[i]
+    log_meetings(table, s, room)
+    if moving and q.on_cloth and not cue.others and ball.velocity[2] < 0.0:
+        # it came back to the cloth meanwhile, and leaves it again
+        bounce, friction = params.cloth_restitution, params.cloth_friction
+        collide_fixed(params, ball, 0.0, 0.0, 1.0, bounce, friction=friction)
+    note_strike(q, cue, p, room, moving)
+    for k in range(3):
+        cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k]
+        cue.tip[k] = ball.position[k] + bodies[p.members].position[k] - bodies[0].position[k]
+        s.cue.position[k], s.cue.velocity[k] = cue.tip[k], cue.speed * cue.axis[k]
+    s.cue.end = cue.end
+    if not q.on_cloth:  # a ball that would go down is put onto the cloth
+        ball.velocity[2] = max(ball.velocity[2], 0.0)
+
+
+@inner
+def log_meetings(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
+    """Log the meetings of balls in a strike as events that take and lose no energy."""
+    p, params = s.progress, table.params
+    note_meetings(s, room)
+    for j in range(p.contacts):
+        c = room.properties[j]
+        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
+            one, other = s.balls[room.members[c.body_a]], s.balls[room.members[c.body_b]]
+            energy = energy_of(params, one) + energy_of(params, other)
+            log_event(s, p.time, BALL, one, other.ball, energy, after=energy, motion=REST)
+
+
+@inner
+def note_strike(
+    q: CueParams, cue: CueRecord, p: RunProgress, room: ImpactRoom, moving: bool
+) -> None:
+    """
+    Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
+
+    If bodies moved, the slip that makes a miscue is that of the first hit.
+    """
+    outcome, contacts = room.results.outcomes[0], room.results.contacts
+    tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
+    slip = tip.first_slip if moving else tip.final_slip
+    miscue = outcome.status in (OK, INFINITE_SEQUENCE) and slip > MISCUE_SLIP * cue.speed
+    cue.status = MISCUE if miscue else outcome.status
+    cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, p.contacts
+    cue.hits = max(tip.closings, 1) if moving else 1
+    cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
+    cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
+    cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1
+    cue.impulses[5] = cloth.impulse_2
+    for j in range(p.contacts):
+        losses = room.losses[j]
+        losses[0], losses[1] = contacts[j].restitution_loss, contacts[j].friction_loss
+        if j <= CLOTH_CONTACT:
+            cue.losses[2 * j], cue.losses[2 * j + 1] = losses[0], losses[1]
+    cue.speed = dot(cue.axis, room.results.bodies[p.members].velocity)
+    cue.end = follow_through_time(cue.speed) if q.follows else 0.0
